@@ -1,0 +1,1 @@
+"""What happens with a participant: studies, protocols, sessions, journals, data sets."""

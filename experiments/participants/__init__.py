@@ -1,0 +1,1 @@
+"""Who answers: a person at a PsychoPy window, a simulated or a scripted participant."""

@@ -1,0 +1,1 @@
+"""Protocols: plain generators of steps, one a file, found by entry point."""

@@ -1,0 +1,1 @@
+"""The plate as a machine: driver interface, backends, calibration, models."""

@@ -1,0 +1,1 @@
+"""Backends of the plate driver, found by entry point."""

@@ -1,0 +1,1 @@
+"""Models of the plate: materials, beam, finite elements, dynamics."""

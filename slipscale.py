@@ -1,0 +1,100 @@
+"""The front door: one table of commands, each loaded only when called.
+
+A command's module offers ``COMMANDS``, a mapping from the command's name to the pair
+``(add_arguments, run)``: the first fills an argparse parser, the second takes the parsed
+arguments and returns the exit status.
+"""
+
+from __future__ import annotations
+
+import sys
+
+VERSION = "0.1.0"
+
+# name: (module that holds it, what it does)
+COMMANDS: dict[str, tuple[str, str]] = {
+    "pilot": ("analysis.pilot", "whole study, simulated: mock plate, no screen; then analyse"),
+    "run": ("experiments.cli", "run a participant's session in PsychoPy"),
+    "resume": ("experiments.cli", "go on with an interrupted run"),
+    "check": ("experiments.cli", "before the participant arrives: is all in order?"),
+    "analyse": ("analysis.cli", "data set -> tables, figures, report"),
+    "reproduce": ("analysis.cli", "the paper's tables and figures beside ours"),
+    "reconstruct": ("analysis.cli", "every raw data set that a published table allows"),
+    "power": ("analysis.cli", "how many participants a study needs"),
+    "plate": ("hardware.cli", "the machine: calibrate, emulate, design, list"),
+    "study": ("experiments.cli", "study files: new, show, validate"),
+}
+
+DONE, USER_FAULT, RIG_FAULT, INTERRUPTED = 0, 2, 3, 130
+
+
+def usage() -> str:
+    """Return the help text of ``slipscale`` itself."""
+    lines = [f"  {name:<12} {purpose}" for name, (_, purpose) in COMMANDS.items()]
+    return "\n".join(
+        [
+            "usage: slipscale COMMAND [ARGUMENT ...]",
+            "",
+            "Laboratory software for ultrasonic tactile plates.",
+            "",
+            *lines,
+            "",
+            "slipscale COMMAND --help says more; slipscale --version says which this is.",
+        ]
+    )
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run one command.
+
+    Parameters
+    ----------
+    arguments : list of str, optional
+        The command line after the program's name; ``sys.argv[1:]`` by default.
+
+    Returns
+    -------
+    int
+        0 done; 1 it ran and the answer is no; 2 wrong input; 3 the rig failed; 130 interrupted.
+    """
+    words = sys.argv[1:] if arguments is None else arguments
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(usage())
+        return DONE if words else USER_FAULT
+    if words[0] == "--version":
+        print(f"slipscale {VERSION}")
+        return DONE
+    if words[0] not in COMMANDS:
+        known = ", ".join(COMMANDS)
+        print(f"slipscale: no command '{words[0]}'; there are: {known}", file=sys.stderr)
+        return USER_FAULT
+    return call(words[0], words[1:])
+
+
+def call(name: str, words: list[str]) -> int:
+    """Load a command and run it; turn the user's and the rig's faults into one sentence."""
+    # Imported here so that `slipscale --help` feels instant.
+    from argparse import ArgumentParser  # noqa: PLC0415
+    from importlib import import_module  # noqa: PLC0415
+
+    from faults import RigError, UserError  # noqa: PLC0415
+
+    module, purpose = COMMANDS[name]
+    parser = ArgumentParser(prog=f"slipscale {name}", description=purpose[0].upper() + purpose[1:])
+    add_arguments, run = import_module(module).COMMANDS[name]
+    add_arguments(parser)
+    try:
+        return int(run(parser.parse_args(words)))
+    except UserError as error:
+        print(f"slipscale {name}: {error}", file=sys.stderr)
+        return USER_FAULT
+    except RigError as error:
+        print(f"slipscale {name}: {error}", file=sys.stderr)
+        return RIG_FAULT
+    except KeyboardInterrupt:
+        print(f"slipscale {name}: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+if __name__ == "__main__":
+    sys.exit(main())
