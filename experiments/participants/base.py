@@ -1,0 +1,56 @@
+"""Who answers, behind one small interface, and the ways out of a step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, Self
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from experiments.steps import ParticipantStep, Reply
+
+# Called at every frame while a participant reads, explores or answers. It checks the plate and
+# the operator and may raise (a plate fault, a pause, a stop): the participant's side lets the
+# exception pass and must be able to start the same step anew afterwards.
+Watch = Callable[[], None]
+
+Kind = Literal["person", "simulated", "scripted"]
+
+
+class StopRequested(Exception):
+    """The participant pressed Escape and confirmed, or the operator stopped the session."""
+
+
+class Participant(Protocol):
+    """A person at a screen, or a stand-in. A context manager: entering opens the window."""
+
+    kind: ClassVar[Kind]
+
+    def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
+        """Carry out one step and return what the participant did.
+
+        Parameters
+        ----------
+        step : Instruct, Explore, Ask or Rest
+            It never holds an amplitude.
+        watch : callable
+            To be called at every frame; what it raises passes through.
+
+        Raises
+        ------
+        StopRequested
+            The participant asked to stop, and confirmed.
+        """
+
+    def hold(self, text: str, until: Callable[[], bool]) -> None:
+        """Show ``text`` (the operator paused, or the rig is being mended) until ``until()``."""
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None: ...
