@@ -60,10 +60,13 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NumberQuestion:
-    """Any number from ``minimum`` up, decimals allowed, on a scale of the participant's own."""
+    """Any number of 0 or more, decimals allowed, on a scale of the participant's own.
+
+    ``positive`` bars 0 as well (the top of a scale cannot be 0).
+    """
 
     prompt: str
-    minimum: float = 0.0
+    positive: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,11 +133,16 @@ class Present:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ask:
-    """A question; ``name`` is the data set's column for the answer."""
+    """A question; ``name`` is the data set's column for the answer.
+
+    Outside a trial, ``task`` says of which task's run the answer is a part; without a task it is
+    about the participant.
+    """
 
     name: str
     question: Question
     trial: Trial | None = None
+    task: str = ""
     time_limit_s: float | None = None
 
 

@@ -1,0 +1,153 @@
+"""What a protocol is made of, and where protocols are found.
+
+A laboratory adds a protocol as an entry point of the group ``slipscale.protocols`` that names a
+`Protocol`; the study file's ``protocol`` key is the entry point's name.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib.metadata import entry_points
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from experiments.randomisation import Stream
+from stimuli.surface import VirtualSurface
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from experiments.steps import Steps, Trial, Value
+    from experiments.texts import Texts
+
+PROTOCOLS = "slipscale.protocols"
+
+# Strict: "3", 3.0 and true are not 3. TOML says what it means, and so does the fault.
+Count = Annotated[int, Field(strict=True, ge=0)]
+AtLeastOne = Annotated[int, Field(strict=True, ge=1)]
+Flag = Annotated[bool, Field(strict=True)]
+Seconds = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
+Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
+Amplitude = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
+Words = Annotated[str, Field(strict=True, min_length=1)]
+
+
+class Options(BaseModel):
+    """What a study may set for a protocol; unknown keys are faults."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    protocol: Words
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Context:
+    """What a protocol knows of its run.
+
+    Parameters
+    ----------
+    seed : int
+        The study's seed.
+    participant : str
+        The participant's label.
+    row : int
+        The participant's place in the counterbalancing: 0, 1, ...
+    amplitudes_um_pp : tuple of float
+        The study's surfaces, µm peak to peak.
+    texts : Mapping
+        What the participant reads, by key.
+    """
+
+    seed: int
+    participant: str
+    row: int
+    amplitudes_um_pp: tuple[float, ...]
+    texts: Texts
+
+    def stream(self, *purpose: str | int) -> Stream:
+        """Return random numbers of this participant's own for one purpose."""
+        return Stream(self.seed, self.participant, *purpose)
+
+    def surface(self, amplitude_um_pp: float) -> VirtualSurface:
+        """Return the surface of an amplitude, with a label that does not tell it."""
+        known = self.amplitudes_um_pp
+        label = f"S{known.index(amplitude_um_pp) + 1}" if amplitude_um_pp in known else "S0"
+        return VirtualSurface(amplitude_um_pp=amplitude_um_pp, label=label)
+
+
+@dataclass(slots=True, kw_only=True)
+class TrialRecord:
+    """A trial as the journal tells it, gathered for one row of the data set."""
+
+    trial: Trial
+    surface: VirtualSurface | None = None
+    before: VirtualSurface | None = None
+    readback_um_pp: float | None = None
+    onset_s: float = 0.0
+    end_s: float = 0.0
+    exploration_time_s: float | None = None
+    answers: dict[str, Mapping[str, Any]] = field(default_factory=dict)
+    run_answers: Mapping[str, Value] = field(default_factory=dict)
+    flags: list[str] = field(default_factory=list)
+
+    def answer(self, name: str) -> Value:
+        """Return the value of an answer, None where it was not given."""
+        value: Value = self.answers.get(name, {}).get("value")
+        return value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Column:
+    """A column of the data set: its value for a trial, and its meaning for the sidecar."""
+
+    value: Callable[[TrialRecord], Value]
+    description: str
+    units: str = ""
+    levels: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Protocol:
+    """A way to question a participant about surfaces.
+
+    Parameters
+    ----------
+    task : str
+        The BIDS task label: letters and digits only.
+    title, description : str
+        For people who read the data set.
+    options : type of Options
+        What a study may set.
+    trials : callable
+        How many trials a run will have, practice included, from the options and the context.
+    steps : callable
+        The generator of steps, from the options and the context.
+    answer : str
+        The column of the trial's main answer: its response time is the row's.
+    columns : Mapping
+        The protocol's own columns, in order, between the trial's number and its answers.
+    instructions : str
+        The key of the text that instructs the participant (quoted in the data set).
+    """
+
+    task: str
+    title: str
+    description: str
+    options: type[Options]
+    trials: Callable[[Any, Context], int]
+    steps: Callable[[Any, Context], Steps]
+    answer: str
+    columns: Mapping[str, Column]
+    instructions: str
+
+
+def protocol_names() -> list[str]:
+    """Return the names of all installed protocols, sorted."""
+    return sorted(entry_points(group=PROTOCOLS).names)
+
+
+def load_protocol(name: str) -> Protocol:
+    """Return an installed protocol by name; KeyError if there is none."""
+    loaded: Protocol = entry_points(group=PROTOCOLS)[name].load()
+    return loaded

@@ -1,0 +1,255 @@
+"""The descending-difference protocol (Biet 2007, Section IV-B, first experiment).
+
+The amplitude steps down; after each step the participant says whether they feel a difference
+and, if so, what has been removed. In a catch step nothing changes: without such steps "yes"
+cannot be told from a habit of saying yes.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import TYPE_CHECKING
+
+from experiments.protocols.base import (
+    Amplitude,
+    AtLeastOne,
+    Column,
+    Context,
+    Count,
+    Flag,
+    Options,
+    Positive,
+    Protocol,
+    Seconds,
+    TrialRecord,
+)
+from experiments.randomisation import with_catch_steps
+from experiments.steps import (
+    Answer,
+    Ask,
+    ChoiceQuestion,
+    EndTrial,
+    Explore,
+    Instruct,
+    Present,
+    Reply,
+    Rest,
+    Silence,
+    Step,
+    Steps,
+    TextQuestion,
+    Trial,
+    Voided,
+    YesNoQuestion,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from stimuli.surface import VirtualSurface
+
+TASK = "descendingdifference"
+
+
+class DescendingDifference(Options):
+    """What a study may set for the descending-difference protocol.
+
+    Parameters
+    ----------
+    series : int
+        How many descents.
+    catch_steps : int
+        Steps in each series where nothing changes.
+    start_um_pp : float
+        Amplitude to start from; by default the study's largest.
+    confidence : bool
+        Whether to ask how sure the participant is.
+    exploration_minimum_s, exploration_maximum_s : float
+        How long a surface is stroked before the question.
+    response_time_limit_s : float
+        After which "do you feel a difference?" counts as timed out.
+    rest_minimum_s : float
+        Shortest rest between series.
+    """
+
+    series: AtLeastOne = 1
+    catch_steps: Count = 1
+    start_um_pp: Amplitude | None = None
+    confidence: Flag = False
+    exploration_minimum_s: Seconds = 0.0
+    exploration_maximum_s: Positive | None = None
+    response_time_limit_s: Positive | None = None
+    rest_minimum_s: Seconds = 0.0
+
+
+def descent(options: DescendingDifference, context: Context) -> list[float]:
+    """Return the amplitudes of a series without its catch steps, µm peak to peak."""
+    falling = sorted(context.amplitudes_um_pp, reverse=True)
+    start = falling[0] if options.start_um_pp is None else options.start_um_pp
+    return [start, *(amplitude for amplitude in falling if amplitude < start)]
+
+
+def trials(options: DescendingDifference, context: Context) -> int:
+    """Return how many steps a run has, catch steps included."""
+    return options.series * (len(descent(options, context)) - 1 + options.catch_steps)
+
+
+def steps(options: DescendingDifference, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    texts = context.texts
+    yield Instruct(
+        title=texts["descending_difference.title"],
+        text=texts["descending_difference.instructions"],
+    )
+    run = _Run(options, context)
+    for series in range(1, options.series + 1):
+        if series > 1:
+            text = texts["session.rest"]
+            minimum_s = options.rest_minimum_s
+            yield Rest(text=text, done=run.number, total=run.total, minimum_s=minimum_s)
+        yield from run.series(series)
+
+
+class _Run:
+    """The steps of a run, counted."""
+
+    def __init__(self, options: DescendingDifference, context: Context) -> None:
+        self.options = options
+        self.context = context
+        self.total = trials(options, context)
+        self.number = 0
+        self.felt: dict[int, tuple[int, float, float]] = {}
+
+    def explore(self, text: str, trial: Trial | None = None) -> Explore:
+        """Return the exploration of the surface that is on the plate."""
+        return Explore(
+            text=self.context.texts[f"descending_difference.{text}"],
+            trial=trial,
+            minimum_s=self.options.exploration_minimum_s,
+            maximum_s=self.options.exploration_maximum_s,
+        )
+
+    def series(self, series: int) -> Steps:
+        """Yield one descent, and after it the steps that the operator voided."""
+        falling = with_catch_steps(
+            descent(self.options, self.context),
+            self.options.catch_steps,
+            self.context.stream(TASK, "catch", series),
+        )
+        yield Present(surface=self.context.surface(falling[0][0]))
+        yield self.explore("start")
+        queue: deque[tuple[int, float, float, int | None]] = deque(
+            (step, before, after, None) for step, (before, after) in enumerate(falling, start=1)
+        )
+        while queue:
+            step, before, after, repeats = queue.popleft()
+            voided = yield from self.step(series, step, before, after, repeats)
+            for number in voided:
+                self.total += 1
+                queue.append((*self.felt[number], number))
+        yield Silence()
+
+    def step(
+        self, series: int, step: int, before: float, after: float, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one step; return the numbers of the trials voided meanwhile."""
+        self.number += 1
+        self.felt[self.number] = (step, before, after)
+        trial = Trial(
+            task=TASK,
+            number=self.number,
+            total=self.total,
+            factors={"series": series, "step": step},
+            repeats=repeats,
+        )
+        # The surface before is felt already, unless a fault, a pause or a void came between.
+        lead_in = (Present(surface=self.context.surface(before)), self.explore("start"))
+        yield Present(surface=self.context.surface(after), trial=trial, lead_in=lead_in)
+        yield self.explore("explore", trial)
+        yield from self.questions(trial)
+        voided = yield EndTrial(trial=trial)
+        return voided.trials if isinstance(voided, Voided) else ()
+
+    def questions(self, trial: Trial) -> Steps:
+        """Yield the questions of a step."""
+        texts = self.context.texts
+        reply = yield Ask(
+            name="difference_felt",
+            question=YesNoQuestion(prompt=texts["descending_difference.difference"]),
+            trial=trial,
+            time_limit_s=self.options.response_time_limit_s,
+        )
+        if isinstance(reply, Reply) and reply.value is True:
+            prompt = texts["descending_difference.verbal_report"]
+            yield Ask(name="verbal_report", question=TextQuestion(prompt=prompt), trial=trial)
+        if self.options.confidence:
+            words = texts["descending_difference.confidence_options"].split("|")
+            yield Ask(
+                name="confidence",
+                question=ChoiceQuestion(
+                    prompt=texts["descending_difference.confidence"],
+                    options=tuple((str(n), word.strip()) for n, word in enumerate(words, 1)),
+                ),
+                trial=trial,
+            )
+
+
+def _amplitude(surface: VirtualSurface | None) -> float | None:
+    return None if surface is None else surface.amplitude_um_pp
+
+
+def _catch(record: TrialRecord) -> str:
+    return "true" if _amplitude(record.before) == _amplitude(record.surface) else "false"
+
+
+def _felt(record: TrialRecord) -> str | None:
+    answer = record.answer("difference_felt")
+    return None if answer is None else "yes" if answer else "no"
+
+
+PROTOCOL = Protocol(
+    task=TASK,
+    title="Descending difference",
+    description=(
+        "The plate's amplitude steps down; after each step the participant says whether they "
+        "feel a difference and what has been removed."
+    ),
+    options=DescendingDifference,
+    trials=trials,
+    steps=steps,
+    answer="difference_felt",
+    instructions="descending_difference.instructions",
+    columns={
+        "series": Column(
+            value=lambda record: record.trial.factors["series"],
+            description="Descending series, from 1",
+        ),
+        "step": Column(
+            value=lambda record: record.trial.factors["step"],
+            description="Step within the series, catch steps included, from 1",
+        ),
+        "amplitude_before_um_pp": Column(
+            value=lambda record: _amplitude(record.before),
+            description="Vibration amplitude before the step, peak to peak",
+            units="um",
+        ),
+        "catch": Column(
+            value=_catch,
+            description="Whether nothing changed at this step",
+            levels={"true": "catch step: nothing changed", "false": "the amplitude stepped down"},
+        ),
+        "difference_felt": Column(
+            value=_felt,
+            description="Answer to: do you feel a difference?",
+            levels={"yes": "a difference was felt", "no": "no difference was felt"},
+        ),
+        "verbal_report": Column(
+            value=lambda record: record.answer("verbal_report"),
+            description="Answer to: what has been removed? Word for word",
+        ),
+        "confidence": Column(
+            value=lambda record: record.answer("confidence"),
+            description="How sure the participant was, 1 (a guess) to 4 (certain)",
+        ),
+    },
+)
