@@ -1,0 +1,212 @@
+"""The journal: an append-only record of every step and response, on disk before the next step.
+
+One JSON object a line. Each holds its number ``n``, the session's time ``t`` in seconds, what it
+is (``kind``) and a checksum ``crc`` of the rest, so that a torn or altered line is noticed:
+a torn last line (the machine died while writing) is cut off on resume, anything else is refused.
+
+One writer at a time: the open journal is locked, and the lock goes with the process.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, BinaryIO, Self
+
+import portalocker
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+    from types import TracebackType
+
+    from hardware.clock import Clock
+
+FORMAT = 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Record:
+    """One line of a journal."""
+
+    number: int
+    time_s: float
+    kind: str
+    data: dict[str, Any]
+
+
+def encode(record: Record) -> bytes:
+    """Return a record as a line, with its checksum."""
+    fields = {"n": record.number, "t": round(record.time_s, 6), "kind": record.kind, **record.data}
+    body = json.dumps(fields, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return f'{body[:-1]},"crc":"{zlib.crc32(body.encode()):08x}"}}\n'.encode()
+
+
+def decode(line: bytes, number: int) -> Record:
+    """Return the record that a line holds.
+
+    Raises
+    ------
+    ValueError
+        The line is not a whole record, its checksum does not fit, or its number is not
+        ``number``.
+    """
+    body, mark, tail = line.decode().rpartition(',"crc":"')
+    if not mark or tail[8:] != '"}\n' or f"{zlib.crc32((body + '}').encode()):08x}" != tail[:8]:
+        raise ValueError("the checksum does not fit")
+    fields = json.loads(body + "}")
+    if fields.pop("n") != number:
+        raise ValueError(f"expected record {number}")
+    return Record(number=number, time_s=fields.pop("t"), kind=fields.pop("kind"), data=fields)
+
+
+def read_records(path: Path) -> tuple[list[Record], int]:
+    """Return a journal's records and the length in bytes of what is whole.
+
+    A torn last line is left out; the length tells where it begins.
+
+    Raises
+    ------
+    UserError
+        The file cannot be read, is not a journal, or is damaged before its end.
+    """
+    try:
+        lines = path.read_bytes().splitlines(keepends=True)
+    except OSError as error:
+        raise UserError(f"journal {path}: {error.strerror}") from None
+    records: list[Record] = []
+    length = 0
+    for place, line in enumerate(lines):
+        try:
+            record = decode(line, place)
+        except (ValueError, KeyError) as error:
+            if place == len(lines) - 1 and not line.endswith(b"\n"):
+                break
+            raise UserError(
+                f"journal {path}, line {place + 1}: damaged or not a journal ({error}); "
+                "expected one record of JSON a line, as the session wrote it"
+            ) from None
+        records.append(record)
+        length += len(line)
+    if records and (records[0].kind != "header" or records[0].data.get("format") != FORMAT):
+        raise UserError(f"journal {path}: expected a Slipscale journal of format {FORMAT}")
+    return records, length
+
+
+class Journal:
+    """A journal open for writing.
+
+    Parameters
+    ----------
+    path : Path
+        The file. `create` makes it, `reopen` goes on with it.
+    clock : Clock
+        Dates the records.
+
+    Raises
+    ------
+    UserError
+        The file exists already (`create`), does not (`reopen`), or another session writes it.
+    """
+
+    def __init__(
+        self, path: Path, clock: Clock, *, stream: BinaryIO, records: list[Record]
+    ) -> None:
+        self.path = path
+        self.records = records
+        self._clock = clock
+        self._stream = stream
+        try:
+            portalocker.lock(stream, portalocker.LOCK_EX | portalocker.LOCK_NB)
+        except portalocker.LockException:
+            stream.close()
+            raise UserError(f"journal {path}: another session is writing it") from None
+
+    @classmethod
+    def create(cls, path: Path, clock: Clock) -> Self:
+        """Make a new journal; an existing one is never overwritten.
+
+        A file without one whole record (the machine died at the first) holds nothing to keep.
+        """
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            stream = path.open("xb")
+        except FileExistsError:
+            journal = cls.reopen(path, clock)
+            if not journal.records:
+                return journal
+            journal.close()
+            raise UserError(
+                f"this run exists already: {path}; name another participant, session or run, or "
+                "go on with it: slipscale resume"
+            ) from None
+        except OSError as error:
+            raise UserError(f"journal {path}: {error.strerror}") from None
+        _sync_folder(path.parent)
+        return cls(path, clock, stream=stream, records=[])
+
+    @classmethod
+    def reopen(cls, path: Path, clock: Clock) -> Self:
+        """Go on with an interrupted journal, without its torn last line if it has one."""
+        try:
+            stream = path.open("r+b")
+        except OSError as error:
+            raise UserError(f"journal {path}: {error.strerror}") from None
+        journal = cls(path, clock, stream=stream, records=[])
+        try:
+            journal.records, length = read_records(path)
+        except UserError:
+            stream.close()
+            raise
+        stream.truncate(length)
+        stream.seek(length)
+        return journal
+
+    def write(self, kind: str, **data: Any) -> Record:
+        """Append a record and return once it is on disk."""
+        number = len(self.records)
+        record = Record(number=number, time_s=self._clock.now(), kind=kind, data=data)
+        line = encode(record)
+        whole = self._stream.tell()
+        try:
+            self._stream.write(line)
+            self._stream.flush()
+            os.fsync(self._stream.fileno())
+        except OSError as error:
+            # A half-written line would make the file unreadable for whatever follows it.
+            self._stream.truncate(whole)
+            self._stream.seek(whole)
+            raise UserError(
+                f"journal {self.path}: cannot write ({error.strerror}); "
+                "all responses until now are on disk: make room, then slipscale resume"
+            ) from None
+        self.records.append(record)
+        return record
+
+    def close(self) -> None:
+        """Close the file and give up the lock."""
+        self._stream.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+
+def _sync_folder(folder: Path) -> None:
+    """Make a new file's name durable, where the system lets a folder be synchronised."""
+    if os.name == "posix":
+        descriptor = os.open(folder, os.O_RDONLY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
