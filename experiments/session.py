@@ -1,0 +1,384 @@
+"""The one loop: interprets a protocol's steps against a plate, a participant and a journal.
+
+The rule that governs it: **a step is over when its answer is on disk; only then does the protocol
+hear of it.** So a crash loses at most the step in progress, and resume is the same loop with the
+first answers taken from the journal.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+from experiments.participants.base import StopRequested
+from experiments.progress import Progress
+from experiments.records import answer_from, answer_record, same_step, step_record
+from experiments.stage import Stage
+from experiments.steps import (
+    Answer,
+    Ask,
+    EndTrial,
+    Explore,
+    Instruct,
+    Present,
+    Presented,
+    Reply,
+    Rest,
+    Silence,
+    Voided,
+)
+from faults import UserError
+from hardware.clock import VirtualClock
+from hardware.driver import PlateFault
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from experiments.journal import Journal, Record
+    from experiments.operator import Operator, State
+    from experiments.participants.base import Participant
+    from experiments.steps import Step, Steps
+    from experiments.texts import Texts
+    from hardware.clock import Clock
+    from hardware.driver import PlateDriver
+
+Outcome = Literal["complete", "stopped"]
+
+RECONNECT_WAIT_S = 0.5
+
+
+class Noise(Protocol):
+    """Masking noise in the headphones."""
+
+    def start(self) -> None:
+        """Fade in, unless it plays."""
+
+    def stop(self) -> None:
+        """Fade out, if it plays."""
+
+
+class NoNoise:
+    """No masking noise."""
+
+    def start(self) -> None:
+        """Do nothing."""
+
+    def stop(self) -> None:
+        """Do nothing."""
+
+
+class _Paused(Exception):
+    """The operator asked for a pause in the middle of a step."""
+
+
+class Session:
+    """A run of a protocol's steps.
+
+    Parameters
+    ----------
+    steps : generator
+        The protocol.
+    plate, participant, journal, clock, operator
+        The world. Nothing else is touched: a session with a virtual clock, a mock plate and a
+        simulated participant can be replayed to the byte.
+    texts : Mapping
+        For the screen that asks the participant to wait.
+    planned : int
+        How many trials the whole session is expected to have.
+    noise : Noise, optional
+        Masking noise; plays from the first surface of a block to the next text or rest.
+    unblind : bool
+        Whether the operator is told the amplitude.
+    """
+
+    def __init__(
+        self,
+        *,
+        steps: Steps,
+        plate: PlateDriver,
+        participant: Participant,
+        journal: Journal,
+        clock: Clock,
+        operator: Operator,
+        texts: Texts,
+        planned: int = 0,
+        noise: Noise | None = None,
+        unblind: bool = False,
+    ) -> None:
+        self._steps = steps
+        self._plate = plate
+        self._participant = participant
+        self._journal = journal
+        self._clock = clock
+        self._operator = operator
+        self._texts = texts
+        self._noise = noise or NoNoise()
+        self._unblind = unblind
+        self._stage = Stage(plate, clock, lambda step: participant.perform(step, self._watch))
+        self._progress = Progress(operator, clock, planned)
+        self._voids = _unheard_voids(journal.records)
+        self._perform: Mapping[type, Callable[[Any], Answer]] = {
+            Instruct: self._show,
+            Rest: self._show,
+            Explore: self._explore,
+            Ask: self._ask,
+            Present: self._present,
+            Silence: self._silence,
+            EndTrial: self._end_trial,
+        }
+
+    def run(self) -> Outcome:
+        """Run to the end, or until somebody stops; the plate is silent afterwards.
+
+        Raises
+        ------
+        PlateFault
+            The rig failed and the operator gave up; the run can be resumed.
+        UserError
+            The journal cannot be written, or does not fit the protocol (on resume).
+        """
+        try:
+            self._loop()
+            self._stage.quieten()
+            self._journal.write("end")
+        except StopRequested as request:
+            self._stage.quieten()
+            self._journal.write("stop", reason=str(request) or "asked by the participant")
+            return "stopped"
+        except UserError:
+            self._stage.quieten()
+            raise
+        except BaseException as error:
+            self._stage.quieten()
+            self._journal.write("stop", reason=f"{type(error).__name__}: {error}")
+            raise
+        finally:
+            self._noise.stop()
+        self._progress.tell("done")
+        return "complete"
+
+    def _loop(self) -> None:
+        """Step by step: from the journal as far as it reaches, then live."""
+        past = _past(self._journal.records)
+        answer: Answer = None
+        number = 0
+        while True:
+            try:
+                step = self._steps.send(answer) if number else next(self._steps)
+            except StopIteration:
+                return
+            if number < len(past):
+                answer = self._replay(step, *past[number])
+            else:
+                if number == len(past) > 0:
+                    self._take_up(step)
+                answer = self._live(step, number)
+            self._progress.ends(step)
+            number += 1
+
+    # From the journal -----------------------------------------------------------------------
+
+    def _replay(self, step: Step, recorded: dict[str, Any], done: Record) -> Answer:
+        """Take a step's answer from the journal; keep in mind what must stand on the plate."""
+        if not same_step(recorded, step_record(step)):
+            raise UserError(
+                f"journal {self._journal.path}, line {done.number + 1}: the protocol now takes "
+                "another step than the one recorded; resume with the version of Slipscale that "
+                "began the run (it is named in the journal's first line)"
+            )
+        if isinstance(step, Present):
+            self._stage.remember(step)
+        elif isinstance(step, Explore):
+            self._stage.explored(step)
+        elif isinstance(step, Silence):
+            self._stage.forget()
+        return answer_from(done.data["answer"])
+
+    def _take_up(self, step: Step) -> None:
+        """Go from replay to life: the surface that stood must stand again."""
+        self._progress.replayed()
+        began_s = self._clock.now()
+        virtual = isinstance(self._clock, VirtualClock)
+        self._journal.write("take_up", virtual=virtual)
+        if not isinstance(step, Silence):
+            self._attempt(lambda: self._mend(step))
+        if isinstance(self._clock, VirtualClock):
+            # A resumed pilot goes on as if it had never stopped: nobody felt the wait.
+            self._clock.set(began_s)
+
+    # Live -----------------------------------------------------------------------------------
+
+    def _live(self, step: Step, number: int) -> Answer:
+        """Carry out a step, however often it takes, and write down its answer."""
+        self._journal.write("begin", step=number, what=step_record(step))
+        self._progress.begins(step)
+        answer = self._attempt(lambda: self._perform[type(step)](step))
+        self._journal.write("done", step=number, answer=answer_record(answer))
+        return answer
+
+    def _attempt(self, action: Callable[[], Answer]) -> Answer:
+        """Do something until neither a fault nor a pause comes between."""
+        paused = False
+        while True:
+            try:
+                if paused:
+                    self._hold()
+                    paused = False
+                return action()
+            except PlateFault as fault:
+                self._recover(fault)
+            except _Paused:
+                paused = True
+
+    def _show(self, step: Instruct | Rest) -> Reply:
+        self._noise.stop()
+        self._progress.tell("showing")
+        return self._participant.perform(step, self._watch)
+
+    def _present(self, step: Present) -> Presented:
+        self._noise.start()
+        amplitude_um_pp = step.surface.amplitude_um_pp if self._unblind else None
+        self._progress.tell("presenting", amplitude_um_pp=amplitude_um_pp)
+        return self._stage.present(step)
+
+    def _explore(self, step: Explore) -> Reply:
+        self._mend(step)
+        self._wait(step)
+        reply = self._participant.perform(step, self._watch)
+        self._stage.confirm()
+        self._stage.explored(step)
+        return reply
+
+    def _ask(self, step: Ask) -> Reply:
+        self._mend(step)
+        self._wait(step)
+        reply = self._participant.perform(step, self._watch)
+        try:
+            self._stage.confirm()
+        except PlateFault:
+            # The surface had gone while the answer was given: kept, but never as an answer.
+            self._journal.write("discarded", name=step.name, answer=answer_record(reply))
+            raise
+        return reply
+
+    def _silence(self, _step: Silence) -> None:
+        self._stage.strike()
+
+    def _end_trial(self, _step: EndTrial) -> Voided:
+        self._watch_operator()
+        voided, self._voids = Voided(trials=tuple(self._voids)), []
+        return voided
+
+    def _mend(self, step: Step) -> None:
+        """Have a broken surface presented and explored again before the step."""
+        if self._stage.broken:
+            self._noise.start()
+            self._progress.tell("presenting")
+            made = self._stage.mend()
+            trial = step.trial.number if step.trial else None
+            self._journal.write("represented", trial=trial, answer=answer_record(made))
+
+    def _wait(self, _step: Step) -> None:
+        amplitude_um_pp = self._stage.amplitude_um_pp if self._unblind else None
+        self._progress.tell("waiting", amplitude_um_pp=amplitude_um_pp)
+
+    # What comes between ---------------------------------------------------------------------
+
+    def _watch(self) -> None:
+        """Look after the plate and the operator: runs at every frame of a participant's step."""
+        self._stage.check()
+        self._watch_operator()
+
+    def _watch_operator(self) -> None:
+        request = self._operator.poll()
+        if request is None:
+            return
+        if request.what == "void":
+            self._void(request.reason)
+        elif request.what == "pause":
+            raise _Paused
+        elif request.what == "stop":
+            raise StopRequested("asked by the operator")
+
+    def _void(self, reason: str) -> None:
+        """Void the trial in progress, or the last one while the next is not yet presented."""
+        trial = self._progress.trial
+        refusal = self._refusal()
+        if trial is None or refusal:
+            self._progress.say(refusal)
+            return
+        self._journal.write("void", task=trial.task, trial=trial.number, reason=reason)
+        self._voids.append(trial.number)
+        self._progress.void()
+        self._progress.say(f"trial {trial.number} will be repeated")
+
+    def _refusal(self) -> str:
+        """Return why no trial can be voided now; empty where one can."""
+        trial = self._progress.trial
+        if trial is None:
+            return "no trial to void yet"
+        if self._progress.over and trial.number >= trial.total:
+            return "the task is over: its last trial can no longer be repeated"
+        voided = [r.data for r in self._journal.records if r.kind == "void"]
+        if any((v["task"], v["trial"]) == (trial.task, trial.number) for v in voided):
+            return f"trial {trial.number} is voided already"
+        return ""
+
+    def _hold(self) -> None:
+        """Pause: silence, wait for the operator, let the step begin anew."""
+        self._stage.interrupt()
+        self._plate.silence()
+        self._journal.write("pause")
+        self._wait_for("paused", "go_on")
+        self._journal.write("go_on")
+
+    def _recover(self, fault: PlateFault) -> None:
+        """Silence, write down, ask whether to retry, reconnect."""
+        self._stage.quieten()
+        while True:
+            self._progress.fault()
+            self._journal.write("fault", code=fault.code, message=fault.message)
+            self._plate.close()
+            self._clock.sleep(RECONNECT_WAIT_S)
+            try:
+                self._wait_for("fault", "retry", str(fault))
+            except StopRequested:
+                raise fault from None
+            try:
+                self._plate.connect()
+            except PlateFault as again:
+                fault = again
+            else:
+                return
+
+    def _wait_for(self, state: State, wanted: str, message: str = "") -> None:
+        """Have the participant wait until the operator says what is wanted, or stops."""
+        self._noise.stop()
+        self._progress.tell(state, message=message)
+
+        def answered() -> bool:
+            request = self._operator.poll()
+            if request is not None and request.what == "stop":
+                raise StopRequested("asked by the operator")
+            if request is not None and request.what == "void":
+                self._void(request.reason)
+            return request is not None and request.what == wanted
+
+        if not answered():
+            self._participant.hold(self._texts["session.hold"], answered)
+
+
+def _past(records: list[Record]) -> list[tuple[dict[str, Any], Record]]:
+    """Return the steps that are over: what was begun, and the record of its answer."""
+    begun = {r.data["step"]: r.data["what"] for r in records if r.kind == "begin"}
+    return [(begun[r.data["step"]], r) for r in records if r.kind == "done"]
+
+
+def _unheard_voids(records: list[Record]) -> list[int]:
+    """Return the trials voided that no `EndTrial` has told the protocol of."""
+    waiting: list[int] = []
+    for record in records:
+        if record.kind == "void":
+            waiting.append(record.data["trial"])
+        elif record.kind == "done" and (record.data["answer"] or {}).get("type") == "Voided":
+            waiting = []
+    return waiting
