@@ -1,138 +1,71 @@
 """The plate driver: what every backend offers, and what is enforced for all of them.
 
 One rule governs this file: **limits are checked here, before a backend hears of a command, and
-every way out ends silent.** A command outside the limits raises and leaves the plate as it was.
+every way out ends silent.** A command outside the limits raises and leaves the plate as it was;
+any other fault silences it. A backend fills in the methods that begin with an underscore; what
+callers use is the same for all.
 """
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, Self
 
-from faults import RigError, UserError
+from faults import UserError
+from hardware.limits import OnTime, PlateLimits
+from hardware.plate_faults import (
+    FAULTS,
+    ConnectionLost,
+    GarbledReply,
+    NoPermission,
+    NotReached,
+    OverLimit,
+    PlateBusy,
+    PlateFault,
+    PlateNotFound,
+    PlateRefused,
+    PlateTimeout,
+    WrongDevice,
+)
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from types import TracebackType
 
     from hardware.clock import Clock
     from stimuli.surface import VirtualSurface
 
+__all__ = [
+    "BACKENDS",
+    "FAULTS",
+    "Backend",
+    "ConnectionLost",
+    "GarbledReply",
+    "NoPermission",
+    "NotReached",
+    "OverLimit",
+    "PlateBusy",
+    "PlateDriver",
+    "PlateFault",
+    "PlateIdentity",
+    "PlateLimits",
+    "PlateNotFound",
+    "PlateRefused",
+    "PlateTimeout",
+    "Presentation",
+    "Readback",
+    "ReadbackKind",
+    "WrongDevice",
+    "backend_names",
+    "open_plate",
+]
+
 BACKENDS = "slipscale.backends"  # the entry-point group
 
 ReadbackKind = Literal["measured", "applied", "commanded", "none"]
-
-
-class PlateFault(RigError):
-    """Something went wrong on the rig: ``code`` for the journal, ``remedy`` for the operator."""
-
-    code: ClassVar[str] = "fault"
-    remedy: ClassVar[str] = "see the message"
-
-    def __init__(self, message: str) -> None:
-        super().__init__(f"{message}. {self.remedy}")
-        self.message = message
-
-
-class PlateNotFound(PlateFault):
-    """No device at that address."""
-
-    code = "not_there"
-    remedy = "Check the cable and the port's name: slipscale plate list shows the ports."
-
-
-class WrongDevice(PlateFault):
-    """A device answers, but it is not a plate, or not this plate."""
-
-    code = "wrong_device"
-    remedy = "Name the plate's own port, or the calibration that belongs to this plate."
-
-
-class PlateBusy(PlateFault):
-    """Another program holds the device, or the device does not accept commands."""
-
-    code = "busy"
-    remedy = "Close the other program that uses the plate, then try again."
-
-
-class PlateTimeout(PlateFault):
-    """No answer in the time agreed."""
-
-    code = "time_out"
-    remedy = "Check that the board has power, then unplug and replug it."
-
-
-class GarbledReply(PlateFault):
-    """An answer that cannot be read."""
-
-    code = "garbled"
-    remedy = "Check the cable and its distance from the amplifier."
-
-
-class PlateRefused(PlateFault):
-    """The device understood and said no."""
-
-    code = "refused"
-    remedy = "Let the board cool down or clear its error, then try again."
-
-
-class ConnectionLost(PlateFault):
-    """The device went away in the middle."""
-
-    code = "lost"
-    remedy = "Plug the plate in again; the session can reconnect."
-
-
-class OverLimit(PlateFault):
-    """A command outside the plate's limits; the plate was left as it was."""
-
-    code = "over_limit"
-    remedy = "Stay within the plate's limits, or correct them in the configuration."
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlateLimits:
-    """What a plate may be asked to do, for every backend.
-
-    Parameters
-    ----------
-    amplitude_um_pp : float
-        Largest vibration amplitude, µm peak to peak. The default leaves the paper's 2.3 µm at
-        15 V (Section IV-A) in and little above.
-    voltage_v : float
-        Largest drive voltage, in the convention of the calibration (15 V in the paper,
-        chosen "in order to avoid dangerous voltages", Section III-B).
-    frequency_min_hz, frequency_max_hz : float
-        The band in which the plate may be driven.
-    duty : float
-        Largest fraction of time that the plate may vibrate.
-    on_time_s : float
-        Longest uninterrupted vibration.
-    """
-
-    amplitude_um_pp: float = 2.5
-    voltage_v: float = 16.5
-    frequency_min_hz: float = 25_000.0
-    frequency_max_hz: float = 40_000.0
-    duty: float = 1.0
-    on_time_s: float = 600.0
-
-    def __post_init__(self) -> None:
-        for name in self.__slots__:
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise UserError(f"plate limits: {name} is {value}, expected a positive number")
-        if self.frequency_min_hz >= self.frequency_max_hz:
-            raise UserError("plate limits: frequency_min_hz must lie below frequency_max_hz")
-
-    def check_amplitude(self, amplitude_um_pp: float) -> None:
-        """Raise `OverLimit` unless the amplitude is finite, not negative and within bounds."""
-        if not (math.isfinite(amplitude_um_pp) and 0 <= amplitude_um_pp <= self.amplitude_um_pp):
-            raise OverLimit(
-                f"amplitude {amplitude_um_pp} µm p-p is outside 0 to {self.amplitude_um_pp} µm p-p"
-            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,7 +82,8 @@ class PlateIdentity:
 class Readback:
     """What the plate says of itself; ``kind`` tells how far it can be trusted.
 
-    ``amplitude_um_pp`` is None when ``kind`` is "none"; ``time_s`` is the host's clock.
+    "measured" by a sensor; "applied": worked out from the drive that is on; "commanded": only an
+    echo; "none": ``amplitude_um_pp`` is None. ``time_s`` is the host's clock.
     """
 
     amplitude_um_pp: float | None
@@ -183,46 +117,175 @@ class PlateDriver(ABC):
     def __init__(self, *, clock: Clock, limits: PlateLimits | None = None) -> None:
         self.clock = clock
         self.limits = limits or PlateLimits()
+        self.identity: PlateIdentity | None = None
+        self._on_time = OnTime(window_s=self.limits.duty_window_s)
+        self._fault_known = False
+
+    def connect(self) -> PlateIdentity:
+        """Open the line, check who answers, leave the plate silent.
+
+        After a fault, `close` and `connect` again is how one reconnects.
+        """
+        try:
+            self.identity = self._connect()
+        except BaseException:
+            self.close()
+            raise
+        self._fault_known = False
+        self._on_time.command(self.clock.now(), vibrates=False)
+        return self.identity
 
     def present(self, surface: VirtualSurface) -> Presentation:
         """Make the surface: ramp to its amplitude and return once that has settled.
 
+        An amplitude of 0 switches the output off.
+
         Raises
         ------
         OverLimit
-            The amplitude is outside the limits; the plate was left as it was.
+            The amplitude or the duty is outside the limits; the plate was left as it was.
+        NotReached
+            The plate measures another amplitude than commanded; it was silenced.
         PlateFault
-            Any other fault of the rig; the caller silences.
+            Any other fault of the rig; the plate was silenced.
         """
-        self.limits.check_amplitude(surface.amplitude_um_pp)
-        return self._drive(surface.amplitude_um_pp)
+        amplitude_um_pp = surface.amplitude_um_pp
+        self.limits.check_amplitude(amplitude_um_pp)
+        if amplitude_um_pp > 0:
+            self._check_duty()
+        with self._silent_on_fault():
+            self._on_time.command(self.clock.now(), vibrates=amplitude_um_pp > 0)
+            presentation = self._drive(amplitude_um_pp)
+            measured_um_pp = presentation.readback.amplitude_um_pp
+            if presentation.readback.kind == "measured" and measured_um_pp is not None:
+                self.limits.check_reached(amplitude_um_pp, measured_um_pp)
+        return presentation
+
+    def excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
+        """Drive at one frequency in Hz and one voltage, settle, read back: for calibration.
+
+        Raises
+        ------
+        OverLimit
+            Frequency, voltage or duty is outside the limits; the plate was left as it was.
+        PlateRefused
+            The backend keeps frequency and voltage to itself.
+        """
+        self.limits.check_frequency(frequency_hz)
+        self.limits.check_voltage(voltage_v)
+        if voltage_v > 0:
+            self._check_duty()
+        with self._silent_on_fault():
+            self._on_time.command(self.clock.now(), vibrates=voltage_v > 0)
+            return self._excite(frequency_hz=frequency_hz, voltage_v=voltage_v)
+
+    def read_back(self) -> Readback:
+        """Return what the plate does now. Raises `PlateFault` if it cannot say."""
+        with self._silent_on_fault():
+            return self._read_back()
+
+    def silence(self) -> None:
+        """Stop the vibration. May be called at any time, in any state, more than once.
+
+        Raises `PlateFault` when the plate did not confirm, unless a fault was raised before: that
+        one has already told that the plate may be out of reach.
+        """
+        self._on_time.command(self.clock.now(), vibrates=False)
+        try:
+            self._silence()
+        except PlateFault:
+            if not self._fault_known:
+                self._fault_known = True
+                raise
+
+    def check(self) -> None:
+        """Raise the `PlateFault` that has come up since the last command, if any.
+
+        Called often (every frame) while a participant explores or answers: it must be cheap.
+        """
+        now_s = self.clock.now()
+        if self._on_time.unattended_s(now_s) > self.limits.on_time_s:
+            self.silence()
+            raise OverLimit(
+                f"the plate vibrated for {self.limits.on_time_s:g} s without a new command; "
+                "it was silenced"
+            )
+        try:
+            self._check_duty()
+        except OverLimit:
+            self.silence()
+            raise
+        with self._silent_on_fault():
+            self._check()
+
+    def vibration_um_pp(self) -> float:
+        """Return what a finger on the plate feels now, in µm p-p: by default the readback."""
+        return self.read_back().amplitude_um_pp or 0.0
+
+    def close(self) -> None:
+        """Silence, then let go of the device. Never raises a `PlateFault`."""
+        self._fault_known = True
+        try:
+            self.silence()
+        finally:
+            with suppress(PlateFault):
+                self._close()
+
+    def describe(self) -> dict[str, Any]:
+        """Return what a record of the session should say of the plate, ready for JSON."""
+        return {
+            "backend": self.name,
+            "identity": asdict(self.identity) if self.identity else None,
+            "limits": asdict(self.limits),
+        }
+
+    @contextmanager
+    def _silent_on_fault(self) -> Iterator[None]:
+        try:
+            yield
+        except BaseException as error:
+            self._fault_known = self._fault_known or isinstance(error, PlateFault)
+            with suppress(PlateFault):
+                self.silence()
+            raise
+
+    def _check_duty(self) -> None:
+        duty = self._on_time.duty(self.clock.now())
+        if duty > self.limits.duty:
+            raise OverLimit(
+                f"the plate vibrated {duty:.0%} of the last {self.limits.duty_window_s:g} s, "
+                f"more than {self.limits.duty:.0%}"
+            )
 
     @abstractmethod
-    def connect(self) -> PlateIdentity:
-        """Open the line, check who answers, leave the plate silent."""
+    def _connect(self) -> PlateIdentity:
+        """Open the line, check who answers, leave the plate silent. `_close` follows a failure."""
 
     @abstractmethod
     def _drive(self, amplitude_um_pp: float) -> Presentation:
         """Ramp to a checked amplitude; return when it has settled."""
 
     @abstractmethod
-    def read_back(self) -> Readback:
-        """Return what the plate does now. Raises `PlateFault` if it cannot say."""
+    def _read_back(self) -> Readback:
+        """Return what the plate does now."""
 
     @abstractmethod
-    def silence(self) -> None:
-        """Stop the vibration. May be called at any time, in any state, more than once."""
+    def _silence(self) -> None:
+        """Stop the vibration; do nothing when not connected."""
 
     @abstractmethod
-    def close(self) -> None:
-        """Silence, then let go of the device. Never raises."""
+    def _close(self) -> None:
+        """Let go of the device; do nothing when not connected."""
 
-    @abstractmethod
-    def check(self) -> None:
-        """Raise the `PlateFault` that has come up since the last command, if any.
+    def _check(self) -> None:  # noqa: B027 - most backends learn of faults by commands alone
+        """Raise the fault that has come up since the last command, if any; cheaply."""
 
-        Called often (every frame) while a participant explores or answers: it must be cheap.
-        """
+    def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
+        """Drive at a checked frequency and voltage; return when it has settled."""
+        raise PlateRefused(
+            f"backend '{self.name}' cannot drive {voltage_v:g} V at {frequency_hz:g} Hz: "
+            "it keeps frequency and voltage to itself"
+        )
 
     def __enter__(self) -> Self:
         self.connect()

@@ -1,0 +1,56 @@
+"""Addresses of plates: what follows the backend's name in a SPEC.
+
+``PORT,key=value,key=value``: a port or resource (may be empty), then options. Which options there
+are is the backend's business: it hands in a table of names and converters.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+
+def split_address(
+    address: str, converters: Mapping[str, Callable[[str], Any]]
+) -> tuple[str, dict[str, Any]]:
+    """Return the port and the converted options of an address.
+
+    Raises
+    ------
+    UserError
+        An option is unknown, twice there, or its value cannot be read.
+
+    >>> split_address("/dev/ttyACM0,limit=2", {"limit": number})
+    ('/dev/ttyACM0', {'limit': 2.0})
+    """
+    words = address.split(",")
+    target = "" if "=" in words[0] else words.pop(0)
+    options: dict[str, Any] = {}
+    for word in words:
+        key, equals, text = word.partition("=")
+        if not equals or key not in converters or key in options:
+            known = ", ".join(f"{name}=..." for name in sorted(converters)) or "none"
+            raise UserError(
+                f"plate address '{address}': '{word}' is not an option of its own; known: {known}"
+            )
+        try:
+            options[key] = converters[key](text)
+        except ValueError as error:
+            raise UserError(f"plate address '{address}': {key} is '{text}', {error}") from None
+    return target, options
+
+
+def number(text: str) -> float:
+    """Return a finite number, or raise ValueError that says what was expected."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise ValueError("expected a number")
+    return value

@@ -1,0 +1,206 @@
+"""The mock plate: the physical twin behind the driver interface, for pilots and tests.
+
+SPEC: ``mock`` or ``mock:option=value,...`` with
+
+==============  ==================================================================
+``q``           quality factor (60)
+``finger``      loss that a finger adds to 1/Q (0); 0.0033 brings Q from 60 to 50
+``noise``       standard deviation of a vibrometer reading, µm (0.005)
+``fault``       faults on order: ``CODE@PHASE/N``, see `hardware.injection`. CODE is a
+                `PlateFault.code`; PHASE is connect, present, read_back, silence or
+                check. ``CODE@N`` counts all of these but check (called every frame)
+==============  ==================================================================
+
+A fault ``lost`` lasts until the next connect, every other one for one command. The board behind a
+lost line silences the plate, as a real one does.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from hardware.address import number, split_address
+from hardware.driver import (
+    FAULTS,
+    ConnectionLost,
+    PlateDriver,
+    PlateIdentity,
+    PlateLimits,
+    Presentation,
+    Readback,
+)
+from hardware.injection import Injection, Schedule, parse_injections
+from hardware.plate.dynamics import Finger, Resonator
+from hardware.plate.twin import OFF, Drive, Twin
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from hardware.clock import Clock
+
+RAMP_S = 0.025  # raised cosine: no click
+RAMP_STEPS = 16
+SETTLING_TIME_CONSTANTS = 40  # e^-40: to the last digit, nothing is left of the surface before
+
+PHASES = ("connect", "present", "read_back", "silence", "check")
+OPTIONS: dict[str, Callable[[str], Any]] = {
+    "q": number,
+    "finger": number,
+    "noise": number,
+    "fault": partial(parse_injections, faults=FAULTS, phases=PHASES),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """One command that the mock received, for tests to look at."""
+
+    time_s: float
+    name: str
+    amplitude_um_pp: float | None = None
+
+
+class MockPlate(PlateDriver):
+    """A plate that exists only as its physics.
+
+    Parameters
+    ----------
+    clock : Clock
+        Ramps and settling let its time pass: a virtual clock does not wait.
+    twin : Twin
+        The plate.
+    limits : PlateLimits
+        Enforced by the driver interface.
+    injections : iterable of Injection
+        Faults on order.
+    """
+
+    name = "mock"
+
+    def __init__(
+        self,
+        *,
+        clock: Clock,
+        twin: Twin | None = None,
+        limits: PlateLimits | None = None,
+        injections: Iterable[Injection] = (),
+    ) -> None:
+        super().__init__(clock=clock, limits=limits)
+        self.twin = twin or Twin(voltage_limit_v=self.limits.voltage_v)
+        self.log: list[Command] = []
+        self._schedule = Schedule(injections)
+        self._connected = False
+
+    def inject(self, fault: str, *, phase: str = "", n: int = 1) -> None:
+        """Order a fault at the ``n``-th command of a phase from now ("" counts all but check)."""
+        if fault not in FAULTS or phase not in ("", *PHASES):
+            raise ValueError(f"no fault '{fault}' or no phase '{phase}'")
+        self._schedule.add(Injection(fault, phase, n))
+
+    def vibration_um_pp(self) -> float:
+        """Return the twin's true amplitude in µm p-p: what a finger feels, connected or not."""
+        return self.twin.amplitude_um_pp(self.clock.now())
+
+    def _connect(self) -> PlateIdentity:
+        self._hear("connect")
+        self._connected = True
+        self._set(OFF)
+        return PlateIdentity(
+            manufacturer="Slipscale", model="mock plate", serial="twin", firmware="1"
+        )
+
+    def _drive(self, amplitude_um_pp: float) -> Presentation:
+        self._hear("present", amplitude_um_pp)
+        begun_s = self.clock.now()
+        from_um_pp = self.twin.drive.target_um_pp or 0.0
+        frequency_hz = self.twin.resonator.resonance_hz
+        for step in range(1, RAMP_STEPS + 1):
+            share = 0.5 - 0.5 * math.cos(math.pi * step / RAMP_STEPS)
+            target_um_pp = from_um_pp + share * (amplitude_um_pp - from_um_pp)
+            self._set(Drive(frequency_hz=frequency_hz, target_um_pp=target_um_pp))
+            self.clock.sleep(RAMP_S / RAMP_STEPS)
+        self._set(Drive(frequency_hz=frequency_hz, target_um_pp=amplitude_um_pp))
+        self._settle()
+        readback = self._measure()
+        return Presentation(
+            commanded_um_pp=amplitude_um_pp,
+            readback=readback,
+            settled_by="readback",
+            settle_time_s=readback.time_s - begun_s,
+        )
+
+    def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
+        self._hear("present")
+        self._set(Drive(frequency_hz=frequency_hz, voltage_v=voltage_v))
+        self._settle()
+        return self._measure()
+
+    def _read_back(self) -> Readback:
+        self._hear("read_back")
+        return self._measure()
+
+    def _silence(self) -> None:
+        if self._connected:
+            self._hear("silence")
+            self._set(OFF)
+
+    def _check(self) -> None:
+        self._suffer(self._schedule.due("check", everywhere=False))
+        self._require_line()
+
+    def _close(self) -> None:
+        self._connected = False
+
+    def _hear(self, name: str, amplitude_um_pp: float | None = None) -> None:
+        self.log.append(Command(self.clock.now(), name, amplitude_um_pp))
+        self._suffer(self._schedule.due(name))
+        if name != "connect":
+            self._require_line()
+
+    def _suffer(self, faults: list[str]) -> None:
+        for code in faults:
+            if code == ConnectionLost.code:
+                self._set(OFF)
+                self._connected = False
+            raise FAULTS[code](f"mock plate: fault '{code}', on order")
+
+    def _require_line(self) -> None:
+        if not self._connected:
+            raise ConnectionLost("mock plate: not connected")
+
+    def _set(self, drive: Drive) -> None:
+        self.twin.set_drive(drive, self.clock.now())
+
+    def _settle(self) -> None:
+        time_constant_s = self.twin.conditions(self.clock.now()).time_constant_s
+        self.clock.sleep(SETTLING_TIME_CONSTANTS * time_constant_s)
+
+    def _measure(self) -> Readback:
+        now_s = self.clock.now()
+        return Readback(
+            amplitude_um_pp=self.twin.measure_um_pp(now_s), kind="measured", time_s=now_s
+        )
+
+
+def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
+    """Return a mock plate: the entry point ``mock``.
+
+    Raises
+    ------
+    UserError
+        The address holds an option that the mock does not have.
+    """
+    _, options = split_address(address, OPTIONS)
+    limits = PlateLimits()
+    twin = Twin(
+        seed=seed,
+        resonator=Resonator(quality_factor=options.get("q", Resonator().quality_factor)),
+        finger=Finger(loss=options.get("finger", 0.0)),
+        voltage_limit_v=limits.voltage_v,
+        **({"noise_um": options["noise"]} if "noise" in options else {}),
+    )
+    injections: Any = options.get("fault", ())
+    return MockPlate(clock=clock, twin=twin, limits=limits, injections=injections)

@@ -1,0 +1,84 @@
+"""Faults on order: which one, and at which command of which phase. For tests and rehearsals.
+
+An order reads ``NAME@PHASE/N`` (at the N-th command of that phase), ``NAME@N`` (at the N-th
+command of all), ``NAME@PHASE`` or ``NAME`` (at the first); several are joined by ``+``.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable
+
+EVERY = ""  # the phase that counts all commands
+
+
+@dataclass(frozen=True, slots=True)
+class Injection:
+    """A fault at the ``n``-th command of a phase."""
+
+    fault: str
+    phase: str = EVERY
+    n: int = 1
+
+
+def parse_injections(
+    text: str, *, faults: Collection[str], phases: Collection[str]
+) -> tuple[Injection, ...]:
+    """Read an order.
+
+    Raises
+    ------
+    ValueError
+        With what was expected.
+
+    >>> parse_injections("lost@present/3", faults=["lost"], phases=["present"])
+    (Injection(fault='lost', phase='present', n=3),)
+    """
+    return tuple(_parse(word, faults, phases) for word in text.split("+"))
+
+
+def _parse(word: str, faults: Collection[str], phases: Collection[str]) -> Injection:
+    fault, _, place = word.partition("@")
+    phase, slash, count = (place, "/", "1") if place in phases else place.rpartition("/")
+    if (
+        fault not in faults
+        or (slash and phase not in phases)
+        or (place and not (count.isascii() and count.isdigit() and int(count) > 0))
+    ):
+        raise ValueError(
+            f"expected FAULT, FAULT@N, FAULT@PHASE or FAULT@PHASE/N; faults: {', '.join(sorted(faults))}; "
+            f"phases: {', '.join(sorted(phases))}"
+        )
+    return Injection(fault, phase, int(count) if place else 1)
+
+
+class Schedule:
+    """Counts commands and tells which faults are due.
+
+    >>> schedule = Schedule([Injection("lost", "present", 2)])
+    >>> [schedule.due(phase) for phase in ("present", "read_back", "present")]
+    [[], [], ['lost']]
+    """
+
+    def __init__(self, injections: Iterable[Injection] = ()) -> None:
+        self._injections = list(injections)
+        self._counts: Counter[str] = Counter()
+
+    def add(self, injection: Injection) -> None:
+        """Order one more; its count begins now."""
+        later = self._counts[injection.phase] + injection.n
+        self._injections.append(Injection(injection.fault, injection.phase, later))
+
+    def due(self, phase: str, *, everywhere: bool = True) -> list[str]:
+        """Count a command of a phase (``everywhere``: also of all) and return its faults."""
+        counted = [phase, EVERY] if everywhere else [phase]
+        self._counts.update(counted)
+        return [
+            each.fault
+            for each in self._injections
+            if each.phase in counted and each.n == self._counts[each.phase]
+        ]

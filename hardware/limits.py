@@ -1,0 +1,119 @@
+"""What a plate may be asked to do, and the record of how long it has vibrated."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from dataclasses import dataclass
+
+from faults import UserError
+from hardware.plate_faults import NotReached, OverLimit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlateLimits:
+    """What a plate may be asked to do, for every backend.
+
+    Parameters
+    ----------
+    amplitude_um_pp : float
+        Largest vibration amplitude, µm peak to peak. The default leaves the paper's 2.3 µm at
+        15 V (Section IV-A) in and little above.
+    voltage_v : float
+        Largest drive voltage, in the convention of the calibration (15 V in the paper,
+        chosen "in order to avoid dangerous voltages", Section III-B).
+    frequency_min_hz, frequency_max_hz : float
+        The band in which the plate may be driven.
+    duty : float
+        Largest fraction of the last `duty_window_s` seconds that the plate may have vibrated.
+    duty_window_s : float
+        The window of `duty`.
+    on_time_s : float
+        Longest vibration after one command: a plate that a hung session forgot falls silent.
+    tolerance : float
+        How far a *measured* amplitude may lie from the one commanded, as a fraction of it.
+    tolerance_um : float
+        The same, in µm peak to peak; the larger of the two counts.
+    """
+
+    amplitude_um_pp: float = 2.5
+    voltage_v: float = 16.5
+    frequency_min_hz: float = 25_000.0
+    frequency_max_hz: float = 40_000.0
+    duty: float = 1.0
+    duty_window_s: float = 600.0
+    on_time_s: float = 600.0
+    tolerance: float = 0.05
+    tolerance_um: float = 0.05
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise UserError(f"plate limits: {name} is {value}, expected a positive number")
+        if self.frequency_min_hz >= self.frequency_max_hz:
+            raise UserError("plate limits: frequency_min_hz must lie below frequency_max_hz")
+        if self.duty > 1:
+            raise UserError(f"plate limits: duty is {self.duty}, expected a fraction up to 1")
+
+    def check_amplitude(self, amplitude_um_pp: float) -> None:
+        """Raise `OverLimit` unless the amplitude is finite, not negative and within bounds."""
+        _check("amplitude", amplitude_um_pp, 0, self.amplitude_um_pp, "µm p-p")
+
+    def check_voltage(self, voltage_v: float) -> None:
+        """Raise `OverLimit` unless the drive voltage is finite, not negative and within bounds."""
+        _check("drive voltage", voltage_v, 0, self.voltage_v, "V")
+
+    def check_frequency(self, frequency_hz: float) -> None:
+        """Raise `OverLimit` unless the drive frequency is finite and within the band."""
+        _check("drive frequency", frequency_hz, self.frequency_min_hz, self.frequency_max_hz, "Hz")
+
+    def check_reached(self, commanded_um_pp: float, measured_um_pp: float) -> None:
+        """Raise `NotReached` when a measured amplitude is another than the one commanded."""
+        allowed = max(self.tolerance * commanded_um_pp, self.tolerance_um)
+        if not abs(measured_um_pp - commanded_um_pp) <= allowed:
+            raise NotReached(
+                f"{commanded_um_pp:g} µm p-p was commanded, {measured_um_pp:.3f} µm p-p is "
+                f"measured (tolerance {allowed:.3f})"
+            )
+
+
+def _check(what: str, value: float, lowest: float, highest: float, unit: str) -> None:
+    if not (math.isfinite(value) and lowest <= value <= highest):
+        raise OverLimit(f"{what} {value:g} {unit} is outside {lowest:g} to {highest:g} {unit}")
+
+
+class OnTime:
+    """When the plate vibrated: the seconds since the last command, the duty of the last window.
+
+    >>> on_time = OnTime(window_s=100)
+    >>> on_time.command(10, vibrates=True)
+    >>> on_time.command(40, vibrates=False)
+    >>> on_time.duty(60), on_time.duty(120)
+    (0.3, 0.2)
+    """
+
+    def __init__(self, *, window_s: float) -> None:
+        self._window_s = window_s
+        self._spans: deque[tuple[float, float]] = deque()
+        self._since: float | None = None
+        self._commanded_s = 0.0
+
+    def command(self, now_s: float, *, vibrates: bool) -> None:
+        """Note a command at ``now_s`` after which the plate vibrates, or does not."""
+        if self._since is not None:
+            self._spans.append((self._since, now_s))
+        self._since = now_s if vibrates else None
+        self._commanded_s = now_s
+        while self._spans and self._spans[0][1] <= now_s - self._window_s:
+            self._spans.popleft()
+
+    def unattended_s(self, now_s: float) -> float:
+        """Return how long the plate has vibrated since the last command; 0 when it is silent."""
+        return 0.0 if self._since is None else now_s - self._commanded_s
+
+    def duty(self, now_s: float) -> float:
+        """Return the fraction of the window before ``now_s`` in which the plate vibrated."""
+        start_s = now_s - self._window_s
+        spans = [*self._spans, *([(self._since, now_s)] if self._since is not None else [])]
+        return sum(max(end - max(begin, start_s), 0.0) for begin, end in spans) / self._window_s

@@ -1,0 +1,157 @@
+"""The plate in time: ring-up, ring-down, detuning, temperature, a finger (the physical twin).
+
+Near one resonance the plate is a second-order resonator, and a drive close to its resonance makes
+a vibration A(t)·cos(2πft) whose complex envelope A obeys
+
+    dA/dt = -(1/τ + j 2π Δf) (A - A_ss),   τ = Q / (π f0),   Δf = f - f0,
+    A_ss = g V / (1 + 2j Q Δf / f0).
+
+While drive and resonance stand still that has a closed form, so a step of any length carries no
+integration error. It agrees with the full second-order equation to better than half a percent
+within a few bandwidths of the resonance (tests/hardware/plate/test_dynamics.py).
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+
+from faults import UserError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Resonator:
+    """One resonance of a plate, as calibrated.
+
+    Parameters
+    ----------
+    resonance_hz : float
+        Resonance at the reference temperature, no finger. The paper's plate: 30.5 kHz (Fig. 13).
+    gain_um_pp_per_v : float
+        Amplitude per volt at resonance, no finger: 2.3 µm p-p at 15 V in the paper (Section IV-A,
+        which does not say whether its volts are peak or peak to peak; the drive voltage here is
+        peak, as the finite elements that meet the measured amplitude suggest).
+    quality_factor : float
+        Of the assembled plate. Not published: 60 is the ceramic's. Calibrate it.
+    temperature_coefficient_hz_per_k : float
+        How the resonance moves with temperature. Not published: half of copper beryllium's
+        modulus coefficient of some -350 ppm/K, on 30.5 kHz.
+    reference_temperature_c : float
+        The temperature at which `resonance_hz` holds.
+    """
+
+    resonance_hz: float = 30_500.0
+    gain_um_pp_per_v: float = 2.3 / 15
+    quality_factor: float = 60.0
+    temperature_coefficient_hz_per_k: float = -5.3
+    reference_temperature_c: float = 22.0
+
+    def __post_init__(self) -> None:
+        for name in ("resonance_hz", "gain_um_pp_per_v", "quality_factor"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise UserError(f"resonator: {name} is {value}, expected a positive number")
+        for name in ("temperature_coefficient_hz_per_k", "reference_temperature_c"):
+            if not math.isfinite(getattr(self, name)):
+                raise UserError(f"resonator: {name} is not finite")
+
+    def resonance_at_hz(self, temperature_c: float) -> float:
+        """Return the resonance in Hz at a temperature in °C."""
+        warmer_k = temperature_c - self.reference_temperature_c
+        return self.resonance_hz + self.temperature_coefficient_hz_per_k * warmer_k
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finger:
+    """What a fingertip on the plate adds.
+
+    Parameters
+    ----------
+    loss : float
+        Added to 1/Q. 1/300 brings Q from 60 to 50.
+    detuning_hz : float
+        Shift of the resonance; negative where the finger acts as a mass.
+    """
+
+    loss: float = 0.0
+    detuning_hz: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.loss) and self.loss >= 0):
+            raise UserError(f"finger: loss is {self.loss}, expected a finite number, 0 or more")
+        if not math.isfinite(self.detuning_hz):
+            raise UserError("finger: detuning_hz is not finite")
+
+
+NO_FINGER = Finger()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Conditions:
+    """A resonator under given circumstances: what the envelope's equation needs.
+
+    Parameters
+    ----------
+    resonance_hz : float
+        Where the resonance is now.
+    quality_factor : float
+        With the finger.
+    gain_um_pp_per_v : float
+        At resonance, with the finger.
+    """
+
+    resonance_hz: float
+    quality_factor: float
+    gain_um_pp_per_v: float
+
+    @property
+    def time_constant_s(self) -> float:
+        """τ: 63 % of a change of amplitude happens in this time."""
+        return self.quality_factor / (math.pi * self.resonance_hz)
+
+    def response_um_pp_per_v(self, frequency_hz: float) -> complex:
+        """Return the steady complex amplitude per volt at a drive frequency."""
+        detuning = (frequency_hz - self.resonance_hz) / self.resonance_hz
+        return self.gain_um_pp_per_v / (1 + 2j * self.quality_factor * detuning)
+
+    def step(
+        self, envelope_um_pp: complex, duration_s: float, *, voltage_v: float, frequency_hz: float
+    ) -> complex:
+        """Return the envelope ``duration_s`` later under a constant drive.
+
+        Parameters
+        ----------
+        envelope_um_pp : complex
+            The envelope now, in µm peak to peak, its phase against the drive.
+        duration_s : float
+            Seconds, 0 or more.
+        voltage_v, frequency_hz : float
+            The drive: volts peak, hertz.
+
+        Returns
+        -------
+        complex
+            The envelope in µm peak to peak.
+        """
+        steady = self.response_um_pp_per_v(frequency_hz) * voltage_v
+        detuning_hz = frequency_hz - self.resonance_hz
+        rate = 1 / self.time_constant_s + 2j * math.pi * detuning_hz
+        return steady + (envelope_um_pp - steady) * cmath.exp(-rate * duration_s)
+
+
+def conditions(
+    resonator: Resonator, *, temperature_c: float | None = None, finger: Finger = NO_FINGER
+) -> Conditions:
+    """Return the resonator at a temperature (its reference by default), with or without a finger.
+
+    >>> round(conditions(Resonator(), finger=Finger(loss=1 / 300)).quality_factor, 6)
+    50.0
+    """
+    at_c = resonator.reference_temperature_c if temperature_c is None else temperature_c
+    quality_factor = 1 / (1 / resonator.quality_factor + finger.loss)
+    return Conditions(
+        resonance_hz=resonator.resonance_at_hz(at_c) + finger.detuning_hz,
+        quality_factor=quality_factor,
+        gain_um_pp_per_v=resonator.gain_um_pp_per_v * quality_factor / resonator.quality_factor,
+    )

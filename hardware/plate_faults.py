@@ -1,0 +1,109 @@
+"""Everything that can go wrong on the rig: a type each, a code for the journal, a remedy.
+
+Backends raise these and nothing else for a fault of the rig; `hardware.driver` offers them too.
+"""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from faults import RigError
+
+
+class PlateFault(RigError):
+    """Something went wrong on the rig: ``code`` for the journal, ``remedy`` for the operator."""
+
+    code: ClassVar[str] = "fault"
+    remedy: ClassVar[str] = "See the message."
+
+    def __init__(self, message: str) -> None:
+        super().__init__(f"{message}. {self.remedy}")
+        self.message = message
+
+
+class PlateNotFound(PlateFault):
+    """No device at that address."""
+
+    code = "not_there"
+    remedy = "Check the cable and the port's name: slipscale plate list shows the ports."
+
+
+class NoPermission(PlateFault):
+    """The device is there, but this user may not open it."""
+
+    code = "no_permission"
+    remedy = (
+        "On Linux join the group that owns the port (sudo usermod -aG dialout $USER), "
+        "then log out and in again."
+    )
+
+
+class WrongDevice(PlateFault):
+    """A device answers, but it is not a plate, or not this plate."""
+
+    code = "wrong_device"
+    remedy = "Name the plate's own port, or the calibration that belongs to this plate."
+
+
+class PlateBusy(PlateFault):
+    """Another program holds the device, or the device does not accept commands."""
+
+    code = "busy"
+    remedy = "Close the other program that uses the plate, then try again."
+
+
+class PlateTimeout(PlateFault):
+    """No answer in the time agreed."""
+
+    code = "time_out"
+    remedy = "Check that the board has power, then unplug and replug it."
+
+
+class GarbledReply(PlateFault):
+    """An answer that cannot be read."""
+
+    code = "garbled"
+    remedy = "Check the cable and its distance from the amplifier."
+
+
+class PlateRefused(PlateFault):
+    """The device understood and said no."""
+
+    code = "refused"
+    remedy = "Let the board cool down or clear its error, then try again."
+
+
+class ConnectionLost(PlateFault):
+    """The device went away, or restarted, in the middle."""
+
+    code = "lost"
+    remedy = "Plug the plate in again; the session can reconnect."
+
+
+class OverLimit(PlateFault):
+    """A command outside the plate's limits; the plate was left as it was."""
+
+    code = "over_limit"
+    remedy = "Stay within the plate's limits, or correct them in the configuration."
+
+
+class NotReached(PlateFault):
+    """The plate measures another amplitude than was commanded: its drive saturates, most often.
+
+    A finger takes energy out of the plate; at 15 V there is no headroom above the paper's 2.3 µm.
+    """
+
+    code = "not_reached"
+    remedy = (
+        "Lower the study's largest amplitude, press less, or recalibrate: "
+        "the drive has no voltage left for this amplitude."
+    )
+
+
+FAULTS: dict[str, type[PlateFault]] = {
+    kind.code: kind
+    for kind in (
+        PlateNotFound, NoPermission, WrongDevice, PlateBusy, PlateTimeout, GarbledReply,
+        PlateRefused, ConnectionLost, OverLimit, NotReached,
+    )
+}  # fmt: skip

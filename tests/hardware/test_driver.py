@@ -1,0 +1,262 @@
+"""What the interface promises for every backend, tried on one that only records."""
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from faults import UserError
+from hardware.clock import VirtualClock
+from hardware.driver import (
+    NotReached,
+    OverLimit,
+    PlateDriver,
+    PlateIdentity,
+    PlateLimits,
+    PlateRefused,
+    PlateTimeout,
+    Presentation,
+    Readback,
+    backend_names,
+    open_plate,
+)
+from hardware.limits import OnTime
+from stimuli.surface import VirtualSurface
+
+
+class Recorder(PlateDriver):
+    """A backend that does what it is told and writes it down."""
+
+    name = "recorder"
+
+    def __init__(self, **options):
+        super().__init__(clock=VirtualClock(), **options)
+        self.heard = []
+        self.amplitude_um_pp = 0.0
+        self.fails_at = {}
+        self.measures = lambda commanded: commanded
+
+    def _hear(self, command):
+        self.heard.append(command)
+        if command in self.fails_at:
+            raise self.fails_at[command]
+
+    def _connect(self):
+        self._hear("connect")
+        return PlateIdentity(manufacturer="m", model="m", serial="1", firmware="1")
+
+    def _drive(self, amplitude_um_pp):
+        self._hear("drive")
+        self.amplitude_um_pp = amplitude_um_pp
+        return Presentation(
+            commanded_um_pp=amplitude_um_pp,
+            readback=self._read_back(),
+            settled_by="readback",
+            settle_time_s=0.0,
+        )
+
+    def _read_back(self):
+        self._hear("read_back")
+        return Readback(
+            amplitude_um_pp=self.measures(self.amplitude_um_pp),
+            kind="measured",
+            time_s=self.clock.now(),
+        )
+
+    def _silence(self):
+        self._hear("silence")
+        self.amplitude_um_pp = 0.0
+
+    def _close(self):
+        self._hear("close")
+
+
+def surface(amplitude_um_pp):
+    return VirtualSurface(amplitude_um_pp=amplitude_um_pp)
+
+
+@pytest.fixture
+def plate():
+    plate = Recorder()
+    plate.connect()
+    return plate
+
+
+def test_a_command_outside_the_limits_never_reaches_the_backend_and_changes_nothing(plate):
+    plate.present(surface(1.2))
+    before = list(plate.heard)
+    with pytest.raises(OverLimit, match=r"2\.6 µm p-p is outside 0 to 2\.5"):
+        plate.present(surface(2.6))
+    assert plate.heard == before
+    assert plate.amplitude_um_pp == 1.2
+
+
+@given(value=st.one_of(st.just(math.nan), st.just(math.inf), st.floats(max_value=-1e-9)))
+def test_no_impossible_number_passes_any_limit(value):
+    limits = PlateLimits()
+    for check in (limits.check_amplitude, limits.check_voltage, limits.check_frequency):
+        with pytest.raises(OverLimit):
+            check(value)
+
+
+@pytest.mark.parametrize(
+    "drive",
+    [
+        {"frequency_hz": 24_999.0, "voltage_v": 1.0},
+        {"frequency_hz": math.nan, "voltage_v": 1.0},
+        {"frequency_hz": 30_500.0, "voltage_v": 16.6},
+        {"frequency_hz": 30_500.0, "voltage_v": math.nan},
+    ],
+)
+def test_frequency_and_voltage_are_limited_too(plate, drive):
+    before = list(plate.heard)
+    with pytest.raises(OverLimit):
+        plate.excite(**drive)
+    assert plate.heard == before
+
+
+def test_a_backend_without_open_loop_drive_says_so(plate):
+    with pytest.raises(PlateRefused, match="keeps frequency and voltage to itself"):
+        plate.excite(frequency_hz=30_500.0, voltage_v=1.0)
+
+
+@pytest.mark.parametrize("command", ["drive", "read_back"])
+@pytest.mark.parametrize("error", [PlateTimeout("no answer"), KeyboardInterrupt(), ValueError()])
+def test_any_error_in_a_command_silences_the_plate(plate, command, error):
+    plate.fails_at[command] = error
+    with pytest.raises(type(error)):
+        plate.present(surface(1.2))
+    assert plate.heard[-1] == "silence"
+    assert plate.amplitude_um_pp == 0
+
+
+def test_the_context_manager_ends_silent_on_an_exception_of_the_caller():
+    def session(plate):
+        with plate:
+            plate.present(surface(2.3))
+            raise ZeroDivisionError
+
+    plate = Recorder()
+    with pytest.raises(ZeroDivisionError):
+        session(plate)
+    assert plate.heard[-2:] == ["silence", "close"]
+
+
+def test_a_connect_that_fails_lets_go_of_the_device():
+    plate = Recorder()
+    plate.fails_at["connect"] = PlateTimeout("no answer")
+    with pytest.raises(PlateTimeout):
+        plate.connect()
+    assert plate.heard[-1] == "close"
+
+
+def test_a_measured_amplitude_other_than_commanded_is_a_fault_and_ends_silent(plate):
+    plate.measures = lambda commanded: 0.9 * commanded
+    with pytest.raises(NotReached, match=r"2\.3 µm p-p was commanded, 2\.070 µm p-p is measured"):
+        plate.present(surface(2.3))
+    assert plate.amplitude_um_pp == 0
+
+
+def test_a_measured_amplitude_within_tolerance_is_accepted(plate):
+    plate.measures = lambda commanded: 0.96 * commanded + 0.001
+    assert plate.present(surface(2.3)).readback.amplitude_um_pp == pytest.approx(2.209)
+
+
+def test_silence_that_is_not_confirmed_is_told_once(plate):
+    plate.fails_at["silence"] = PlateTimeout("no answer")
+    with pytest.raises(PlateTimeout):
+        plate.silence()
+    plate.silence()
+    plate.close()
+
+
+def test_a_fault_in_a_command_is_not_hidden_by_the_silence_that_fails_after_it(plate):
+    plate.fails_at = {"drive": PlateRefused("too warm"), "silence": PlateTimeout("no answer")}
+    with pytest.raises(PlateRefused):
+        plate.present(surface(1.2))
+
+
+def test_a_plate_that_was_forgotten_is_silenced(plate):
+    plate.present(surface(1.2))
+    plate.clock.sleep(plate.limits.on_time_s)
+    plate.check()
+    plate.clock.sleep(0.1)
+    with pytest.raises(OverLimit, match="without a new command"):
+        plate.check()
+    assert plate.amplitude_um_pp == 0
+
+
+def test_a_new_presentation_or_a_silent_plate_is_not_forgotten(plate):
+    for _ in range(3):
+        plate.present(surface(1.2))
+        plate.clock.sleep(500)
+        plate.check()
+    plate.present(surface(0))
+    plate.clock.sleep(10_000)
+    plate.check()
+
+
+def test_duty_over_its_limit_is_refused_until_the_plate_has_rested():
+    plate = Recorder(limits=PlateLimits(duty=0.5, duty_window_s=100))
+    plate.connect()
+    plate.clock.sleep(1_000)
+    plate.present(surface(1.2))
+    plate.clock.sleep(50)
+    plate.check()
+    plate.clock.sleep(1)
+    with pytest.raises(OverLimit, match="51% of the last 100 s"):
+        plate.check()
+    assert plate.amplitude_um_pp == 0
+    with pytest.raises(OverLimit):
+        plate.present(surface(1.2))
+    plate.present(surface(0))
+    plate.clock.sleep(51)
+    plate.present(surface(1.2))
+
+
+@given(
+    spans=st.lists(st.tuples(st.floats(0.1, 50), st.floats(0.1, 50)), max_size=12),
+    window_s=st.floats(1, 100),
+)
+def test_duty_agrees_with_counting_the_window_tick_by_tick(spans, window_s):
+    on_time, now_s, on = OnTime(window_s=window_s), 0.0, []
+    for on_s, off_s in spans:
+        on_time.command(now_s, vibrates=True)
+        on.append((now_s, now_s + on_s))
+        on_time.command(now_s + on_s, vibrates=False)
+        now_s += on_s + off_s
+    ticks = [now_s - window_s * (i + 0.5) / 2000 for i in range(2000)]
+    counted = sum(any(a <= t < b for a, b in on) for t in ticks) / 2000
+    assert on_time.duty(now_s) == pytest.approx(counted, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"amplitude_um_pp": math.nan},
+        {"duty": 1.5},
+        {"voltage_v": -1.0},
+        {"frequency_min_hz": 5e4},
+    ],
+)
+def test_impossible_limits_are_refused(wrong):
+    with pytest.raises(UserError, match=next(iter(wrong))):
+        PlateLimits(**wrong)
+
+
+def test_every_fault_tells_what_to_do_about_it():
+    error = PlateTimeout("no answer from /dev/ttyACM0")
+    assert str(error) == (
+        "no answer from /dev/ttyACM0. Check that the board has power, then unplug and replug it."
+    )
+
+
+def test_an_unknown_backend_is_refused_with_those_there_are():
+    with pytest.raises(UserError, match=r"no backend 'mokc'; there are: .*mock"):
+        open_plate("mokc", clock=VirtualClock())
+
+
+def test_the_mock_is_found_by_entry_point():
+    assert "mock" in backend_names()
+    assert open_plate("mock", clock=VirtualClock()).name == "mock"
