@@ -50,7 +50,8 @@ def _parse(word: str, faults: Collection[str], phases: Collection[str]) -> Injec
         or (place and not (count.isascii() and count.isdigit() and int(count) > 0))
     ):
         raise ValueError(
-            f"expected FAULT, FAULT@N, FAULT@PHASE or FAULT@PHASE/N; faults: {', '.join(sorted(faults))}; "
+            "expected FAULT, FAULT@N, FAULT@PHASE or FAULT@PHASE/N; "
+            f"faults: {', '.join(sorted(faults))}; "
             f"phases: {', '.join(sorted(phases))}"
         )
     return Injection(fault, phase, int(count) if place else 1)
