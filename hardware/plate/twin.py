@@ -89,7 +89,8 @@ class Twin:
         self.noise_um = noise_um
         self.voltage_limit_v = voltage_limit_v
         self._seed = seed & WORD
-        self._phases = self._random(WORD).uniform(0, 2 * math.pi, len(TEMPERATURE_PERIODS_S))
+        phases = self._random(WORD).uniform(0, 2 * math.pi, len(TEMPERATURE_PERIODS_S))
+        self._phases: list[float] = phases.tolist()
         self._envelope_um_pp: complex = 0
         self._time_s = 0.0
         self.drive = OFF
@@ -121,7 +122,7 @@ class Twin:
     def measure_um_pp(self, now_s: float) -> float:
         """Return a vibrometer's reading of the amplitude in µm p-p."""
         noise_um = self._random(round(now_s * 1e6)).normal(0, self.noise_um)
-        return round(abs(self.amplitude_um_pp(now_s) + noise_um), 6)
+        return round(float(abs(self.amplitude_um_pp(now_s) + noise_um)), 6)
 
     def voltage_v(self, now_s: float) -> float:
         """Return the drive voltage, V peak."""
