@@ -40,7 +40,7 @@ class Record:
 
 def encode(record: Record) -> bytes:
     """Return a record as a line, with its checksum."""
-    fields = {"n": record.number, "t": round(record.time_s, 6), "kind": record.kind, **record.data}
+    fields = {"n": record.number, "t": record.time_s, "kind": record.kind, **record.data}
     body = json.dumps(fields, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return f'{body[:-1]},"crc":"{zlib.crc32(body.encode()):08x}"}}\n'.encode()
 

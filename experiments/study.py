@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 import tomllib
+from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
@@ -42,6 +43,8 @@ if TYPE_CHECKING:
 # Where a fault is in the file, and pydantic's own record of it.
 Fault = tuple[tuple[Any, ...], dict[str, Any]]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+# Columns of participants.tsv that Slipscale fills itself.
+TAKEN = ("participant_id", "mode", "complete")
 
 
 class PersonQuestion(BaseModel):
@@ -55,6 +58,13 @@ class PersonQuestion(BaseModel):
     name: Label
     options: Annotated[tuple[Words, ...], Field(min_length=2, max_length=9)]
     prompt: str = ""
+
+    @field_validator("name")
+    @classmethod
+    def _free(cls, value: str) -> str:
+        if value in TAKEN:
+            raise ValueError("expected another name: this one is a column already")
+        return value
 
 
 class MaskingNoise(BaseModel):
@@ -82,6 +92,9 @@ class Study(BaseModel):
     ----------
     name, title : str
         A short label, and words for people.
+    authors : tuple of str
+    license : str
+        For the data set's description.
     language : str
         What the participant reads.
     seed : int
@@ -103,6 +116,7 @@ class Study(BaseModel):
     name: Label
     title: Words
     authors: tuple[Words, ...] = ()
+    license: Words = "not decided"
     language: str = "en"
     seed: Count = 1
     participants: AtLeastOne = 12
@@ -156,6 +170,10 @@ class Study(BaseModel):
                 load_texts(language, replacements)
             except UserError as error:
                 raise ValueError(str(error)) from error
+        shipped = load_texts(self.language)
+        for question in self.about_you:
+            if not question.prompt and f"about_you.{question.name}" not in shipped:
+                raise ValueError(f"about_you: '{question.name}' needs a prompt of its own")
         for task in self.tasks:
             for key in ("standard_um_pp", "start_um_pp"):
                 _within(self.plate, [getattr(task, key, None) or 0.0])
@@ -189,6 +207,7 @@ def _task(table: Any) -> Options:
     return load_protocol(name).options.model_validate(table)
 
 
+@lru_cache(maxsize=16)
 def parse_study(text: str, source: str) -> Study:
     """Return the study that a TOML text describes.
 

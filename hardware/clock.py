@@ -17,10 +17,13 @@ class Clock(Protocol):
 
 
 class SystemClock:
-    """The machine's monotonic clock, from zero at construction."""
+    """The machine's monotonic clock, from ``start_s`` at construction.
 
-    def __init__(self) -> None:
-        self._start = time.perf_counter()
+    It counts ``time.perf_counter``, so a key event's time stamp can be put on it.
+    """
+
+    def __init__(self, start_s: float = 0.0) -> None:
+        self._start = time.perf_counter() - start_s
 
     def now(self) -> float:
         """Return the time in seconds since the clock's start."""

@@ -1,0 +1,77 @@
+"""A scripted participant: gives the answers it was handed, in order. For tests."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Self
+
+from experiments.steps import Ask, Reply
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+    from types import TracebackType
+
+    from experiments.participants.base import Kind, Watch
+    from experiments.steps import ParticipantStep, Value
+    from hardware.clock import Clock
+
+
+class ScriptedParticipant:
+    """Answers questions from a list, or by a function of the question.
+
+    Parameters
+    ----------
+    script : iterable or callable
+        The answers, or what gives one for an `Ask`. An answer that is a `Reply` is given as it
+        is; one that is an exception is raised.
+    clock : Clock
+        Each step takes ``step_s`` of it.
+    step_s : float
+        Seconds.
+    """
+
+    kind: ClassVar[Kind] = "scripted"
+
+    def __init__(
+        self,
+        script: Iterable[Value | Reply | BaseException] | Callable[[Ask], Value],
+        clock: Clock,
+        step_s: float = 1.0,
+    ) -> None:
+        self._answers = None if callable(script) else iter(script)
+        self._give = script if callable(script) else None
+        self._clock = clock
+        self._step_s = step_s
+        self.seen: list[ParticipantStep] = []
+
+    def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
+        """Let some time pass, then give the next answer."""
+        watch()
+        self.seen.append(step)
+        onset_s = self._clock.now()
+        self._clock.sleep(self._step_s)
+        answer = self._next(step) if isinstance(step, Ask) else None
+        watch()
+        if isinstance(answer, BaseException):
+            raise answer
+        if isinstance(answer, Reply):
+            return answer
+        return Reply(value=answer, onset_s=onset_s, response_time_s=self._step_s)
+
+    def _next(self, step: Ask) -> Value | Reply | BaseException:
+        return self._give(step) if self._give else next(self._answers or iter(()))
+
+    def hold(self, _text: str, until: Callable[[], bool]) -> None:
+        """Wait."""
+        while not until():
+            self._clock.sleep(0.1)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        return None

@@ -1,0 +1,85 @@
+"""A small laboratory: whole sessions on a mock plate in virtual time."""
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pytest
+
+from experiments.journal import Journal
+from experiments.operator import UnattendedOperator
+from experiments.participants.simulated import SimulatedParticipant
+from experiments.run import RunPlan, elapsed_s, perform, read_plan
+from experiments.study import study_text
+from hardware.clock import VirtualClock
+from hardware.driver import open_plate
+
+
+def make_plan(text=None, **changes):
+    return RunPlan(
+        **{
+            "study_name": "biet2007",
+            "study_text": text or study_text("biet2007"),
+            "participant": "01",
+            "seed": 2007,
+            "language": "en",
+            "mode": "pilot",
+        }
+        | changes
+    )
+
+
+@dataclass
+class Laboratory:
+    """Runs plans and keeps what tests look at: the plate and the participant of the last run."""
+
+    folder: Path
+    spec: str = "mock"
+    plate: object = None
+    person: object = None
+    clock: VirtualClock = field(default_factory=VirtualClock)
+
+    def run(self, plan=None, *, person=None, operator=None, spec=None):
+        """Begin the plan's run, or go on with it where its journal exists."""
+        plan = plan or make_plan()
+        path = plan.journal_path(self.folder)
+        if path.exists():
+            self.clock = VirtualClock(elapsed_s(read_plan(path)[1]))
+            journal = Journal.reopen(path, self.clock)
+        else:
+            self.clock = VirtualClock()
+            journal = Journal.create(path, self.clock)
+        self.plate = open_plate(spec or self.spec, clock=self.clock, seed=plan.seed)
+        with journal, self.plate:
+            self.person = (person or self.simulated)(plan)
+            return perform(
+                plan,
+                spec=spec or self.spec,
+                plate=self.plate,
+                participant=self.person,
+                journal=journal,
+                clock=self.clock,
+                operator=operator or UnattendedOperator(),
+            )
+
+    def simulated(self, plan):
+        return SimulatedParticipant(
+            seed=plan.seed,
+            participant=plan.participant,
+            feel=self.plate.vibration_um_pp,
+            clock=self.clock,
+            language=plan.language,
+        )
+
+    def records(self, plan=None, kind=None):
+        records = read_plan((plan or make_plan()).journal_path(self.folder))[1]
+        return [record for record in records if kind is None or record.kind == kind]
+
+
+@pytest.fixture
+def laboratory(tmp_path):
+    return Laboratory(tmp_path)
+
+
+@pytest.fixture
+def plan():
+    return make_plan
