@@ -1,0 +1,76 @@
+"""Table III and its kin: what the estimates are, before any test.
+
+A *value* is one participant's arithmetic mean at one amplitude: participants are the sample.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+#: The two conventions of the standard deviation, as numpy's ``ddof``.
+SD_CONVENTIONS = {"sample": 1, "population": 0}
+
+
+def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFrame:
+    """Return the paper's three statistics per amplitude.
+
+    Parameters
+    ----------
+    cells : DataFrame, shape (participants, amplitudes)
+        Participants' mean estimates, see `analysis.normalisation.cell_means`.
+    standard_deviation : {"sample", "population"}
+        Divide by n - 1 or by n.
+
+    Returns
+    -------
+    DataFrame
+        ``amplitude_um_pp n mean maximum_deviation standard_deviation``; the maximum deviation
+        is max |value - mean| over participants. The standard deviation of one value is NaN
+        (sample) or 0 (population).
+    """
+    values = cells.to_numpy(float)
+    count = np.sum(~np.isnan(values), axis=0)
+    mean = cells.mean().to_numpy(float)
+    deviation = np.abs(values - mean)
+    return pd.DataFrame(
+        {
+            "amplitude_um_pp": cells.columns.to_numpy(float),
+            "n": count,
+            "mean": mean,
+            "maximum_deviation": np.nanmax(deviation, axis=0) if len(values) else mean,
+            "standard_deviation": cells.std(ddof=SD_CONVENTIONS[standard_deviation]).to_numpy(),
+        }
+    )
+
+
+def cousineau_morey(values: NDArray[np.float64], confidence: float = 0.95) -> NDArray[np.float64]:
+    """Return half-widths of within-participant confidence intervals, one per column.
+
+    Each participant's values are shifted to the grand mean (Cousineau 2005, Tutor. Quant.
+    Methods Psychol. 1, 42-45), the variance corrected by k / (k - 1) (Morey 2008, ibid. 4,
+    61-64), the interval is Student's.
+
+    Parameters
+    ----------
+    values : array, shape (participants, conditions)
+        Complete; at least two of each.
+    """
+    from scipy import stats  # noqa: PLC0415 - a second's import, only when an interval is asked for
+
+    n, k = values.shape
+    if n < 2 or k < 2:  # noqa: PLR2004
+        return np.full(k, np.nan)
+    shifted = values - values.mean(axis=1, keepdims=True) + values.mean()
+    standard_error = shifted.std(axis=0, ddof=1) * np.sqrt(k / (k - 1)) / np.sqrt(n)
+    return np.asarray(standard_error * stats.t.ppf((1 + confidence) / 2, n - 1))
+
+
+def complete(cells: pd.DataFrame) -> pd.DataFrame:
+    """Return the participants who have a value at every amplitude."""
+    return cells.dropna()

@@ -1,0 +1,465 @@
+"""A data set, read: which trials will be analysed, and what was left out and why.
+
+Two shapes come in: a BIDS data set as `experiments.dataset` writes it, or one tidy table with
+``participant_id``, ``amplitude_um_pp`` and ``estimate``. Rows are never dropped in silence:
+practice, voided and unanswered trials are counted, wrong cells are named by file and line.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+from pydantic import ValidationError
+
+from analysis.tables import (
+    Problems,
+    Source,
+    digest,
+    numbers,
+    places,
+    read_bytes,
+    read_tables,
+    require,
+)
+from experiments.analysis_choices import AnalysisChoices
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+NAME = re.compile(
+    r"sub-(?P<sub>[A-Za-z0-9]+)(_ses-(?P<ses>[A-Za-z0-9]+))?_task-(?P<task>[A-Za-z0-9]+)"
+    r"(_run-(?P<run>[0-9]+))?_beh\.tsv"
+)
+ESTIMATION, DIFFERENCE = "magnitudeestimation", "descendingdifference"
+REQUIRED = {
+    ESTIMATION: ("amplitude_um_pp", "estimate"),
+    DIFFERENCE: ("amplitude_before_um_pp", "amplitude_um_pp", "difference_felt"),
+}
+TRUE, FALSE = {"yes", "true", "1", "1.0"}, {"no", "false", "0", "0.0"}
+#: Separators of a tidy table, tried in this order on its header line.
+SEPARATORS = ("\t", ";", ",")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dataset:
+    """Trials to analyse, and where they come from.
+
+    Parameters
+    ----------
+    name : str
+        The data set's title.
+    estimates : DataFrame
+        Trials of magnitude estimation: ``participant_id session run trial amplitude_um_pp
+        estimate response_time scale_top modulus flag timed_out faulty``, one row an answered
+        main trial, in order of presentation. Empty where there are none.
+    answers : DataFrame
+        All main trials of magnitude estimation that were not voided, answered or not: what data
+        quality is judged by.
+    differences : DataFrame
+        Steps of the descending difference, answered ones.
+    participants : DataFrame
+        ``participants.tsv``, where there is one.
+    mode : {"pilot", "participant", "unknown"}
+        Whose answers these are.
+    counts : Mapping
+        Rows read and left out, by reason.
+    details : Mapping
+        What the sidecars say of study, seeds, languages, plates and software.
+    choices : AnalysisChoices
+        The frozen choices, or the defaults.
+    frozen : tuple of str
+        The keys that the study file froze.
+    problems : tuple of str
+        One sentence each.
+    sources : tuple of Source
+        Every file that was read.
+    folder : Path or None
+        The data set's folder; None for a table by hand.
+    """
+
+    name: str
+    estimates: pd.DataFrame
+    answers: pd.DataFrame
+    differences: pd.DataFrame
+    participants: pd.DataFrame
+    mode: str = "unknown"
+    counts: Mapping[str, int] = field(default_factory=dict)
+    details: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    choices: AnalysisChoices = field(default_factory=AnalysisChoices)
+    frozen: tuple[str, ...] = ()
+    problems: tuple[str, ...] = ()
+    sources: tuple[Source, ...] = ()
+    folder: Path | None = None
+
+    @property
+    def sha256(self) -> str:
+        """One digest for all files, in the order of their names."""
+        lines = sorted(f"{source.sha256}  {source.name}" for source in self.sources)
+        return digest("\n".join(lines).encode())
+
+
+def load(path: str | Path) -> Dataset:
+    """Read a data set's folder or a tidy table.
+
+    Raises
+    ------
+    UserError
+        There is nothing to analyse there, a file cannot be read, a column is missing, or pilot
+        and participant records are mixed.
+    """
+    where = Path(path)
+    if where.is_dir():
+        return _load_folder(where)
+    if where.is_file():
+        return _load_table(where)
+    raise UserError(f"{where}: no such file or folder; expected a data set")
+
+
+def _load_folder(folder: Path) -> Dataset:
+    files: dict[str, list[tuple[Path, re.Match[str]]]] = {ESTIMATION: [], DIFFERENCE: []}
+    problems = Problems()
+    for path in sorted(folder.glob("sub-*/**/beh/*_beh.tsv")):
+        match = NAME.fullmatch(path.name)
+        if match and match["task"] in files:
+            files[match["task"]].append((path, match))
+        elif match is None:
+            problems.add(f"{path.relative_to(folder)}: not a name of the BIDS form; not read")
+    if not any(files.values()):
+        raise UserError(
+            f"{folder}: no data found; expected files like "
+            f"sub-01/beh/sub-01_task-{ESTIMATION}_run-01_beh.tsv, or one table (CSV or TSV) with "
+            "participant_id, amplitude_um_pp, estimate"
+        )
+    everyone = [entry for entries in files.values() for entry in entries]
+    details, modes, sources = _sidecars([path for path, _ in everyone], folder, problems)
+    _refuse_mixture(modes, folder)
+    counts: dict[str, int] = {}
+    read = {}
+    for task, entries in files.items():
+        frame, read_sources = _read_task(task, entries, folder, problems)
+        sources += read_sources
+        read[task] = frame
+    answers = _keep_main_trials(read[ESTIMATION], counts)
+    participants = _participants(folder, sources)
+    choices, frozen = _choices(folder, sources)
+    return Dataset(
+        name=_title(folder),
+        estimates=_answered(answers, counts),
+        answers=answers,
+        differences=_keep_steps(read[DIFFERENCE], counts, problems),
+        participants=participants,
+        mode=modes[0][0] if modes else "unknown",
+        counts=counts,
+        details=details,
+        choices=choices,
+        frozen=frozen,
+        problems=tuple(problems.sentences),
+        sources=tuple(sources),
+        folder=folder,
+    )
+
+
+def _load_table(path: Path) -> Dataset:
+    text = read_bytes(path)
+    header = text.removeprefix(b"\xef\xbb\xbf").partition(b"\n")[0].decode("utf-8", "replace")
+    separator = next((mark for mark in SEPARATORS if mark in header), ",")
+    # Excel in French or German writes semicolons between cells and commas inside numbers.
+    frame, sources = read_tables(
+        [path], path.parent, separator=separator, decimal="," if separator == ";" else "."
+    )
+    require(frame, ("participant_id", *REQUIRED[ESTIMATION]), str(path))
+    problems = Problems()
+    unnamed = frame["participant_id"].isna()
+    if unnamed.any():
+        lines = ", ".join(str(line) for line in frame.loc[unnamed, "line"].head(12))
+        problems.add(
+            f"{path.name}: {int(unnamed.sum())} rows without a participant_id are left out "
+            f"(lines {lines})"
+        )
+        frame = frame[~unnamed].reset_index(drop=True)
+    frame["participant_id"] = frame["participant_id"].astype(str)
+    answers_read = _clean_estimates(frame, sources, problems)
+    counts: dict[str, int] = {}
+    answers = _keep_main_trials(answers_read, counts)
+    return Dataset(
+        name=path.stem,
+        estimates=_answered(answers, counts),
+        answers=answers,
+        differences=_empty_differences(),
+        participants=pd.DataFrame(
+            {"participant_id": sorted(answers["participant_id"].astype(str).unique())}
+        ),
+        counts=counts,
+        problems=tuple(problems.sentences),
+        sources=tuple(sources),
+    )
+
+
+def _read_task(
+    task: str, entries: Sequence[tuple[Path, re.Match[str]]], folder: Path, problems: Problems
+) -> tuple[pd.DataFrame, list[Source]]:
+    if not entries:
+        return (_empty_estimates() if task == ESTIMATION else _empty_differences()), []
+    frame, sources = read_tables([path for path, _ in entries], folder)
+    where = sources[0].name if len(sources) == 1 else f"{folder} (task {task})"
+    require(frame, REQUIRED[task], where)
+    place = frame["file"].to_numpy()
+    labels = {
+        "participant_id": [f"sub-{match['sub']}" for _, match in entries],
+        "session": [match["ses"] or "" for _, match in entries],
+        "run": [match["run"] or "1" for _, match in entries],
+    }
+    for name, values in labels.items():
+        categories = sorted(set(values))
+        codes = np.array([categories.index(value) for value in values])[place]
+        frame[name] = pd.Categorical.from_codes(codes, categories=pd.Index(categories))
+    if task == ESTIMATION:
+        return _clean_estimates(frame, sources, problems), sources
+    return _clean_differences(frame, sources, problems), sources
+
+
+def _clean_estimates(
+    frame: pd.DataFrame, sources: Sequence[Source], problems: Problems
+) -> pd.DataFrame:
+    """Return rows with every column of the tidy table, numbers as numbers."""
+    clean = pd.DataFrame(
+        {
+            "participant_id": frame["participant_id"].astype("category"),
+            "session": _labels(frame, "session", ""),
+            "run": _labels(frame, "run", "1"),
+            "file": frame["file"],
+            "line": frame["line"],
+        }
+    )
+    for column in ("amplitude_um_pp", "estimate"):
+        clean[column] = numbers(frame, column, sources, problems, minimum=0.0)
+    for column in ("trial", "block", "response_time", "scale_top", "modulus"):
+        clean[column] = (
+            numbers(frame, column, sources, problems, minimum=0.0)
+            if column in frame and frame[column].notna().any()
+            else np.nan
+        )
+    clean["phase"] = _labels(frame, "phase", "main")
+    clean["flag"] = _labels(frame, "flag", "")
+    return _without_doubles(clean, sources, problems)
+
+
+def _clean_differences(
+    frame: pd.DataFrame, sources: Sequence[Source], problems: Problems
+) -> pd.DataFrame:
+    clean = pd.DataFrame(
+        {name: frame[name] for name in ("participant_id", "session", "run", "file", "line")}
+    )
+    for column in ("amplitude_before_um_pp", "amplitude_um_pp"):
+        clean[column] = numbers(frame, column, sources, problems, minimum=0.0)
+    for column in ("trial", "series", "step", "confidence", "response_time"):
+        clean[column] = (
+            numbers(frame, column, sources, problems)
+            if column in frame and frame[column].notna().any()
+            else np.nan
+        )
+    felt = frame["difference_felt"].astype("object").map(lambda v: str(v).strip().lower())
+    clean["difference_felt"] = felt.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
+    wrong = clean["difference_felt"].isna() & frame["difference_felt"].notna()
+    problems.add_many(
+        [
+            f"{place}, column difference_felt: '{value}' where yes or no was expected; "
+            "the step is left out"
+            for place, value in zip(
+                places(frame[wrong], sources), frame.loc[wrong, "difference_felt"], strict=True
+            )
+        ],
+        "column difference_felt",
+    )
+    catch = frame["catch"] if "catch" in frame else pd.Series("false", index=frame.index)
+    clean["catch"] = catch.astype("object").map(lambda v: str(v).strip().lower() in TRUE)
+    clean["verbal_report"] = _labels(frame, "verbal_report", "")
+    clean["phase"] = _labels(frame, "phase", "main")
+    clean["flag"] = _labels(frame, "flag", "")
+    return _without_doubles(clean, sources, problems)
+
+
+def _labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
+    if column not in frame:
+        return pd.Series(pd.Categorical([missing] * len(frame)), index=frame.index)
+    values = frame[column].astype("category")
+    values = values.cat.rename_categories([str(name) for name in values.cat.categories])
+    if missing not in values.cat.categories:
+        values = values.cat.add_categories(missing)
+    return values.fillna(missing)
+
+
+def _without_doubles(
+    clean: pd.DataFrame, sources: Sequence[Source], problems: Problems
+) -> pd.DataFrame:
+    """Drop and name rows that give the same trial of the same run once more."""
+    if clean["trial"].isna().all():
+        return clean
+    key = ["participant_id", "session", "run", "phase", "trial"]
+    doubled = clean["trial"].notna() & clean.duplicated(key, keep="first")
+    doubled &= ~clean["flag"].astype(str).str.contains("voided") if doubled.any() else doubled
+    problems.add_many(
+        [
+            f"{place}: trial {trial:g} of {who} is there a second time; the first is kept"
+            for place, trial, who in zip(
+                places(clean[doubled], sources),
+                clean.loc[doubled, "trial"],
+                clean.loc[doubled, "participant_id"],
+                strict=True,
+            )
+        ],
+        "doubled trials",
+    )
+    return clean[~doubled].reset_index(drop=True) if doubled.any() else clean
+
+
+def _has_flag(frame: pd.DataFrame, *codes: str) -> pd.Series[bool]:
+    """Tell which rows carry one of the codes; each distinct flag cell is looked at once."""
+    flags = frame["flag"].astype("category")
+    hits = [bool(set(codes) & set(str(name).split(";"))) for name in flags.cat.categories]
+    lookup = np.array([*hits, False])
+    return pd.Series(lookup[flags.cat.codes], index=frame.index)
+
+
+def _keep_main_trials(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
+    """Return main trials that were not voided, marked by what happened in them."""
+    counts["estimation_rows"] = len(frame)
+    practice = frame["phase"].astype(str) == "practice" if len(frame) else np.array([], bool)
+    counts["practice"] = int(np.sum(practice))
+    main = frame[~practice]
+    voided = _has_flag(main, "voided")
+    counts["voided"] = int(voided.sum())
+    main = main[~voided].reset_index(drop=True)
+    main["timed_out"] = _has_flag(main, "timed_out")
+    main["faulty"] = _has_flag(main, "fault", "represented")
+    counts["timed_out"] = int(main["timed_out"].sum())
+    counts["faulty"] = int(main["faulty"].sum())
+    return main
+
+
+def _answered(main: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
+    answered = main["estimate"].notna() & main["amplitude_um_pp"].notna()
+    counts["unanswered"] = int((~answered).sum())
+    kept = main[answered].reset_index(drop=True)
+    kept["participant_id"] = kept["participant_id"].cat.remove_unused_categories()
+    counts["analysed"] = len(kept)
+    return kept
+
+
+def _keep_steps(frame: pd.DataFrame, counts: dict[str, int], problems: Problems) -> pd.DataFrame:
+    counts["difference_rows"] = len(frame)
+    if not len(frame):
+        return frame
+    kept = frame[(frame["phase"].astype(str) != "practice") & ~_has_flag(frame, "voided")]
+    unanswered = kept["difference_felt"].isna()
+    counts["difference_unanswered"] = int(unanswered.sum())
+    kept = kept[~unanswered & kept["amplitude_um_pp"].notna()].reset_index(drop=True)
+    odd = kept["catch"] & (kept["amplitude_before_um_pp"] != kept["amplitude_um_pp"])
+    if odd.any():
+        problems.add(f"{int(odd.sum())} catch steps change the amplitude; they count as steps")
+        kept.loc[odd, "catch"] = False
+    counts["difference_analysed"] = len(kept)
+    return kept
+
+
+def _sidecars(
+    tables: Sequence[Path], folder: Path, problems: Problems
+) -> tuple[dict[str, tuple[str, ...]], list[tuple[str, Path]], list[Source]]:
+    """Return what the sidecars say, each file's mode, and the sidecars as sources."""
+    found: dict[str, set[str]] = {}
+    modes: list[tuple[str, Path]] = []
+    sources: list[Source] = []
+    for table in tables:
+        path = table.with_suffix(".json")
+        if not path.is_file():
+            problems.add(f"{path.relative_to(folder)}: no such sidecar; study and seed unknown")
+            continue
+        content = read_bytes(path)
+        sources.append(Source(path.relative_to(folder).as_posix(), digest(content)))
+        try:
+            own = json.loads(content).get("Slipscale", {})
+        except (ValueError, AttributeError) as error:
+            raise UserError(f"{path}: not a JSON object ({error})") from error
+        if mode := own.get("mode"):
+            modes.append((str(mode), path))
+        for key in ("study", "study_hash", "seed", "language", "plate"):
+            if key in own:
+                found.setdefault(key, set()).add(str(own[key]))
+        for name, version in dict(own.get("software") or {}).items():
+            found.setdefault("software", set()).add(f"{name} {version}")
+    return {key: tuple(sorted(values)) for key, values in found.items()}, modes, sources
+
+
+def _refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
+    first: dict[str, Path] = {}
+    for mode, path in modes:
+        first.setdefault(mode, path)
+    if len(first) > 1:
+        examples = "; ".join(
+            f"'{mode}' in {path.relative_to(folder)}" for mode, path in sorted(first.items())
+        )
+        raise UserError(
+            f"{folder}: records of a pilot and of participants are mixed ({examples}); "
+            "expected one kind: move the pilot's files to a folder of their own"
+        )
+
+
+def _participants(folder: Path, sources: list[Source]) -> pd.DataFrame:
+    path = folder / "participants.tsv"
+    if not path.is_file():
+        return pd.DataFrame({"participant_id": pd.Series(dtype=str)})
+    frame, read = read_tables([path], folder)
+    sources += read
+    return frame.drop(columns=["file", "line"])
+
+
+def _choices(folder: Path, sources: list[Source]) -> tuple[AnalysisChoices, tuple[str, ...]]:
+    path = folder / "code" / "study.toml"
+    if not path.is_file():
+        return AnalysisChoices(), ()
+    content = read_bytes(path)
+    sources.append(Source(path.relative_to(folder).as_posix(), digest(content)))
+    try:
+        table = tomllib.loads(content.decode("utf-8")).get("analysis", {})
+        choices = AnalysisChoices.model_validate(table)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: not a TOML file ({error})") from error
+    except ValidationError as error:
+        faults = "; ".join(
+            f"[analysis] {'.'.join(str(part) for part in fault['loc'])}: {fault['msg']}"
+            for fault in error.errors()
+        )
+        raise UserError(f"{path}: {faults}") from error
+    return choices, tuple(sorted(table))
+
+
+def _title(folder: Path) -> str:
+    path = folder / "dataset_description.json"
+    try:
+        return str(json.loads(path.read_text(encoding="utf-8"))["Name"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return folder.resolve().name
+
+
+def _empty_estimates() -> pd.DataFrame:
+    text = ("participant_id", "session", "run", "phase", "flag")
+    values = ("trial", "block", "amplitude_um_pp", "estimate", "response_time", "scale_top")
+    columns: dict[str, Any] = {name: pd.Categorical([]) for name in text}
+    columns |= {name: np.array([], float) for name in (*values, "modulus", "file", "line")}
+    return pd.DataFrame(columns)
+
+
+def _empty_differences() -> pd.DataFrame:
+    text = ("participant_id", "session", "run", "phase", "flag", "verbal_report")
+    values = ("trial", "series", "step", "amplitude_before_um_pp", "amplitude_um_pp")
+    columns: dict[str, Any] = {name: pd.Categorical([]) for name in text}
+    columns |= {name: np.array([], float) for name in (*values, "difference_felt", "confidence")}
+    return pd.DataFrame(columns | {"catch": np.array([], bool)})
