@@ -211,3 +211,10 @@ def save(
             figure.savefig(path, metadata=FORMATS[suffix])
             paths.append(path)
     return paths
+
+
+@styled
+def with_note(figure: Figure, note: str) -> Figure:
+    """Put a line under a figure that goes where the figure goes."""
+    figure.supxlabel(note, x=0.01, ha="left", fontsize=8, color="#52606D")
+    return figure

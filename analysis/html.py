@@ -111,7 +111,9 @@ def table(
     """
     head = ""
     if over:
-        spans = "".join(f'<th colspan="{count}" scope="colgroup">{escape(t)}</th>' for t, count in over)
+        spans = "".join(
+            f'<th colspan="{count}" scope="colgroup">{escape(t)}</th>' for t, count in over
+        )
         head = f'<tr class="over">{spans}</tr>'
     cells = "".join(
         f'<th scope="col"{c.classes()}>{escape(c.title)}'
