@@ -92,7 +92,7 @@ def analyse(
     if not len(data.estimates) and not len(data.differences):
         raise UserError(f"{data.name}: no answered trials; nothing to analyse")
     tell("describing")
-    rule = normalise or data.choices.normalisation or normalisation.default_rule(data.estimates)
+    rule, notes = _choose_rule(data, normalise)
     estimates = data.estimates.assign(normalised=normalisation.normalise(data.estimates, rule))
     cells = normalisation.cell_means(estimates, "normalised")
     analysis = Analysis(
@@ -101,13 +101,34 @@ def analyse(
         estimates=estimates,
         cells=cells,
         table3=descriptives.table3(cells, data.choices.standard_deviation),
-        problems=(*data.problems, *_what_is_thin(cells)),
+        problems=(*data.problems, *notes, *_what_is_thin(cells)),
         out=None if not write else Path(out) if out else default_out(data, dataset),
     )
     if analysis.out is not None:
         tell("writing tables, figures and the report")
         _write(analysis, analysis.out)
     return analysis
+
+
+def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
+    """Return the user's rule, else the study's, else the default; and what to say about it."""
+    frozen = data.choices.normalisation
+    if asked and frozen and asked != frozen:
+        return asked, [f"The study froze the normalisation '{frozen}'; '{asked}' was asked for."]
+    if asked or frozen:
+        return str(asked or frozen), []
+    rule = normalisation.default_rule(data.estimates)
+    if not (data.estimates["estimate"] > 0).any():
+        return "none", []
+    tops = data.estimates["scale_top"]
+    if rule != "scale_top" and tops.notna().any():
+        return rule, [
+            (
+                f"Mixed scales: {int(tops.isna().sum())} of {len(tops)} trials have no declared "
+                f"scale top; all are normalised by '{rule}' instead."
+            )
+        ]
+    return rule, []
 
 
 def default_out(data: Dataset, source: str | Path | Dataset) -> Path:

@@ -166,6 +166,7 @@ def _parse(text: bytes, path: Path, separator: str, decimal: str) -> pd.DataFram
             keep_default_na=False,
             skip_blank_lines=False,
             low_memory=False,
+            dtype={"participant_id": "str"},  # 01 is a name, not a number
         )
     except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError) as error:
         raise UserError(f"{path}: not a table that can be read ({error})") from error
