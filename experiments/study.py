@@ -21,6 +21,7 @@ from pydantic import (
     model_validator,
 )
 
+from experiments.analysis_choices import AnalysisChoices
 from experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
@@ -109,6 +110,13 @@ class Study(BaseModel):
         Counterbalanced: every other participant has the tasks in reverse.
     about_you : tuple of PersonQuestion
         Asked before the tasks.
+    masking_noise : MaskingNoise, optional
+    plate : PlateSettings
+        Limits that every amplitude of the study must keep.
+    analysis : AnalysisChoices
+        How the data will be analysed, frozen before anything is looked at.
+    texts : dict
+        Texts in place of the shipped ones, by language.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -126,6 +134,7 @@ class Study(BaseModel):
     task_order: Literal["fixed", "counterbalanced"] = "fixed"
     about_you: tuple[PersonQuestion, ...] = ()
     masking_noise: MaskingNoise | None = None
+    analysis: AnalysisChoices = AnalysisChoices()
     texts: dict[str, dict[str, Any]] = Field(default_factory=dict)
 
     @field_validator("language")

@@ -1,0 +1,51 @@
+"""Signals that end a session become exceptions, so that every `finally` silences the plate.
+
+Without this SIGTERM and SIGHUP end Python with no ``with`` block left and no ``finally`` run.
+"""
+
+from __future__ import annotations
+
+import signal
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from types import FrameType
+
+    from hardware.driver import PlateDriver
+
+ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")  # the last two are Unix' and Windows' own
+
+
+class EndedBySignal(KeyboardInterrupt):
+    """The operating system, or somebody, asked the program to end."""
+
+
+@contextmanager
+def signals_raise() -> Iterator[None]:
+    """Turn signals that end the program into `EndedBySignal` inside the block.
+
+    Only the main thread may call this.
+    """
+
+    def handle(number: int, _: FrameType | None) -> None:
+        raise EndedBySignal(signal.Signals(number).name)
+
+    numbers = [getattr(signal, name) for name in ENDINGS if hasattr(signal, name)]
+    before = {number: signal.signal(number, handle) for number in numbers}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+
+
+@contextmanager
+def silent_on_signals(driver: PlateDriver) -> Iterator[None]:
+    """Close the plate's driver, which silences it, however the block ends: signals included."""
+    with signals_raise():
+        try:
+            yield
+        finally:
+            driver.close()
