@@ -1,0 +1,248 @@
+"""The PsychoPy window: opens on the right screen, draws scenes, paces the frames.
+
+PsychoPy is imported when the window opens: the import takes seconds and reads ``sys.argv``, the
+display and the home directory.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Self
+
+from experiments.participants.psychopy_window.scene import Box, Colour, Scene, Text
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+    from types import TracebackType
+
+    from hardware.clock import Clock
+
+# Dark grey and one accent (Okabe and Ito's sky blue, safe for every colour vision).
+COLOURS: dict[Colour, tuple[int, int, int]] = {
+    "ground": (38, 40, 43),
+    "field": (56, 59, 63),
+    "text": (232, 232, 230),
+    "quiet": (168, 172, 177),
+    "accent": (86, 180, 233),
+}
+FONT = "Noto Sans"  # comes with PsychoPy, so it is there on every platform
+DESIGN_WIDTH = 1.34  # scenes are this wide at most, in heights; narrower screens scale them down
+SMALLEST = 0.6  # of a text's own size, where it must shrink
+FRAME_S = 0.010  # the shortest frame: without a display's own pace a loop would burn a core
+
+
+@contextmanager
+def bare_argv() -> Iterator[None]:
+    """Hide the command line: PsychoPy parses it on import, and answers --help itself."""
+    whole = sys.argv
+    sys.argv = whole[:1]
+    try:
+        yield
+    finally:
+        sys.argv = whole
+
+
+def import_visual() -> Any:
+    """Import and return ``psychopy.visual``.
+
+    Raises
+    ------
+    UserError
+        No display, or no home directory that PsychoPy can write its settings to.
+    """
+    # A second import after a failed one would seem to succeed, so the display is asked for first.
+    if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
+        raise UserError(
+            "no display: DISPLAY is not set. Log in at the machine's own screen, or run under "
+            "a virtual one: xvfb-run slipscale run ..."
+        )
+    # PsychoPy's own package folder is not ours, and must not reach programs that we start.
+    os.environ.setdefault("PSYCHOPYNOPACKAGES", "1")
+    try:
+        with bare_argv():
+            from psychopy import logging, visual  # noqa: PLC0415  seconds; see above
+    except PermissionError as error:
+        raise UserError(
+            f"PsychoPy cannot write its settings: {error}. Set HOME to a folder that can be written"
+        ) from None
+    except Exception as error:
+        if type(error).__name__ != "NoSuchDisplayException":
+            raise
+        raise UserError(
+            f"no display answers at DISPLAY={os.environ.get('DISPLAY')}. Check that the X server "
+            "runs and lets this user in"
+        ) from None
+    logging.console.setLevel(logging.CRITICAL)  # the terminal is the operator's
+    return visual
+
+
+def screens() -> list[str]:
+    """Return the sizes of the screens there are; a screen's number is its place in the list."""
+    import_visual()
+    import pyglet  # noqa: PLC0415  opens the display
+
+    return [f"{s.width} x {s.height}" for s in pyglet.canvas.get_display().get_screens()]
+
+
+def check_screen(number: int) -> None:
+    """Raise `UserError` unless there is a screen of that number: PsychoPy would take another."""
+    there = screens()
+    if not 0 <= number < len(there):
+        known = ", ".join(f"{n} ({size})" for n, size in enumerate(there))
+        raise UserError(f"screen {number}: there is no such screen; there are: {known}")
+
+
+class Display:
+    """A window that draws `Scene`.
+
+    Parameters
+    ----------
+    clock : Clock
+        The session's; it times the frames.
+    full_screen : bool
+        Fill the screen and hide the mouse.
+    screen : int
+        0, 1, ...
+    size : tuple of int
+        Width and height in pixels where the window does not fill the screen.
+    """
+
+    def __init__(
+        self, clock: Clock, *, full_screen: bool, screen: int, size: tuple[int, int]
+    ) -> None:
+        self._clock = clock
+        self._full_screen = full_screen
+        self._screen = screen
+        self._size = size
+        self._window: Any = None
+        self._shown: dict[Text | Box, Any] = {}
+        self._frame_s = -FRAME_S
+
+    def __enter__(self) -> Self:
+        visual = import_visual()
+        check_screen(self._screen)
+        self._visual = visual
+        self._window = visual.Window(
+            size=self._size,
+            fullscr=self._full_screen,
+            screen=self._screen,
+            allowGUI=not self._full_screen,
+            title="Slipscale",
+            units="pix",
+            color=COLOURS["ground"],
+            colorSpace="rgb255",
+            checkTiming=False,  # saves 0.6 s; frames are paced here
+            autoLog=False,
+            gammaErrorPolicy="ignore",
+        )
+        self._window.mouseVisible = not self._full_screen
+        self._load_fonts()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._shown.clear()
+        self._window.close()
+
+    @property
+    def handle(self) -> Any:
+        """The pyglet window, which hears the keys."""
+        return self._window.winHandle
+
+    def draw(self, scene: Scene) -> None:
+        """Draw a scene, unseen until the flip; what did not change is not built again."""
+        self._shown = {item: self._shown.get(item) or self._build(item) for item in scene}
+        for item in scene:
+            for stimulus in self._shown[item]:
+                stimulus.draw()
+
+    def flip(self) -> float:
+        """Show what was drawn; return when, on the session's clock."""
+        self._window.flip()
+        shown_s = self._clock.now()
+        self._clock.sleep(FRAME_S - (shown_s - self._frame_s))
+        self._frame_s = self._clock.now()
+        return shown_s
+
+    def save(self, path: Path) -> None:
+        """Write what was drawn and not yet shown to a picture file."""
+        self._window.getMovieFrame(buffer="back")
+        self._window.saveMovieFrames(str(path))
+
+    def _load_fonts(self) -> None:
+        import pyglet  # noqa: PLC0415  loaded with psychopy.visual
+        from psychopy import prefs  # noqa: PLC0415  as above
+
+        for name in ("NotoSans-Regular.ttf", "NotoSans-Bold.ttf"):
+            pyglet.font.add_file(os.path.join(prefs.paths["assets"], "fonts", name))  # noqa: PTH118
+
+    @property
+    def _unit(self) -> float:
+        """Pixels per unit of a scene."""
+        width, height = self._window.size
+        return float(min(height, width / DESIGN_WIDTH))
+
+    def _build(self, item: Text | Box) -> tuple[Any, ...]:
+        return self._build_box(item) if isinstance(item, Box) else self._build_text(item)
+
+    def _build_box(self, box: Box) -> tuple[Any, ...]:
+        unit = self._unit
+        return (
+            self._visual.Rect(
+                self._window,
+                width=box.width * unit,
+                height=box.height * unit,
+                pos=(box.x * unit, box.y * unit),
+                fillColor=COLOURS[box.colour],
+                lineWidth=0,
+                colorSpace="rgb255",
+                autoLog=False,
+            ),
+        )
+
+    def _build_text(self, text: Text) -> tuple[Any, ...]:
+        letters = self._fit(text) if text.content else None  # PsychoPy cannot draw no letters
+        if not text.caret:
+            return (letters,) if letters else ()
+        width = letters.boundingBox[0] / self._unit if letters else 0
+        caret = Box(
+            x=text.x + width / 2 + 0.012, y=text.y, width=0.006, height=text.size, colour="accent"
+        )
+        return (*((letters,) if letters else ()), *self._build_box(caret))
+
+    def _fit(self, text: Text) -> Any:
+        """Return the letters, smaller where they would be higher than the text may be."""
+        size = text.size
+        letters = self._letters(text, size)
+        limit = float("inf") if text.height is None else text.height * self._unit
+        while letters.boundingBox[1] > limit and size > SMALLEST * text.size:
+            size *= 0.94
+            letters = self._letters(text, size)
+        return letters
+
+    def _letters(self, text: Text, size: float) -> Any:
+        unit = self._unit
+        left = text.align == "left"
+        return self._visual.TextStim(
+            self._window,
+            text=text.content,
+            font=FONT,
+            bold=text.bold,
+            height=size * unit,
+            pos=((text.x - (text.width / 2 if left else 0)) * unit, text.y * unit),
+            anchorHoriz="left" if left else "center",
+            anchorVert=text.anchor,
+            alignText=text.align,
+            wrapWidth=text.width * unit,
+            color=COLOURS[text.colour],
+            colorSpace="rgb255",
+            autoLog=False,
+        )

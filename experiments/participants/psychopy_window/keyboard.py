@@ -1,0 +1,269 @@
+"""The keyboard: what was typed comes from the window, when it was pressed from the device.
+
+The window knows the layout but hears of a key only when it is polled, once a frame. Psychtoolbox
+stamps each press in a thread of its own, but knows key positions only (on a French keyboard it
+takes A for Q). Both see the same presses in the same order, so a character takes the stamp of its
+press: see `claim`.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import sys
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from hardware.clock import Clock
+
+Kind = Literal["character", "erase", "escape"]
+Source = Literal["ptb", "window"]
+# A press may be stamped this long before the last poll and still be heard only now.
+LATE_S = 0.050
+# The stamping thread may wake this much after the window heard of the key.
+EARLY_S = 0.004
+# A held key starts to repeat within this time (X11: 0.66 s, Windows: 1 s at most).
+REPEAT_S = 1.1
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """Something typed: a ``character``, or "erase", or "escape".
+
+    ``repeated`` marks what a held key adds by itself.
+    """
+
+    kind: Kind
+    character: str
+    time_s: float
+    source: Source = "window"
+    repeated: bool = False
+
+
+def claim(heard: int, stamps_s: Iterable[float], last_poll_s: float, poll_s: float) -> list[float]:
+    """Return the stamps of the presses that the window heard of in one poll, in order.
+
+    Parameters
+    ----------
+    heard : int
+        How many presses the window heard of.
+    stamps_s : iterable of float
+        Unclaimed stamps, in s on the session's clock, in order.
+    last_poll_s, poll_s : float
+        When the window was asked before, and now.
+
+    Returns
+    -------
+    list of float
+        As many as were heard, or none when the two do not agree: a wrong time is worse than the
+        window's own.
+
+    >>> claim(2, [0.1, 1.003, 1.009], last_poll_s=1.0, poll_s=1.016)
+    [1.003, 1.009]
+    >>> claim(2, [1.003], last_poll_s=1.0, poll_s=1.016)
+    []
+    """
+    recent = [s for s in stamps_s if last_poll_s - LATE_S <= s <= poll_s + EARLY_S]
+    return recent[:heard] if heard and len(recent) >= heard else []
+
+
+class Stamps:
+    """Psychtoolbox's key queues, on the session's clock."""
+
+    def __init__(self, clock: Clock) -> None:
+        # Not PsychoPy's Keyboard on top of it, which hands out a press only at its release.
+        from psychtoolbox import GetSecs, hid  # noqa: PLC0415  loads a driver
+
+        self._clock = clock
+        self._get_secs = GetSecs
+        devices = [-1] if sys.platform == "win32" else hid.get_keyboard_indices()[0]
+        self._keyboards = [hid.Keyboard(device) for device in devices]
+        for keyboard in self._keyboards:
+            keyboard.queue_start()
+
+    def read(self) -> list[float]:
+        """Return the presses since the last call, in s on the session's clock, in order."""
+        presses = []
+        for keyboard in self._keyboards:
+            while keyboard.flush():
+                event, _ = keyboard.queue_get_event()
+                if event and event["Pressed"]:
+                    presses.append(float(event["Time"]))
+        if not presses:
+            return []
+        offset_s = self._offset_s()
+        return sorted(time_s + offset_s for time_s in presses)
+
+    def close(self) -> None:
+        """Stop listening."""
+        for keyboard in self._keyboards:
+            keyboard.queue_stop()
+
+    def _offset_s(self) -> float:
+        """Return what to add to Psychtoolbox's time: the tightest of a few readings."""
+        readings: list[tuple[float, float]] = []
+        for _ in range(5):
+            before_s = self._clock.now()
+            theirs_s = float(self._get_secs())
+            after_s = self._clock.now()
+            readings.append((after_s - before_s, (before_s + after_s) / 2 - theirs_s))
+        return min(readings)[1]
+
+
+class Keyboard:
+    """Hears the keys of one window.
+
+    Parameters
+    ----------
+    handle : pyglet.window.Window
+        The window.
+    clock : Clock
+        The session's.
+    precise_times : bool
+        Take times from Psychtoolbox where it can be had.
+    """
+
+    def __init__(self, handle: Any, clock: Clock, *, precise_times: bool) -> None:
+        import pyglet  # noqa: PLC0415  loaded with the window
+        from pyglet.window import key  # noqa: PLC0415  as above
+
+        self._pyglet = pyglet
+        self._handle = handle
+        self._clock = clock
+        self._escape, self._backspace = key.ESCAPE, key.MOTION_BACKSPACE
+        self._modifiers = {
+            key.LSHIFT, key.RSHIFT, key.LCTRL, key.RCTRL, key.LALT, key.RALT, key.LMETA, key.RMETA,
+            key.LCOMMAND, key.RCOMMAND, key.LOPTION, key.ROPTION, key.CAPSLOCK, key.NUMLOCK,
+            key.SCROLLLOCK, key.MODESWITCH,
+        }  # fmt: skip
+        self._held: set[int] = set()
+        self._sign_s = clock.now()  # the last press or repetition
+        self._fresh: int | None = None  # the press that has not brought its character yet
+        self._presses = 0  # heard of since the last poll
+        self._typed: list[tuple[Key, int | None]] = []
+        self._unclaimed: list[float] = []
+        self._poll_s = clock.now()
+        self._activated = True
+        self._stamps = self._find_stamps() if precise_times else None
+        handle.push_handlers(
+            on_text=self._on_text,
+            on_text_motion=self._on_text_motion,
+            on_key_press=self._on_key_press,
+            on_key_release=self._on_key_release,
+            on_activate=self._on_activate,
+            on_deactivate=self._on_deactivate,
+            on_mouse_press=self._on_mouse_press,
+            on_close=self._on_close,
+        )
+        handle.activate()
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._handle.pop_handlers()
+        if self._stamps:
+            self._stamps.close()
+
+    @property
+    def held(self) -> bool:
+        """Whether a key, other than Shift and its like, is held down."""
+        if self._clock.now() - self._sign_s > REPEAT_S:
+            self._held.clear()  # a release can get lost, as when the layout changes in between
+        return bool(self._held)
+
+    @property
+    def focused(self) -> bool:
+        """Whether keys come here and not to another window."""
+        if not sys.platform.startswith("linux"):
+            return self._activated
+        # X11 is asked: a window that never had the focus is never told that it lost it.
+        xlib = self._pyglet.libs.x11.xlib
+        window, revert = xlib.Window(), ctypes.c_int()
+        xlib.XGetInputFocus(
+            self._handle._x_display,  # noqa: SLF001  pyglet offers no way to ask
+            ctypes.byref(window),
+            ctypes.byref(revert),
+        )
+        return bool(window.value == self._handle._window)  # noqa: SLF001  as above
+
+    def poll(self) -> list[Key]:
+        """Return what was typed since the last call, in order."""
+        self._handle.dispatch_events()
+        now_s = self._clock.now()
+        stamps: list[float] = []
+        if self._stamps:
+            self._unclaimed += self._stamps.read()
+            stamps = claim(self._presses, self._unclaimed, self._poll_s, now_s)
+            if self._presses and not stamps:
+                self._clock.sleep(EARLY_S)  # for the stamping thread to catch up
+                self._unclaimed += self._stamps.read()
+                stamps = claim(self._presses, self._unclaimed, self._poll_s, now_s)
+            newest_s = stamps[-1] if stamps else now_s - 1.0
+            self._unclaimed = [s for s in self._unclaimed if s > newest_s]
+        typed = [
+            replace(key, time_s=stamps[press], source="ptb")
+            if press is not None and stamps
+            else key
+            for key, press in self._typed
+        ]
+        self._typed, self._presses, self._fresh, self._poll_s = [], 0, None, now_s
+        return typed
+
+    def _find_stamps(self) -> Stamps | None:
+        try:
+            return Stamps(self._clock)
+        except Exception:  # noqa: BLE001  it raises plain Exception where it may not listen
+            return None  # the times then say "window"
+
+    def _hear(self, kind: Kind, character: str = "") -> None:
+        press, self._fresh = self._fresh, None
+        self._sign_s = self._clock.now()
+        repeated = press is None and self.held
+        self._typed.append((Key(kind, character, self._clock.now(), repeated=repeated), press))
+
+    # The window's events; True keeps them from PsychoPy's own handlers and their buffers.
+
+    def _on_key_press(self, symbol: int, _modifiers: int) -> bool:
+        self._fresh = self._presses
+        self._presses += 1
+        if symbol == self._escape:
+            self._hear("escape")
+        if symbol not in self._modifiers:
+            self._held.add(symbol)
+            self._sign_s = self._clock.now()
+        return True
+
+    def _on_key_release(self, symbol: int, _modifiers: int) -> bool:
+        if symbol in self._held:
+            self._held.discard(symbol)
+        elif symbol not in self._modifiers:
+            # Shift went up before its key: the release has another name than the press, and
+            # pyglet, too, would take the key as held down for good.
+            self._held.clear()
+            getattr(self._handle, "pressed_keys", set()).clear()
+        return True
+
+    def _on_text(self, text: str) -> bool:
+        self._hear("character", text)
+        return True
+
+    def _on_text_motion(self, motion: int) -> bool:
+        if motion == self._backspace:
+            self._hear("erase")
+        return True
+
+    def _on_activate(self) -> None:
+        self._activated = True
+
+    def _on_deactivate(self) -> None:
+        self._activated = False
+        self._held.clear()  # their releases go elsewhere
+
+    def _on_mouse_press(self, *_where: int) -> bool:
+        self._handle.activate()
+        return True
+
+    def _on_close(self) -> bool:
+        self._hear("escape")
+        return True

@@ -1,0 +1,290 @@
+"""How each step behaves on the screen: a table from step to screen, no window, no clock.
+
+A screen is told of keys and of the time that passed since it was shown, and says what to show and
+when it is over. The time is an argument everywhere, so a screen can be tested without waiting.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+from experiments.participants import entry
+from experiments.participants.psychopy_window import scene
+from experiments.participants.psychopy_window.scene import Scene, Text
+from experiments.steps import (
+    Ask,
+    ChoiceQuestion,
+    Explore,
+    Instruct,
+    NumberQuestion,
+    ParticipantStep,
+    Rest,
+    TextQuestion,
+    Value,
+    YesNoQuestion,
+)
+
+Texts = Mapping[str, str]
+SPACE = " "
+CARET = "|"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """How a screen ended."""
+
+    value: Value = None
+    timed_out: bool = False
+
+
+class Screen(Protocol):
+    """One screen; ``single_key`` says that a key held from before could end it by mistake."""
+
+    single_key: bool
+    rejected: list[str]
+
+    def scene(self, elapsed_s: float) -> Scene:
+        """Return what to show ``elapsed_s`` after the screen came up."""
+
+    def press(self, character: str, elapsed_s: float) -> Outcome | None:
+        """Take a character; return the outcome if it ended the screen."""
+
+    def erase(self) -> None:
+        """Take back the last character."""
+
+    def expire(self, elapsed_s: float) -> Outcome | None:
+        """Return the outcome if the time alone ended the screen."""
+
+
+class Waiting:
+    """What the screens that wait for the space bar share."""
+
+    single_key = True
+
+    def __init__(self, minimum_s: float = 0.0, maximum_s: float | None = None) -> None:
+        self.rejected: list[str] = []
+        self._minimum_s = minimum_s
+        self._maximum_s = maximum_s
+
+    def press(self, character: str, elapsed_s: float) -> Outcome | None:
+        """End on the space bar, at the earliest after the minimum."""
+        if character == SPACE and elapsed_s >= self._minimum_s:
+            return Outcome()
+        return None
+
+    def erase(self) -> None:
+        """Nothing is typed here."""
+
+    def expire(self, elapsed_s: float) -> Outcome | None:
+        """End when the maximum is over."""
+        if self._maximum_s is not None and elapsed_s >= self._maximum_s:
+            return Outcome(timed_out=True)
+        return None
+
+    def wait_s(self, elapsed_s: float) -> int:
+        """Return the whole seconds until the space bar works, 0 when it does."""
+        return max(math.ceil(self._minimum_s - elapsed_s), 0)
+
+
+class Reading(Waiting):
+    """A text, read at the participant's own pace."""
+
+    def __init__(self, step: Instruct, texts: Texts) -> None:
+        super().__init__()
+        self._step = step
+        self._hint = texts["window.press_space_last" if step.last else "window.press_space"]
+
+    def scene(self, elapsed_s: float) -> Scene:  # noqa: ARG002  a text does not change with time
+        """Return title, text and hint."""
+        title = Text(content=self._step.title, y=0.36, size=scene.TITLE, bold=True)
+        body = Text(
+            content=self._step.text.strip(),
+            y=0.28 if self._step.title else 0.36,
+            anchor="top",
+            align="left" if "\n" in self._step.text.strip() else "center",
+            width=1.15,
+            height=0.6,
+        )
+        return (*((title,) if self._step.title else ()), body, scene.hint(self._hint))
+
+
+class Exploring(Waiting):
+    """The participant strokes the plate."""
+
+    def __init__(self, step: Explore, texts: Texts) -> None:
+        super().__init__(step.minimum_s, step.maximum_s)
+        self._step = step
+        self._texts = texts
+
+    def scene(self, elapsed_s: float) -> Scene:
+        """Return the task, the countdown where there is one, and when one may go on."""
+        task = Text(content=self._step.text.strip(), y=0.12, size=0.08, width=1.2, height=0.4)
+        wait_s = self.wait_s(elapsed_s)
+        if wait_s:
+            foot = scene.hint(self._texts["window.explore_longer"].format(seconds=wait_s))
+        else:
+            foot = scene.hint(self._texts["window.ready_space"])
+        return (task, *remaining(self._maximum_s, elapsed_s, self._texts, y=-0.17), foot)
+
+
+class Resting(Waiting):
+    """A break, with the progress."""
+
+    def __init__(self, step: Rest, texts: Texts) -> None:
+        super().__init__(step.minimum_s)
+        self._step = step
+        self._texts = texts
+
+    def scene(self, elapsed_s: float) -> Scene:
+        """Return the text, the progress and how long the break still lasts at least."""
+        step = self._step
+        progress = self._texts["window.progress"].format(done=step.done, total=step.total)
+        wait_s = self.wait_s(elapsed_s)
+        if wait_s:
+            foot = self._texts["window.rest_longer"].format(seconds=wait_s)
+        else:
+            foot = self._texts["window.press_space"]
+        return (
+            Text(content=step.text.strip(), y=0.14, size=0.055, width=1.1, height=0.4),
+            *scene.bar(step.done / step.total if step.total else 0.0, y=-0.12),
+            Text(content=progress, y=-0.18, size=scene.HINT, colour="quiet"),
+            scene.hint(foot),
+        )
+
+
+class Asking:
+    """A question and the place for its answer; the time limit is shown where there is one."""
+
+    def __init__(self, step: Ask, texts: Texts) -> None:
+        question = step.question
+        self.rejected: list[str] = []
+        self.single_key = isinstance(question, YesNoQuestion | ChoiceQuestion)
+        self._limit_s = step.time_limit_s
+        self._texts = texts
+        self._entry = entry.entry_for(question, texts)
+        self._notice = ""
+        self._prompt = question.prompt.strip()
+        self._body: Callable[[], Scene]
+        match question:
+            case NumberQuestion():
+                self._body, self._hint = self._number, texts["window.enter_number"]
+            case TextQuestion():
+                self._body, self._hint = self._text, texts["window.enter_text"]
+            case YesNoQuestion():
+                self._body, self._hint = self._yes_no, texts["window.yes_or_no"]
+            case ChoiceQuestion():
+                self._options = question.options
+                self._body, self._hint = self._choice, texts["window.choose_key"]
+
+    def scene(self, elapsed_s: float) -> Scene:
+        """Return the question, what has been typed, and what was wrong with the last entry."""
+        prompt = Text(content=self._prompt, y=0.31, size=0.06, width=1.2, height=0.2)
+        said = (scene.notice(self._notice),) if self._notice else ()
+        left = remaining(self._limit_s, elapsed_s, self._texts, y=0.42)
+        return (prompt, *self._body(), *said, scene.hint(self._hint), *left)
+
+    def press(self, character: str, elapsed_s: float) -> Outcome | None:
+        """Take a character; end when the entry is an answer given in time."""
+        if self.expire(elapsed_s):
+            return None
+        verdict = self._entry.press(character)
+        self._notice = ""
+        if isinstance(verdict, entry.Accepted):
+            return Outcome(value=verdict.value)
+        if isinstance(verdict, entry.Refused):
+            self._notice = self._texts[verdict.reason].format(**verdict.blanks)
+            if verdict.entry:
+                self.rejected.append(verdict.entry)
+        return None
+
+    def erase(self) -> None:
+        """Take back the last character."""
+        self._notice = ""
+        self._entry.erase()
+
+    def expire(self, elapsed_s: float) -> Outcome | None:
+        """End when the time limit is over."""
+        if self._limit_s is not None and elapsed_s >= self._limit_s:
+            return Outcome(timed_out=True)
+        return None
+
+    def _number(self) -> Scene:
+        return (
+            scene.Box(x=0, y=0.02, width=1.0, height=0.2, colour="field"),
+            Text(content=self._entry.content, y=0.02, size=number_size(self._entry.content),
+                 width=2.0, caret=True),
+        )  # fmt: skip
+
+    def _text(self) -> Scene:
+        return (
+            scene.Box(x=0, y=-0.01, width=1.24, height=0.42, colour="field"),
+            Text(content=self._entry.content + CARET, y=0.18, size=0.05, width=1.18, height=0.38,
+                 anchor="top", align="left"),
+        )  # fmt: skip
+
+    def _yes_no(self) -> Scene:
+        texts = self._texts
+        yes, no = texts["window.yes_key"], texts["window.no_key"]
+        return (
+            *scene.key_cap(yes, texts["window.yes"], x=-0.22, y=0.02),
+            *scene.key_cap(no, texts["window.no"], x=0.22, y=0.02),
+        )
+
+    def _choice(self) -> Scene:
+        lines = [f"{n}   {words}" for n, (_, words) in enumerate(self._options, start=1)]
+        return (
+            Text(content="\n".join(lines), y=0.2, anchor="top", align="left", size=0.05,
+                 width=0.9, height=0.46),
+        )  # fmt: skip
+
+
+class Stopping(Asking):
+    """The question whether Escape was meant."""
+
+    def __init__(self, texts: Texts) -> None:
+        super().__init__(
+            Ask(name="stop", question=YesNoQuestion(prompt=texts["window.stop"])), texts
+        )
+
+    def _yes_no(self) -> Scene:
+        texts = self._texts
+        yes, no = texts["window.yes_key"], texts["window.no_key"]
+        return (
+            *scene.key_cap(yes, texts["window.stop_yes"], x=-0.22, y=0.06),
+            *scene.key_cap(no, texts["window.stop_no"], x=0.22, y=0.06),
+            Text(content=texts["window.stop_note"], y=-0.19, size=scene.HINT, colour="quiet"),
+        )
+
+
+def number_size(content: str) -> float:
+    """Return the size of the digits so that the longest entry fits its field."""
+    roomy = 11
+    return scene.DIGITS * min(1.0, roomy / max(len(content), 1))
+
+
+def remaining(limit_s: float | None, elapsed_s: float, texts: Texts, *, y: float) -> Scene:
+    """Return the countdown, nothing where there is no limit."""
+    if limit_s is None:
+        return ()
+    left_s = max(limit_s - elapsed_s, 0.0)
+    said = texts["window.seconds_left"].format(seconds=math.ceil(left_s))
+    return (
+        *scene.bar(left_s / limit_s if limit_s else 0.0, y=y),
+        Text(content=said, y=y - 0.05, size=scene.HINT, colour="quiet"),
+    )
+
+
+SCREENS: dict[type, Callable[..., Screen]] = {
+    Instruct: Reading,
+    Explore: Exploring,
+    Ask: Asking,
+    Rest: Resting,
+}
+
+
+def screen_for(step: ParticipantStep, texts: Texts) -> Screen:
+    """Return a fresh screen for a step."""
+    return SCREENS[type(step)](step, texts)

@@ -1,0 +1,206 @@
+"""The participant at the window: shows a step's screen, hands it the keys, times the answer."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, ClassVar, Self
+
+from experiments.participants.base import Kind, StopRequested, Watch
+from experiments.participants.entry import ENTER
+from experiments.participants.psychopy_window import scene
+from experiments.participants.psychopy_window.display import Display
+from experiments.participants.psychopy_window.keyboard import Key, Keyboard
+from experiments.participants.psychopy_window.screens import Outcome, Screen, Stopping, screen_for
+from experiments.steps import Reply
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import TracebackType
+
+    from experiments.participants.psychopy_window.scene import Scene
+    from experiments.steps import ParticipantStep
+    from experiments.texts import Texts
+    from hardware.clock import Clock
+
+RELEASE_PATIENCE_S = 0.5  # a key that was just pressed may still be on its way up
+
+
+class PsychoPyWindow:
+    """A person who reads on a screen and answers on a keyboard.
+
+    Parameters
+    ----------
+    texts : Mapping
+        The participant's language; the window's own texts are under ``window.``.
+    clock : Clock
+        The session's: onsets and response times are on it.
+    pilot : bool
+        Show on every screen that this is a pilot run.
+    full_screen : bool
+        Fill the screen and hide the mouse.
+    screen : int
+        Which monitor: 0, 1, ...
+    size : tuple of int
+        Width and height in pixels where the window does not fill the screen.
+    precise_times : bool
+        Take response times from the key event's own stamp where the system allows.
+
+    Raises
+    ------
+    UserError
+        On entering: no display, or no screen of that number.
+    """
+
+    kind: ClassVar[Kind] = "person"
+
+    def __init__(
+        self,
+        *,
+        texts: Texts,
+        clock: Clock,
+        pilot: bool,
+        full_screen: bool = True,
+        screen: int = 0,
+        size: tuple[int, int] = (1280, 800),
+        precise_times: bool = True,
+    ) -> None:
+        self._texts = texts
+        self._clock = clock
+        self._banner = scene.pilot_banner(texts["window.pilot"]) if pilot else ()
+        self._precise_times = precise_times
+        self.display = Display(clock, full_screen=full_screen, screen=screen, size=size)
+        self._keyboard: Keyboard
+        self._open = ExitStack()
+
+    def __enter__(self) -> Self:
+        with ExitStack() as opening:
+            opening.enter_context(self.display)
+            self._keyboard = Keyboard(
+                self.display.handle, self._clock, precise_times=self._precise_times
+            )
+            opening.callback(self._keyboard.close)
+            self._open = opening.pop_all()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._open.close()
+
+    def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
+        """Carry out one step and return what the participant did.
+
+        The onset is when the first frame was on the screen. Time spent on the question whether
+        to stop counts neither for the response time nor against a time limit.
+
+        Parameters
+        ----------
+        step : Instruct, Explore, Ask or Rest
+            What to show.
+        watch : callable
+            Called at every frame; what it raises passes through, and the step can be performed
+            anew.
+
+        Raises
+        ------
+        StopRequested
+            The participant pressed Escape and confirmed.
+        """
+        screen = screen_for(step, self._texts)
+        onset_s = self._show_first(screen, watch)
+        away_s = 0.0
+        while True:
+            for key in self._keyboard.poll():
+                elapsed_s = key.time_s - onset_s - away_s
+                if key.kind == "escape":
+                    away_s += self._ask_to_stop(watch)
+                    break
+                outcome = hand_over(key, screen, elapsed_s)
+                if outcome:
+                    return reply(screen, outcome, onset_s, elapsed_s, key.source)
+            outcome = screen.expire(self._clock.now() - onset_s - away_s)
+            if outcome:
+                return reply(screen, outcome, onset_s, None, "window")
+            watch()
+            self._show(screen.scene(self._clock.now() - onset_s - away_s))
+
+    def hold(self, text: str, until: Callable[[], bool]) -> None:
+        """Show ``text`` until ``until()``; keys do nothing meanwhile."""
+        while not until():
+            self._keyboard.poll()
+            self._show(scene.message(text))
+
+    def _show_first(self, screen: Screen, watch: Watch) -> float:
+        """Show a screen's first frame; return when. What was typed before it is no answer."""
+        if screen.single_key:
+            self._await_release(watch)
+        watch()
+        self._keyboard.poll()
+        return self._show(screen.scene(0.0))
+
+    def _show(self, shown: Scene) -> float:
+        """Show one frame; return when, on the session's clock."""
+        if not self._keyboard.focused:
+            shown = scene.message(self._texts["window.focus"])
+        self.display.draw((*shown, *self._banner))
+        return self.display.flip()
+
+    def _await_release(self, watch: Watch) -> None:
+        """Wait until no key is held: a held key would answer the next screen by itself."""
+        began_s = self._clock.now()
+        while self._keyboard.held:
+            watch()
+            self._keyboard.poll()
+            patient = self._clock.now() - began_s < RELEASE_PATIENCE_S
+            self._show(() if patient else scene.message(self._texts["window.release_keys"]))
+
+    def _ask_to_stop(self, watch: Watch) -> float:
+        """Ask whether to stop; return how long that took when the answer is no.
+
+        Raises
+        ------
+        StopRequested
+            The answer is yes.
+        """
+        began_s = self._clock.now()
+        screen = Stopping(self._texts)
+        onset_s = self._show_first(screen, watch)
+        while True:
+            for key in self._keyboard.poll():
+                outcome = hand_over(key, screen, key.time_s - onset_s)
+                if outcome and outcome.value:
+                    raise StopRequested("the participant pressed Escape and confirmed")
+                if outcome:
+                    self._await_release(watch)
+                    return self._clock.now() - began_s
+            watch()
+            self._show(screen.scene(self._clock.now() - onset_s))
+
+
+def hand_over(key: Key, screen: Screen, elapsed_s: float) -> Outcome | None:
+    """Give a key to a screen, unless it came too early or from a key that is just held down."""
+    if key.kind == "escape" or elapsed_s < 0:
+        return None
+    if key.kind == "erase":
+        screen.erase()
+        return None
+    if key.repeated and (screen.single_key or key.character == ENTER):
+        return None
+    return screen.press(key.character, elapsed_s)
+
+
+def reply(
+    screen: Screen, outcome: Outcome, onset_s: float, elapsed_s: float | None, source: str
+) -> Reply:
+    """Return the reply that a screen's outcome makes."""
+    return Reply(
+        value=outcome.value,
+        onset_s=onset_s,
+        response_time_s=elapsed_s,
+        time_source=source,
+        timed_out=outcome.timed_out,
+        rejected=tuple(screen.rejected),
+    )

@@ -1,0 +1,139 @@
+"""Write a picture of every screen that a participant can meet, in every language.
+
+Usage: python tools/screenshots.py FOLDER [--language en] [--width 1280 --height 800]
+Needs a display; under a virtual one: xvfb-run -s "-screen 0 1280x800x24" ...
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from experiments.participants.psychopy_window import scene
+from experiments.participants.psychopy_window.display import Display
+from experiments.participants.psychopy_window.screens import Stopping, screen_for
+from experiments.steps import (
+    Ask,
+    ChoiceQuestion,
+    Explore,
+    Instruct,
+    NumberQuestion,
+    Rest,
+    TextQuestion,
+    YesNoQuestion,
+)
+from experiments.texts import languages, load_texts
+from hardware.clock import SystemClock
+
+if TYPE_CHECKING:
+    from experiments.participants.psychopy_window.scene import Scene
+    from experiments.participants.psychopy_window.screens import Screen
+    from experiments.texts import Texts
+
+LONG_TEXT = {
+    "en": "It seems less sticky than before, as if a thin film had been wiped off the glass",
+    "fr": "C'est moins collant qu'avant, comme si l'on avait ôté une fine pellicule de la plaque",
+}
+
+
+def typed(screen: Screen, characters: str) -> Screen:
+    """Return the screen after some typing."""
+    for character in characters:
+        screen.press(character, 1.0)
+    return screen
+
+
+def scenes(language: str, texts: Texts) -> dict[str, Scene]:
+    """Return every screen by a name, as it looks 3.4 s after it came up."""
+    number = Ask(
+        name="estimate", question=NumberQuestion(prompt=texts["magnitude_estimation.estimate"])
+    )
+    yes_no = Ask(
+        name="difference",
+        question=YesNoQuestion(prompt=texts["descending_difference.difference"]),
+    )
+    words = texts["descending_difference.confidence_options"].split(" | ")
+    choice = Ask(
+        name="confidence",
+        question=ChoiceQuestion(
+            prompt=texts["descending_difference.confidence"],
+            options=tuple((str(n), word) for n, word in enumerate(words)),
+        ),
+        time_limit_s=10.0,
+    )
+    text = Ask(
+        name="verbal_report",
+        question=TextQuestion(prompt=texts["descending_difference.verbal_report"]),
+    )
+    stroke = texts["magnitude_estimation.explore"]
+    pages = {
+        "welcome": Instruct(
+            title=texts["session.welcome_title"], text=texts["session.welcome"]
+        ),
+        "instructions": Instruct(
+            title=texts["magnitude_estimation.title"],
+            text=texts["magnitude_estimation.instructions"],
+        ),
+        "instructions-standard": Instruct(
+            title=texts["magnitude_estimation.title"],
+            text=texts["magnitude_estimation.instructions_standard"].format(modulus=10, twice=20),
+        ),
+        "practice": Instruct(text=texts["magnitude_estimation.practice"]),
+        "explore": Explore(text=stroke),
+        "explore-minimum": Explore(text=stroke, minimum_s=5.0, maximum_s=10.0),
+        "rest": Rest(text=texts["session.rest"], done=12, total=28),
+        "rest-minimum": Rest(text=texts["session.rest"], done=12, total=28, minimum_s=30.0),
+        "thanks": Instruct(
+            title=texts["session.thanks_title"], text=texts["session.thanks"], last=True
+        ),
+    }
+    screens = {name: screen_for(step, texts) for name, step in pages.items()} | {
+        "number": typed(screen_for(number, texts), "12,5"),
+        "number-empty": screen_for(number, texts),
+        "number-longest": typed(screen_for(number, texts), "12345678901234567890"),
+        "number-refused": typed(screen_for(number, texts), "12 ou 13\r"),
+        "number-ambiguous": typed(screen_for(number, texts), "1,000\r"),
+        "yes-no": screen_for(yes_no, texts),
+        "yes-no-refused": typed(screen_for(yes_no, texts), "x"),
+        "choice": screen_for(choice, texts),
+        "text": typed(screen_for(text, texts), LONG_TEXT[language]),
+        "text-full": typed(screen_for(text, texts), (LONG_TEXT[language] + ". ") * 4),
+        "stop": Stopping(texts),
+    }
+    return {name: screen.scene(3.4) for name, screen in screens.items()} | {
+        "hold": scene.message(texts["session.hold"]),
+        "release": scene.message(texts["window.release_keys"]),
+        "focus": scene.message(texts["window.focus"]),
+    }
+
+
+def main() -> int:
+    """Draw all scenes and save them; return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--language", choices=languages(), action="append")
+    parser.add_argument("--only", help="one screen's name")
+    parser.add_argument("--pilot", action="store_true", help="with the pilot run's banner")
+    parser.add_argument("--width", type=int, default=1280)
+    parser.add_argument("--height", type=int, default=800)
+    options = parser.parse_args()
+    options.folder.mkdir(parents=True, exist_ok=True)
+    size = (options.width, options.height)
+    with Display(SystemClock(), full_screen=False, screen=0, size=size) as display:
+        for language in options.language or languages():
+            texts = load_texts(language)
+            banner = scene.pilot_banner(texts["window.pilot"]) if options.pilot else ()
+            for name, shown in scenes(language, texts).items():
+                if options.only in (None, name):
+                    display.draw((*shown, *banner))
+                    display.save(options.folder / f"{name}-{language}.png")
+                    display.flip()
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
