@@ -133,11 +133,12 @@ class RunPlan:
         yield Instruct(title=texts["session.thanks_title"], text=texts["session.thanks"], last=True)
 
 
-def header(plan: RunPlan, plate: PlateDriver, spec: str) -> dict[str, Any]:
+def header(plan: RunPlan, plate: PlateDriver, spec: str, answered_by: str) -> dict[str, Any]:
     """Return the journal's first record: all that is needed to go on, or to analyse, without us."""
     return {
         "format": FORMAT,
         **asdict(plan),
+        "answered_by": answered_by,
         "study_hash": study_hash(plan.study_text),
         "plate_spec": spec,
         "plate": plate.describe(),
@@ -169,6 +170,11 @@ def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
     if not records:
         raise UserError(f"journal {path}: holds nothing; begin the run anew with slipscale run")
     return plan_from(records[0]), records
+
+
+def answered_by(records: list[Record]) -> str:
+    """Return who answered: "person", "simulated" or "scripted"."""
+    return str(records[0].data["answered_by"])
 
 
 def elapsed_s(records: list[Record]) -> float:
@@ -203,7 +209,7 @@ def perform(
         New (it gets its header here) or reopened.
     """
     if not journal.records:
-        journal.write("header", **header(plan, plate, spec))
+        journal.write("header", **header(plan, plate, spec, participant.kind))
     else:
         journal.write("resume", plate_spec=spec, plate=plate.describe(), software=software())
     session = Session(

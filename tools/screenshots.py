@@ -70,7 +70,7 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
         question=TextQuestion(prompt=texts["descending_difference.verbal_report"]),
     )
     stroke = texts["magnitude_estimation.explore"]
-    pages = {
+    pages: dict[str, ParticipantStep] = {
         "welcome": Instruct(
             title=texts["session.welcome_title"], text=texts["session.welcome"]
         ),

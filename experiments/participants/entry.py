@@ -62,15 +62,15 @@ class Refused:
 Verdict = Accepted | Refused | None
 
 
-def judge_number(entry: str, minimum: float = 0.0) -> Accepted | Refused:
+def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
     """Read a number as people type it: decimal point or comma, no exponent, finite.
 
     Parameters
     ----------
     entry : str
         What was typed.
-    minimum : float
-        The smallest number that is an answer.
+    positive : bool
+        Whether 0 is no answer.
 
     >>> judge_number("12,5")
     Accepted(value=12.5)
@@ -89,8 +89,10 @@ def judge_number(entry: str, minimum: float = 0.0) -> Accepted | Refused:
     value = float(text.replace(",", ".")) + 0.0  # no negative zero
     if not math.isfinite(value):
         return Refused(entry, "window.too_large", {"entry": text})
-    if value < minimum:
-        return Refused(entry, "window.too_small", {"entry": text, "minimum": f"{minimum:g}"})
+    if value < 0:
+        return Refused(entry, "window.too_small", {"entry": text})
+    if positive and value == 0:
+        return Refused(entry, "window.not_positive", {"entry": text})
     return Accepted(value)
 
 
@@ -142,7 +144,7 @@ class TypedEntry:
 
     def _judge(self) -> Accepted | Refused:
         if isinstance(self._question, NumberQuestion):
-            return judge_number(self.content, self._question.minimum)
+            return judge_number(self.content, positive=self._question.positive)
         if not self.content.strip():
             return Refused(self.content, "window.empty")
         return Accepted(self.content)

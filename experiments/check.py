@@ -1,0 +1,233 @@
+"""Before the participant arrives: is everything in order?
+
+A table of checks, each of which finds out one thing and, where it fails, says what to do. None
+touches the data set but to see that it can be written.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from experiments.dataset import mode_of
+from experiments.run import is_complete, read_plan
+from experiments.study import read_study
+from faults import RigError, UserError
+from hardware.clock import SystemClock
+from hardware.driver import open_plate
+from hardware.signals import silent_on_signals
+from stimuli.surface import VirtualSurface
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+ENOUGH_MB = 100
+FOCUS_FRAMES = 40
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setting:
+    """What is going to be run, and where."""
+
+    study: str
+    plate: str
+    out: Path
+    participant: str | None = None
+    session: str = ""
+    run: str = "01"
+    screen: int = 0
+    full_screen: bool = True
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """What a check found.
+
+    Parameters
+    ----------
+    name : str
+        What was looked at.
+    passed : bool or None
+        None: not all is well, but the session can take place.
+    detail : str
+        What was found.
+    remedy : str
+        What to do about it; empty where nothing is to be done.
+    """
+
+    name: str
+    passed: bool | None
+    detail: str
+    remedy: str = ""
+
+
+def check_study(setting: Setting) -> Finding:
+    """Is the study file without fault?"""
+    study, _ = read_study(setting.study)
+    tasks = ", ".join(options.protocol for options in study.tasks)
+    return Finding(name="study", passed=True, detail=f"{study.name}: {tasks}")
+
+
+def check_folder(setting: Setting) -> Finding:
+    """Can the data be written, and do they belong there?"""
+    folder = setting.out
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as trial:
+            trial.write(b"trial")
+            os.fsync(trial.fileno())
+        free_mb = shutil.disk_usage(folder).free // 1_000_000
+    except OSError as error:
+        return Finding(
+            name="folder",
+            passed=False,
+            detail=f"{folder}: {error.strerror}",
+            remedy="choose a folder on a local disk with --out, or mend its permissions",
+        )
+    if free_mb < ENOUGH_MB:
+        return Finding(
+            name="folder",
+            passed=False,
+            detail=f"{folder}: {free_mb} MB free",
+            remedy=f"make room: at least {ENOUGH_MB} MB",
+        )
+    held = mode_of(folder)
+    wanted = "pilot" if setting.plate.partition(":")[0] == "mock" else "participant"
+    if held and held != wanted:
+        return Finding(
+            name="folder",
+            passed=False,
+            detail=f"{folder}: holds {held} data, and this would be a {wanted}'s",
+            remedy="choose another folder with --out",
+        )
+    return Finding(name="folder", passed=True, detail=f"{folder}: {free_mb / 1000:.0f} GB free")
+
+
+def check_participant(setting: Setting) -> Finding:
+    """Is the participant's number free?"""
+    folder = setting.out / "sourcedata"
+    taken = sorted(path.name.removeprefix("sub-") for path in folder.glob("sub-*"))
+    if setting.participant is None:
+        number = next(n for n in range(1, len(taken) + 2) if f"{n:02d}" not in taken)
+        return Finding(
+            name="participant", passed=True, detail=f"{len(taken)} so far; next free: {number:02d}"
+        )
+    session = f"_ses-{setting.session}" if setting.session else ""
+    name = f"sub-{setting.participant}{session}_run-{setting.run}_journal.jsonl"
+    path = folder / f"sub-{setting.participant}" / name
+    if not path.exists() or not path.stat().st_size:
+        return Finding(name="participant", passed=True, detail=f"{setting.participant} is free")
+    state = "complete" if is_complete(read_plan(path)[1]) else "interrupted"
+    return Finding(
+        name="participant",
+        passed=False,
+        detail=f"{setting.participant} has a run already ({state}): {path}",
+        remedy=f"slipscale resume {path}"
+        if state == "interrupted"
+        else "take another number, --session or --run",
+    )
+
+
+def check_plate(setting: Setting) -> Finding:
+    """Does the plate answer, make the study's largest amplitude, and fall silent?"""
+    study, _ = read_study(setting.study)
+    largest = max(study.amplitudes_um_pp)
+    with (
+        open_plate(setting.plate, clock=SystemClock(), seed=study.seed) as plate,
+        silent_on_signals(plate),
+    ):
+        made = plate.present(VirtualSurface(amplitude_um_pp=largest))
+        plate.silence()
+        who = plate.identity
+    reading = made.readback.amplitude_um_pp
+    told = "no readback" if reading is None else f"reads {reading:.2f} of {largest:g} µm p-p"
+    name = f"{who.manufacturer} {who.model} {who.serial}" if who else setting.plate
+    return Finding(
+        name="plate", passed=True, detail=f"{name}; {told}; {made.settle_time_s * 1000:.0f} ms"
+    )
+
+
+def check_display(setting: Setting) -> Finding:
+    """Does the participant's window open on its screen, and does the keyboard reach it?"""
+    # Imported here: PsychoPy takes seconds, and the checks before may already say no.
+    from experiments.participants.psychopy_window.display import Display  # noqa: PLC0415
+    from experiments.participants.psychopy_window.keyboard import Keyboard  # noqa: PLC0415
+
+    clock = SystemClock()
+    display = Display(
+        clock, full_screen=setting.full_screen, screen=setting.screen, size=(1280, 800)
+    )
+    with display:
+        keyboard = Keyboard(display.handle, clock, precise_times=False)
+        for _ in range(FOCUS_FRAMES):
+            keyboard.poll()
+            display.draw(())
+            display.flip()
+        focused = keyboard.focused
+        size = f"{display.handle.width} x {display.handle.height}"
+        keyboard.close()
+    if not focused:
+        return Finding(
+            name="display",
+            passed=False,
+            detail=f"screen {setting.screen}, {size}: the window has no keyboard focus",
+            remedy="close what lies over the participant's screen, then click on it once",
+        )
+    return Finding(
+        name="display", passed=True, detail=f"screen {setting.screen}, {size}, keyboard focus"
+    )
+
+
+def check_sound(setting: Setting) -> Finding:
+    """Is there a device for the masking noise, if the study wants it?"""
+    from experiments.participants.masking import check_device  # noqa: PLC0415 - loads PortAudio
+
+    noise = read_study(setting.study)[0].masking_noise
+    if noise is None:
+        return Finding(name="sound", passed=True, detail="the study has no masking noise")
+    remedy = check_device()
+    if remedy is None:
+        return Finding(name="sound", passed=True, detail=f"pink noise at {noise.level_db:g} dB FS")
+    return Finding(
+        name="sound",
+        passed=False if noise.required else None,
+        detail="no audio device"
+        + ("" if noise.required else "; the study allows a session without masking noise"),
+        remedy=remedy,
+    )
+
+
+CHECKS: dict[str, Callable[[Setting], Finding]] = {
+    "study": check_study,
+    "folder": check_folder,
+    "participant": check_participant,
+    "plate": check_plate,
+    "sound": check_sound,
+    "display": check_display,
+}
+# What cannot be found out without a study.
+NEED_STUDY = ("plate", "sound")
+
+
+def check(setting: Setting, tell: Callable[[Finding], None]) -> list[Finding]:
+    """Make all checks, in order; tell of each as soon as it is made.
+
+    A fault of the user's or the rig's is a finding, not an error: the list is always whole.
+    """
+    findings: list[Finding] = []
+    for name, look in CHECKS.items():
+        studyless = findings and findings[0].passed is False and name in NEED_STUDY
+        if studyless:
+            finding = Finding(name=name, passed=False, detail="not looked at: the study has faults")
+        else:
+            try:
+                finding = look(setting)
+            except (UserError, RigError) as error:
+                finding = Finding(name=name, passed=False, detail=str(error))
+        findings.append(replace(finding, name=name))
+        tell(findings[-1])
+    return findings

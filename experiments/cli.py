@@ -1,0 +1,213 @@
+"""The commands that run sessions: run, resume, check, study. A few lines each.
+
+What they call is imported when they run: PsychoPy, pydantic and rich take their time.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+    from experiments.check import Finding
+
+DONE, ANSWER_IS_NO, INTERRUPTED = 0, 1, 130
+NEW_STUDY = "biet2007"
+
+
+def add_room(parser: ArgumentParser) -> None:
+    """Add what says where a session takes place."""
+    parser.add_argument(
+        "--plate",
+        metavar="SPEC",
+        default="mock",
+        help="mock, serial:PORT or scpi:RESOURCE (default: mock, which makes the run a pilot)",
+    )
+    parser.add_argument("--windowed", action="store_true", help="not full screen")
+    parser.add_argument(
+        "--screen", type=int, default=0, metavar="N", help="the participant's monitor (default: 0)"
+    )
+
+
+def add_who(parser: ArgumentParser, *, required: bool) -> None:
+    """Add what says whose session it is."""
+    parser.add_argument(
+        "study",
+        metavar="STUDY",
+        nargs="?",
+        default="biet2007",
+        help="a TOML file or a shipped study's name (default: biet2007)",
+    )
+    parser.add_argument(
+        "--participant",
+        required=required,
+        metavar="01",
+        help="the participant's number: letters and digits, never a name",
+    )
+    parser.add_argument("--session", default="", metavar="01", help="where there are several")
+    parser.add_argument("--run", default="01", metavar="01", help="default: 01")
+    parser.add_argument(
+        "--out", type=Path, default=Path("data"), metavar="DIR", help="the data set (default: data)"
+    )
+
+
+def add_run(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale run``."""
+    add_who(parser, required=True)
+    add_room(parser)
+    parser.add_argument("--language", metavar="CODE", help="default: the study's")
+    parser.add_argument("--seed", type=int, metavar="N", help="default: the study's")
+    parser.add_argument("--pilot", action="store_true", help="mark the run as a pilot")
+    parser.add_argument("--unblind", action="store_true", help="show the operator the amplitude")
+
+
+def run_run(args: Namespace) -> int:
+    """Run a participant's session."""
+    from experiments.live import Room, begin, plan_run  # noqa: PLC0415
+
+    plan = plan_run(
+        args.study,
+        participant=args.participant,
+        session=args.session,
+        run=args.run,
+        seed=args.seed,
+        language=args.language,
+        # Nobody feels anything on a mock plate: what is answered there is no participant's data.
+        pilot=args.pilot or args.plate.partition(":")[0] == "mock",
+    )
+    room = Room(
+        plate=args.plate,
+        full_screen=not args.windowed,
+        screen=args.screen,
+        unblind=args.unblind,
+    )
+    outcome = begin(args.out, plan, room)
+    return _end(outcome, plan.journal_path(args.out))
+
+
+def add_resume(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale resume``."""
+    parser.add_argument("journal", type=Path, metavar="RUN_JOURNAL")
+    add_room(parser)
+    parser.add_argument("--unblind", action="store_true", help="show the operator the amplitude")
+
+
+def run_resume(args: Namespace) -> int:
+    """Go on with an interrupted run."""
+    from experiments.run import answered_by, is_complete, read_plan  # noqa: PLC0415
+    from faults import UserError  # noqa: PLC0415
+
+    plan, records = read_plan(args.journal)
+    if is_complete(records):
+        raise UserError(f"journal {args.journal}: this run is complete; nothing to go on with")
+    if answered_by(records) == "simulated":
+        from experiments.dataset import build_dataset  # noqa: PLC0415
+        from experiments.pilot import run_simulated  # noqa: PLC0415
+
+        folder = args.journal.resolve().parents[2]
+        run_simulated(folder, plan, args.plate)
+        build_dataset(folder)
+        return _end("complete", args.journal)
+    from experiments.live import Room, go_on  # noqa: PLC0415
+
+    room = Room(
+        plate=args.plate,
+        full_screen=not args.windowed,
+        screen=args.screen,
+        unblind=args.unblind,
+    )
+    return _end(go_on(args.journal, room), args.journal)
+
+
+def _end(outcome: str, journal: Path) -> int:
+    """Say how a session ended; return the exit status."""
+    if outcome == "complete":
+        print(f"complete: {journal}")
+        return DONE
+    print(f"stopped; nothing is lost. To go on: slipscale resume {journal}")
+    return INTERRUPTED
+
+
+def add_check(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale check``."""
+    add_who(parser, required=False)
+    add_room(parser)
+    parser.add_argument("--json", action="store_true", help="print the findings as JSON")
+
+
+def run_check(args: Namespace) -> int:
+    """Go through the checklist."""
+    from experiments.check import Setting, check  # noqa: PLC0415
+
+    setting = Setting(
+        study=args.study,
+        plate=args.plate,
+        out=args.out,
+        participant=args.participant,
+        session=args.session,
+        run=args.run,
+        screen=args.screen,
+        full_screen=not args.windowed,
+    )
+    findings = check(setting, (lambda _: None) if args.json else _print_finding)
+    if args.json:
+        import json  # noqa: PLC0415
+        from dataclasses import asdict  # noqa: PLC0415
+
+        print(json.dumps([asdict(finding) for finding in findings], indent=2, ensure_ascii=False))
+    failed = [finding.name for finding in findings if finding.passed is False]
+    if failed:
+        print(f"not ready: {', '.join(failed)}", file=sys.stderr)
+        return ANSWER_IS_NO
+    if not args.json:
+        print("ready")
+    return DONE
+
+
+def _print_finding(finding: Finding) -> None:
+    from rich.console import Console  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    mark, style = {True: ("✓", "green"), False: ("✗", "bold red"), None: ("!", "yellow")}[
+        finding.passed
+    ]
+    line = Text.assemble((f" {mark} ", style), (f"{finding.name:<12}", "bold"), finding.detail)
+    if finding.remedy:
+        line.append(f"\n   {'':<12}→ {finding.remedy}", "yellow")
+    Console(soft_wrap=True).print(line)
+
+
+def add_study(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale study``."""
+    commands = parser.add_subparsers(dest="what", metavar="new | show | validate", required=True)
+    new = commands.add_parser("new", help="write a study file to begin with")
+    new.add_argument("path", type=Path, metavar="FILE")
+    show = commands.add_parser("show", help="say what a study does, and a participant's orders")
+    show.add_argument("study", metavar="STUDY", nargs="?", default="biet2007")
+    show.add_argument("--participant", default="01", metavar="01")
+    validate = commands.add_parser("validate", help="tell every fault of a study file")
+    validate.add_argument("study", metavar="STUDY")
+
+
+def run_study(args: Namespace) -> int:
+    """Write, show or validate a study file."""
+    from experiments import study_commands  # noqa: PLC0415
+
+    actions = {
+        "new": lambda: study_commands.new(args.path, NEW_STUDY),
+        "show": lambda: study_commands.show(args.study, args.participant),
+        "validate": lambda: study_commands.validate(args.study),
+    }
+    print(actions[args.what]())
+    return DONE
+
+
+COMMANDS = {
+    "run": (add_run, run_run),
+    "resume": (add_resume, run_resume),
+    "check": (add_check, run_check),
+    "study": (add_study, run_study),
+}

@@ -1,0 +1,157 @@
+"""A session with a person: the PsychoPy window, the plate, the noise and the operator."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from experiments.dataset import build_dataset, mode_of
+from experiments.journal import Journal
+from experiments.participants.psychopy_window import PsychoPyWindow
+from experiments.run import RunPlan, elapsed_s, is_complete, perform, read_plan
+from experiments.study import read_study
+from experiments.terminal import Keys, TerminalOperator
+from faults import UserError
+from hardware.clock import SystemClock
+from hardware.driver import open_plate
+from hardware.signals import signals_raise
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from experiments.session import Noise, Outcome
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Room:
+    """Where a session takes place.
+
+    Parameters
+    ----------
+    plate : str
+        The plate's SPEC.
+    full_screen, screen
+        The participant's window.
+    unblind : bool
+        Whether the operator sees the amplitude.
+    """
+
+    plate: str
+    full_screen: bool = True
+    screen: int = 0
+    unblind: bool = False
+
+
+def plan_run(
+    study_name: str,
+    *,
+    participant: str,
+    session: str = "",
+    run: str = "01",
+    seed: int | None = None,
+    language: str | None = None,
+    pilot: bool = False,
+) -> RunPlan:
+    """Return the plan of a run as the command asks for it."""
+    study, text = read_study(study_name)
+    return RunPlan(
+        study_name=study_name,
+        study_text=text,
+        participant=participant,
+        session=session,
+        run=run,
+        seed=study.seed if seed is None else seed,
+        language=language or study.language,
+        mode="pilot" if pilot else "participant",
+    )
+
+
+def begin(dataset: Path, plan: RunPlan, room: Room) -> Outcome:
+    """Run a participant's session from the welcome on.
+
+    Raises
+    ------
+    UserError
+        The participant's run exists already, the data set holds the other mode, or the window
+        cannot be opened.
+    PlateFault
+        The rig failed; the journal can be resumed.
+    """
+    held = mode_of(dataset)
+    if held and held != plan.mode:
+        raise UserError(
+            f"--out {dataset}: holds {held} data; a {plan.mode}'s must not be mixed in"
+        )
+    path = plan.journal_path(dataset)
+    if path.exists() and path.stat().st_size:
+        # Said before the plate moves and the window opens; `Journal.create` would refuse as well.
+        state = "complete" if is_complete(read_plan(path)[1]) else "interrupted"
+        remedy = "name another participant, or a new --session or --run"
+        if state == "interrupted":
+            remedy = f"go on with it: slipscale resume {path}"
+        raise UserError(
+            f"participant {plan.participant} has a run already ({state}): {path}; {remedy}"
+        )
+    clock = SystemClock()
+    return _conduct(dataset, plan, room, clock, lambda: Journal.create(path, clock))
+
+
+def go_on(path: Path, room: Room) -> Outcome:
+    """Go on with an interrupted run.
+
+    Raises
+    ------
+    UserError
+        The journal is complete, damaged or being written.
+    """
+    plan, records = read_plan(path)
+    if is_complete(records):
+        raise UserError(f"journal {path}: this run is complete; nothing to go on with")
+    began = datetime.fromisoformat(records[0].data["started_utc"])
+    # The session's time goes on from its beginning, the interruption included.
+    clock = SystemClock(max((datetime.now(UTC) - began).total_seconds(), elapsed_s(records)))
+    dataset = path.resolve().parents[2]
+    return _conduct(dataset, plan, room, clock, lambda: Journal.reopen(path, clock))
+
+
+def _conduct(
+    dataset: Path,
+    plan: RunPlan,
+    room: Room,
+    clock: SystemClock,
+    open_journal: Callable[[], Journal],
+) -> Outcome:
+    """Open everything in the order in which failing costs least, run, close, build the data set."""
+    with ExitStack() as stack:
+        stack.enter_context(signals_raise())
+        plate = stack.enter_context(open_plate(room.plate, clock=clock, seed=plan.seed))
+        noise = _noise(plan)
+        person = stack.enter_context(
+            PsychoPyWindow(
+                texts=plan.texts(),
+                clock=clock,
+                pilot=plan.mode == "pilot",
+                full_screen=room.full_screen,
+                screen=room.screen,
+            )
+        )
+        journal = stack.enter_context(open_journal())
+        keys = stack.enter_context(Keys())
+        operator = stack.enter_context(TerminalOperator(Console(), keys))
+        stack.callback(build_dataset, dataset)
+        return perform(
+            plan,
+            spec=room.plate,
+            plate=plate,
+            participant=person,
+            journal=journal,
+            clock=clock,
+            operator=operator,
+            noise=noise,
+            unblind=room.unblind,
+        )

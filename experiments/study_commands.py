@@ -1,0 +1,79 @@
+"""What ``slipscale study`` does: write a study file to begin with, show one, validate one."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from experiments.run import RunPlan
+from experiments.steps import EndTrial, Present, Reply, Voided
+from experiments.study import read_study, study_text
+from faults import UserError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from experiments.steps import Answer
+
+
+def new(path: Path, template: str) -> str:
+    """Write a shipped study to a new file, to be edited; return what to say."""
+    try:
+        with path.open("x", encoding="utf-8", newline="\n") as stream:
+            stream.write(study_text(template))
+    except FileExistsError:
+        raise UserError(f"{path} exists already; name a new file") from None
+    except OSError as error:
+        raise UserError(f"{path}: {error.strerror}") from None
+    return f"wrote {path}: edit it, then slipscale study validate {path}"
+
+
+def validate(name: str) -> str:
+    """Return what to say of a study without fault; UserError tells every fault."""
+    study, _ = read_study(name)
+    return f"{name}: no fault ({len(study.tasks)} tasks, {len(study.amplitudes_um_pp)} amplitudes)"
+
+
+def show(name: str, participant: str) -> str:
+    """Return what a study does, and the order in which a participant will have the surfaces.
+
+    This unblinds whoever reads it: it is for planning, not for the operator of a session.
+    """
+    study, text = read_study(name)
+    plan = RunPlan(
+        study_name=name,
+        study_text=text,
+        participant=participant,
+        seed=study.seed,
+        language=study.language,
+        mode="pilot",
+    )
+    lines = [
+        f"{study.name}: {study.title}",
+        f"language {study.language}, seed {study.seed}, {study.participants} participants planned",
+        f"amplitudes {', '.join(f'{a:g}' for a in study.amplitudes_um_pp)} µm p-p",
+    ]
+    for protocol, options in plan.tasks():
+        lines += ["", f"{protocol.title} ({protocol.task})"]
+        lines += [f"  {key} = {value}" for key, value in options if key != "protocol"]
+    lines += ["", f"surfaces of participant {participant}, µm p-p (unblinds you)"]
+    lines += [f"  {task:<22} {order}" for task, order in orders(plan).items()]
+    return "\n".join(lines)
+
+
+def orders(plan: RunPlan) -> dict[str, str]:
+    """Return each task's amplitudes in order of presentation, practice in brackets."""
+    found: dict[str, list[str]] = {}
+    steps = plan.steps()
+    answer: Answer = None
+    step = next(steps)
+    while True:
+        if isinstance(step, Present) and step.trial:
+            amplitude = f"{step.surface.amplitude_um_pp:g}"
+            word = f"({amplitude})" if step.trial.phase == "practice" else amplitude
+            found.setdefault(step.trial.task, []).append(word)
+        # Nobody is there: every question is answered with "yes", and no trial is voided.
+        answer = Voided() if isinstance(step, EndTrial) else Reply(value=True)
+        try:
+            step = steps.send(answer)
+        except StopIteration:
+            return {task: " ".join(order) for task, order in found.items()}
