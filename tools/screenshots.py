@@ -71,9 +71,7 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
     )
     stroke = texts["magnitude_estimation.explore"]
     pages: dict[str, ParticipantStep] = {
-        "welcome": Instruct(
-            title=texts["session.welcome_title"], text=texts["session.welcome"]
-        ),
+        "welcome": Instruct(title=texts["session.welcome_title"], text=texts["session.welcome"]),
         "instructions": Instruct(
             title=texts["magnitude_estimation.title"],
             text=texts["magnitude_estimation.instructions"],

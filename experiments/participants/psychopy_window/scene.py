@@ -1,8 +1,9 @@
 """What a screen shows, as plain data: texts, key caps and bars, laid out for reading at 1 m.
 
 Lengths are fractions of the screen's height, the origin is its centre and y points up. On a 24
-inch monitor (0.30 m high) the smallest letters are 10 mm high from ascender to descender: their
-x-height of 5 mm is seen at 1 m under 17 minutes of arc, three times what normal sight needs.
+inch monitor (0.30 m high) the smallest letters that must be read, at 0.036, have an x-height of
+5.8 mm (0.54 of their size in Noto Sans): seen from 1 m, 20 minutes of arc, four times what normal
+sight needs to tell letters apart.
 """
 
 from __future__ import annotations
@@ -12,15 +13,15 @@ from typing import Literal
 
 Colour = Literal["ground", "field", "text", "quiet", "accent"]
 
-TITLE, BODY, HINT, DIGITS = 0.062, 0.042, 0.034, 0.13
+TITLE, BODY, HINT, DIGITS = 0.062, 0.042, 0.036, 0.13
 WIDTH = 1.3  # of a text's lines; the narrowest monitors (5:4) are 1.25 wide, see `display`
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Text:
-    """Letters: ``size`` from ascender to descender, centred on ``x``; ``y`` is ``anchor``'s.
+    """Letters of ``size`` (em), in lines of ``width`` about ``x``; ``anchor`` is what lies at ``y``.
 
-    ``caret`` draws a caret after the last letter.
+    ``caret`` draws a caret after the last letter of a text of one line.
     """
 
     content: str
@@ -60,14 +61,37 @@ def bar(fraction: float, *, y: float, width: float = 0.8, height: float = 0.018)
     return (track, Box(x=left + filled / 2, y=y, width=filled, height=height, colour="accent"))
 
 
-def key_cap(label: str, meaning: str, *, x: float, y: float) -> Scene:
-    """Return a key as it is drawn on a keyboard, with what it stands for below it."""
-    size = 0.14
+def key_cap(label: str, *, x: float, y: float, size: float = 0.14) -> Scene:
+    """Return a key as it is drawn on a keyboard."""
+    rim = 0.01 * size / 0.14
     return (
-        Box(x=x, y=y, width=size + 0.01, height=size + 0.01, colour="accent"),
+        Box(x=x, y=y, width=size + rim, height=size + rim, colour="accent"),
         Box(x=x, y=y, width=size, height=size, colour="field"),
-        Text(content=label.upper(), x=x, y=y, size=TITLE, bold=True, width=size),
-        Text(content=meaning, x=x, y=y - size / 2 - 0.05, size=BODY, width=0.4),
+        Text(content=label.upper(), x=x, y=y, size=0.45 * size, bold=True, width=size),
+    )
+
+
+def two_keys(keys: tuple[str, str], meanings: tuple[str, str], *, y: float) -> Scene:
+    """Return two keys side by side, with what each stands for below it."""
+    return tuple(
+        item
+        for x, key, meaning in zip((-0.22, 0.22), keys, meanings, strict=True)
+        for item in (*key_cap(key, x=x, y=y), Text(content=meaning, x=x, y=y - 0.12, width=0.4))
+    )
+
+
+def key_list(meanings: tuple[str, ...], *, top: float, height: float) -> Scene:
+    """Return the number keys 1, 2, ... one below the other, each with what it stands for."""
+    pitch = min(height / len(meanings), 0.1)
+    left, cap = -0.32, 0.72 * pitch
+    rows = [(str(n), words, top - pitch * (n - 0.5)) for n, words in enumerate(meanings, start=1)]
+    return tuple(
+        item
+        for key, words, y in rows
+        for item in (
+            *key_cap(key, x=left, y=y, size=cap),
+            Text(content=words, x=left + 0.57, y=y, align="left", size=min(0.05, cap), width=1.0),
+        )
     )
 
 
@@ -78,7 +102,7 @@ def hint(content: str) -> Text:
 
 def notice(content: str) -> Text:
     """Return the line that explains why an entry was not taken."""
-    return Text(content=content, y=-0.3, size=HINT, colour="accent")
+    return Text(content=content, y=-0.28, size=HINT, colour="accent")
 
 
 def pilot_banner(content: str) -> Scene:

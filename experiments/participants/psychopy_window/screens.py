@@ -98,17 +98,15 @@ class Reading(Waiting):
         self._hint = texts["window.press_space_last" if step.last else "window.press_space"]
 
     def scene(self, elapsed_s: float) -> Scene:  # noqa: ARG002  a text does not change with time
-        """Return title, text and hint."""
-        title = Text(content=self._step.title, y=0.36, size=scene.TITLE, bold=True)
-        body = Text(
-            content=self._step.text.strip(),
-            y=0.28 if self._step.title else 0.36,
-            anchor="top",
-            align="left" if "\n" in self._step.text.strip() else "center",
-            width=1.15,
-            height=0.6,
-        )
-        return (*((title,) if self._step.title else ()), body, scene.hint(self._hint))
+        """Return title, text and hint; a single paragraph stands in the middle."""
+        step, text = self._step, self._step.text.strip()
+        title = Text(content=step.title, y=0.36, size=scene.TITLE, bold=True)
+        if "\n" in text:
+            body = Text(content=text, y=0.28 if step.title else 0.36, anchor="top", align="left",
+                        width=1.15, height=0.6)  # fmt: skip
+        else:
+            body = Text(content=text, y=0.04, size=0.055, width=1.1, height=0.5)
+        return (*((title,) if step.title else ()), body, scene.hint(self._hint))
 
 
 class Exploring(Waiting):
@@ -181,9 +179,9 @@ class Asking:
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question, what has been typed, and what was wrong with the last entry."""
-        prompt = Text(content=self._prompt, y=0.31, size=0.06, width=1.2, height=0.2)
+        prompt = Text(content=self._prompt, y=0.28, size=0.06, width=1.2, height=0.17)
         said = (scene.notice(self._notice),) if self._notice else ()
-        left = remaining(self._limit_s, elapsed_s, self._texts, y=0.42)
+        left = remaining(self._limit_s, elapsed_s, self._texts, y=0.415)
         return (prompt, *self._body(), *said, scene.hint(self._hint), *left)
 
     def press(self, character: str, elapsed_s: float) -> Outcome | None:
@@ -226,36 +224,30 @@ class Asking:
         )  # fmt: skip
 
     def _yes_no(self) -> Scene:
+        return self._two_keys("window.yes", "window.no", y=0.02)
+
+    def _two_keys(self, yes: str, no: str, *, y: float) -> Scene:
         texts = self._texts
-        yes, no = texts["window.yes_key"], texts["window.no_key"]
-        return (
-            *scene.key_cap(yes, texts["window.yes"], x=-0.22, y=0.02),
-            *scene.key_cap(no, texts["window.no"], x=0.22, y=0.02),
-        )
+        keys = (texts["window.yes_key"], texts["window.no_key"])
+        return scene.two_keys(keys, (texts[yes], texts[no]), y=y)
 
     def _choice(self) -> Scene:
-        lines = [f"{n}   {words}" for n, (_, words) in enumerate(self._options, start=1)]
-        return (
-            Text(content="\n".join(lines), y=0.2, anchor="top", align="left", size=0.05,
-                 width=0.9, height=0.46),
-        )  # fmt: skip
+        meanings = tuple(words for _, words in self._options)
+        return scene.key_list(meanings, top=0.2, height=0.46)
 
 
 class Stopping(Asking):
     """The question whether Escape was meant."""
 
     def __init__(self, texts: Texts) -> None:
-        super().__init__(
-            Ask(name="stop", question=YesNoQuestion(prompt=texts["window.stop"])), texts
-        )
+        question = YesNoQuestion(prompt=texts["window.stop"])
+        super().__init__(Ask(name="stop", question=question), texts)
 
     def _yes_no(self) -> Scene:
-        texts = self._texts
-        yes, no = texts["window.yes_key"], texts["window.no_key"]
+        note = self._texts["window.stop_note"]
         return (
-            *scene.key_cap(yes, texts["window.stop_yes"], x=-0.22, y=0.06),
-            *scene.key_cap(no, texts["window.stop_no"], x=0.22, y=0.06),
-            Text(content=texts["window.stop_note"], y=-0.19, size=scene.HINT, colour="quiet"),
+            *self._two_keys("window.stop_yes", "window.stop_no", y=0.06),
+            Text(content=note, y=-0.19, size=scene.HINT, colour="quiet"),
         )
 
 
