@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Protocol
 
@@ -131,8 +132,8 @@ class TypedEntry:
             if isinstance(verdict, Refused):
                 self.content = ""
             return verdict
-        if not character.isprintable():
-            return None
+        if not (character.isprintable() or unicodedata.category(character) == "Zs"):
+            return None  # Tab and its like write nothing; a no-break space is a space
         if len(self.content) >= self._max_length:
             return Refused("", "window.full")
         self.content += character

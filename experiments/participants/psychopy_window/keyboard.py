@@ -245,7 +245,8 @@ class Keyboard:
         return True
 
     def _on_text(self, text: str) -> bool:
-        self._hear("character", text)
+        for character in text:
+            self._hear("character", character)
         return True
 
     def _on_text_motion(self, motion: int) -> bool:

@@ -19,7 +19,7 @@ WIDTH = 1.3  # of a text's lines; the narrowest monitors (5:4) are 1.25 wide, se
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Text:
-    """Letters of ``size`` (em), in lines of ``width`` about ``x``; ``anchor`` is what lies at ``y``.
+    """Letters of ``size`` (em), in lines of ``width`` about ``x``; their ``anchor`` lies at ``y``.
 
     ``caret`` draws a caret after the last letter of a text of one line.
     """

@@ -1,0 +1,46 @@
+"""A screen for the tests that open a window."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def display():
+    """Give the tests a display of their own: key presses never reach a developer's desktop.
+
+    On Linux that is an Xvfb with a number that it picks itself, so that each pytest-xdist worker
+    has one; elsewhere the machine's own.
+    """
+    if not sys.platform.startswith("linux"):
+        yield None
+        return
+    if not shutil.which("Xvfb"):
+        pytest.fail("Xvfb is missing: run python3 tools/system_packages.py")
+    reading, writing = os.pipe()
+    server = subprocess.Popen(
+        ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
+        pass_fds=[writing],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+    os.close(writing)
+    with os.fdopen(reading) as answer:
+        number = answer.readline().strip()
+    if not number:
+        server.wait()
+        pytest.fail(f"Xvfb did not start (status {server.returncode})")
+    before = os.environ.get("DISPLAY")
+    os.environ["DISPLAY"] = f":{number}"
+    yield f":{number}"
+    if before is None:
+        del os.environ["DISPLAY"]
+    else:
+        os.environ["DISPLAY"] = before
+    server.terminate()
+    server.wait(timeout=10)
