@@ -1,4 +1,4 @@
-"""Before the participant arrives: is everything in order?
+"""Before the participant arrives: find out whether everything is in order.
 
 A table of checks, each of which finds out one thing and, where it fails, says what to do. None
 touches the data set but to see that it can be written.
@@ -10,7 +10,6 @@ import os
 import shutil
 import tempfile
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from experiments.dataset import mode_of
@@ -24,6 +23,7 @@ from stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
 ENOUGH_MB = 100
 FOCUS_FRAMES = 40
@@ -66,14 +66,14 @@ class Finding:
 
 
 def check_study(setting: Setting) -> Finding:
-    """Is the study file without fault?"""
+    """Read the study file: it must be without fault."""
     study, _ = read_study(setting.study)
     tasks = ", ".join(options.protocol for options in study.tasks)
     return Finding(name="study", passed=True, detail=f"{study.name}: {tasks}")
 
 
 def check_folder(setting: Setting) -> Finding:
-    """Can the data be written, and do they belong there?"""
+    """Try the folder: data must be writable there, and belong there."""
     folder = setting.out
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -108,7 +108,7 @@ def check_folder(setting: Setting) -> Finding:
 
 
 def check_participant(setting: Setting) -> Finding:
-    """Is the participant's number free?"""
+    """Look the participant up: the number must be free."""
     folder = setting.out / "sourcedata"
     taken = sorted(path.name.removeprefix("sub-") for path in folder.glob("sub-*"))
     if setting.participant is None:
@@ -133,7 +133,7 @@ def check_participant(setting: Setting) -> Finding:
 
 
 def check_plate(setting: Setting) -> Finding:
-    """Does the plate answer, make the study's largest amplitude, and fall silent?"""
+    """Have the plate answer, make the study's largest amplitude, and fall silent."""
     study, _ = read_study(setting.study)
     largest = max(study.amplitudes_um_pp)
     with (
@@ -152,7 +152,7 @@ def check_plate(setting: Setting) -> Finding:
 
 
 def check_display(setting: Setting) -> Finding:
-    """Does the participant's window open on its screen, and does the keyboard reach it?"""
+    """Open the participant's window on its screen: the keyboard must reach it."""
     # Imported here: PsychoPy takes seconds, and the checks before may already say no.
     from experiments.participants.psychopy_window.display import Display  # noqa: PLC0415
     from experiments.participants.psychopy_window.keyboard import Keyboard  # noqa: PLC0415
@@ -183,7 +183,7 @@ def check_display(setting: Setting) -> Finding:
 
 
 def check_sound(setting: Setting) -> Finding:
-    """Is there a device for the masking noise, if the study wants it?"""
+    """Look for a device for the masking noise, if the study wants it."""
     from experiments.participants.masking import check_device  # noqa: PLC0415 - loads PortAudio
 
     noise = read_study(setting.study)[0].masking_noise

@@ -114,6 +114,8 @@ def _write_run(
         "mode": plan.mode,
         "language": plan.language,
         "complete": is_complete(records),
+        "answered_by": first["answered_by"],
+        "masking_noise": first["masking_noise"],
         "plate_spec": first["plate_spec"],
         "plate": first["plate"],
         "software": first["software"],

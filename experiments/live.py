@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from contextlib import ExitStack
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 from experiments.dataset import build_dataset, mode_of
 from experiments.journal import Journal
+from experiments.participants.masking import MaskingNoise, check_device
 from experiments.participants.psychopy_window import PsychoPyWindow
 from experiments.run import RunPlan, elapsed_s, is_complete, perform, read_plan
 from experiments.study import read_study
@@ -23,8 +24,9 @@ from hardware.signals import signals_raise
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
-    from experiments.session import Noise, Outcome
+    from experiments.session import Outcome
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,9 +86,7 @@ def begin(dataset: Path, plan: RunPlan, room: Room) -> Outcome:
     """
     held = mode_of(dataset)
     if held and held != plan.mode:
-        raise UserError(
-            f"--out {dataset}: holds {held} data; a {plan.mode}'s must not be mixed in"
-        )
+        raise UserError(f"--out {dataset}: holds {held} data; a {plan.mode}'s must not be mixed in")
     path = plan.journal_path(dataset)
     if path.exists() and path.stat().st_size:
         # Said before the plate moves and the window opens; `Journal.create` would refuse as well.
@@ -155,3 +155,17 @@ def _conduct(
             noise=noise,
             unblind=room.unblind,
         )
+
+
+def _noise(plan: RunPlan) -> MaskingNoise | None:
+    """Return the study's masking noise, or none where there is no device and it is not required."""
+    wanted = plan.study.masking_noise
+    if wanted is None:
+        return None
+    missing = check_device()
+    if missing is None:
+        return MaskingNoise(level_db=wanted.level_db, fade_s=wanted.fade_s, seed=plan.seed)
+    if wanted.required:
+        raise UserError(f"masking noise is required by the study: {missing}")
+    print(f"no masking noise: {missing}", file=sys.stderr)
+    return None

@@ -133,12 +133,15 @@ class RunPlan:
         yield Instruct(title=texts["session.thanks_title"], text=texts["session.thanks"], last=True)
 
 
-def header(plan: RunPlan, plate: PlateDriver, spec: str, answered_by: str) -> dict[str, Any]:
+def header(
+    plan: RunPlan, plate: PlateDriver, spec: str, answered_by: str, masking: str
+) -> dict[str, Any]:
     """Return the journal's first record: all that is needed to go on, or to analyse, without us."""
     return {
         "format": FORMAT,
         **asdict(plan),
         "answered_by": answered_by,
+        "masking_noise": masking,
         "study_hash": study_hash(plan.study_text),
         "plate_spec": spec,
         "plate": plate.describe(),
@@ -208,10 +211,17 @@ def perform(
     journal : Journal
         New (it gets its header here) or reopened.
     """
+    masking = "on" if noise else "absent"
     if not journal.records:
-        journal.write("header", **header(plan, plate, spec, participant.kind))
+        journal.write("header", **header(plan, plate, spec, participant.kind, masking))
     else:
-        journal.write("resume", plate_spec=spec, plate=plate.describe(), software=software())
+        journal.write(
+            "resume",
+            plate_spec=spec,
+            plate=plate.describe(),
+            masking_noise=masking,
+            software=software(),
+        )
     session = Session(
         steps=plan.steps(),
         plate=plate,

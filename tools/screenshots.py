@@ -32,6 +32,7 @@ from hardware.clock import SystemClock
 if TYPE_CHECKING:
     from experiments.participants.psychopy_window.scene import Scene
     from experiments.participants.psychopy_window.screens import Screen
+    from experiments.steps import ParticipantStep
     from experiments.texts import Texts
 
 LONG_TEXT = {

@@ -88,12 +88,14 @@ def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
     if not NUMBER.fullmatch(text):
         return Refused(entry, "window.not_a_number", {"entry": text})
     value = float(text.replace(",", ".")) + 0.0  # no negative zero
-    if not math.isfinite(value):
-        return Refused(entry, "window.too_large", {"entry": text})
-    if value < 0:
-        return Refused(entry, "window.too_small", {"entry": text})
-    if positive and value == 0:
-        return Refused(entry, "window.not_positive", {"entry": text})
+    refusals = {
+        "window.too_large": not math.isfinite(value),
+        "window.too_small": value < 0,
+        "window.not_positive": positive and value == 0,
+    }
+    for reason, applies in refusals.items():
+        if applies:
+            return Refused(entry, reason, {"entry": text})
     return Accepted(value)
 
 

@@ -61,9 +61,10 @@ def test_what_is_no_number_is_refused_with_its_reason(typed, reason):
     assert verdict.entry == typed
 
 
-def test_the_smallest_number_is_itself_an_answer():
-    assert judge_number("1", minimum=1.0) == Accepted(1.0)
-    assert judge_number("0.99", minimum=1.0).reason == "window.too_small"
+def test_zero_is_an_answer_unless_a_positive_number_is_asked_for():
+    assert judge_number("0") == Accepted(0.0)
+    assert judge_number("0", positive=True).reason == "window.not_positive"
+    assert judge_number("0.01", positive=True) == Accepted(0.01)
 
 
 def test_no_entry_yields_a_negative_zero():
