@@ -9,6 +9,8 @@ import sys
 
 import pytest
 
+SERVERS: list[subprocess.Popen[bytes]] = []
+
 
 @pytest.fixture(scope="session")
 def display():
@@ -23,18 +25,21 @@ def display():
     if not shutil.which("Xvfb"):
         pytest.fail("Xvfb is missing: run python3 tools/system_packages.py")
     reading, writing = os.pipe()
+    # The server outlives the tests and goes when this process does: Xlib ends a process whose
+    # server dies first.
+    xvfb = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
     server = subprocess.Popen(
-        ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"],
+        ["setpriv", "--pdeathsig", "TERM", *xvfb],
         pass_fds=[writing],
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
+    SERVERS.append(server)
     os.close(writing)
     with os.fdopen(reading) as answer:
         number = answer.readline().strip()
     if not number:
-        server.wait()
-        pytest.fail(f"Xvfb did not start (status {server.returncode})")
+        pytest.fail(f"Xvfb did not start (status {server.wait()})")
     before = os.environ.get("DISPLAY")
     os.environ["DISPLAY"] = f":{number}"
     yield f":{number}"
@@ -42,5 +47,3 @@ def display():
         del os.environ["DISPLAY"]
     else:
         os.environ["DISPLAY"] = before
-    server.terminate()
-    server.wait(timeout=10)

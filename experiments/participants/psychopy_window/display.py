@@ -10,6 +10,7 @@ import os
 import re
 import sys
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from experiments.participants.psychopy_window.scene import Box, Colour, Scene, Text
@@ -17,7 +18,6 @@ from faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
     from types import TracebackType
 
     from hardware.clock import Clock
@@ -192,7 +192,8 @@ class Display:
         from psychopy import prefs  # noqa: PLC0415  as above
 
         for name in ("NotoSans-Regular.ttf", "NotoSans-Bold.ttf"):
-            pyglet.font.add_file(os.path.join(prefs.paths["assets"], "fonts", name))  # noqa: PTH118
+            with Path(prefs.paths["assets"], "fonts", name).open("rb") as file:
+                pyglet.font.add_file(file)
 
     @property
     def _unit(self) -> float:
