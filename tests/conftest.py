@@ -9,8 +9,6 @@ import sys
 
 import pytest
 
-SERVERS: list[subprocess.Popen[bytes]] = []
-
 
 @pytest.fixture(scope="session")
 def display():
@@ -34,12 +32,12 @@ def display():
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
     )
-    SERVERS.append(server)
     os.close(writing)
     with os.fdopen(reading) as answer:
         number = answer.readline().strip()
     if not number:
         pytest.fail(f"Xvfb did not start (status {server.wait()})")
+    server.returncode = 0  # nobody waits for it: it goes after this process
     before = os.environ.get("DISPLAY")
     os.environ["DISPLAY"] = f":{number}"
     yield f":{number}"

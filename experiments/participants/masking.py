@@ -1,0 +1,132 @@
+"""Masking noise in the headphones while the plate may sound."""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from faults import RigError
+from stimuli.masking_noise import pink_noise, ramp
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+REMEDY = "plug in headphones and choose them as the system's output, or turn masking off"
+STOP_S = 1.0  # how long after its fade a device may take to end
+
+
+def check_device() -> str | None:
+    """Return what is wrong with the sound and what to do about it, None where sound can play."""
+    try:
+        import sounddevice  # noqa: PLC0415  fails to import where PortAudio is missing
+    except OSError:
+        return "PortAudio is missing: install it (Debian: apt-get install libportaudio2)"
+    try:
+        device = sounddevice.query_devices(kind="output")
+        sounddevice.check_output_settings(samplerate=device["default_samplerate"], channels=2)
+    except (sounddevice.PortAudioError, ValueError) as error:
+        return f"no sound can be played ({error}): {REMEDY}"
+    return None
+
+
+class Playback:
+    """Noise, block after block, with a gain that fades: what the sound card's thread asks for.
+
+    Parameters
+    ----------
+    noise : ndarray, shape (n,)
+        One period.
+    fade_samples : int
+        How long a fade from silence to full level takes.
+    """
+
+    def __init__(self, noise: NDArray[np.float32], fade_samples: int) -> None:
+        self._noise = noise
+        self._fade_samples = fade_samples
+        self._position = 0
+        self._gain = 0.0
+        self.target = 0.0
+        self.silent = threading.Event()
+
+    def fill(self, block: NDArray[np.float32]) -> None:
+        """Write the next samples into ``block``, shape (samples, channels)."""
+        samples = len(block)
+        gains = ramp(self._gain, self.target, samples, self._fade_samples)
+        places = (self._position + np.arange(samples)) % self._noise.size
+        block[:] = (self._noise[places] * gains)[:, None]
+        self._position = int((self._position + samples) % self._noise.size)
+        self._gain = float(gains[-1]) if samples else self._gain
+        if self._gain == 0.0 and self.target == 0.0:
+            self.silent.set()
+
+
+class MaskingNoise:
+    """Pink noise in both ears, from `start` to `stop`.
+
+    Parameters
+    ----------
+    level_db : float
+        Root mean square in dB re a full-scale sine. What reaches the ear depends on the
+        headphones and the system's volume: measure it once with a sound level meter.
+    fade_s : float
+        How long the noise takes to come and to go.
+    seed : int
+        The same seed gives the same noise.
+
+    Raises
+    ------
+    UserError
+        A level so high that the noise would clip.
+    """
+
+    def __init__(self, level_db: float, fade_s: float, seed: int) -> None:
+        self._level_db = level_db
+        self._fade_s = fade_s
+        self._seed = seed
+        pink_noise(level_db=level_db, seed=seed)  # a wrong level is said now, not at the start
+        self._stream: Any = None
+        self._playback: Playback
+
+    def start(self) -> None:
+        """Fade the noise in; nothing happens when it plays already.
+
+        Raises
+        ------
+        RigError
+            There is nothing to play it on.
+        """
+        if self._stream is not None:
+            return
+        wrong = check_device()
+        if wrong:
+            raise RigError(f"masking noise: {wrong}")
+        import sounddevice  # noqa: PLC0415  see check_device
+
+        rate_hz = float(sounddevice.query_devices(kind="output")["default_samplerate"])
+        noise = pink_noise(level_db=self._level_db, seed=self._seed, sample_rate_hz=rate_hz)
+        playback = Playback(noise, round(self._fade_s * rate_hz))
+        playback.target = 1.0
+
+        def fill(block: NDArray[np.float32], *_about: Any) -> None:
+            playback.fill(block)
+
+        try:
+            stream = sounddevice.OutputStream(
+                samplerate=rate_hz, channels=2, dtype="float32", callback=fill
+            )
+            stream.start()
+        except sounddevice.PortAudioError as error:
+            raise RigError(f"masking noise: {error}: {REMEDY}") from None
+        self._playback, self._stream = playback, stream
+
+    def stop(self) -> None:
+        """Fade the noise out and let go of the device; nothing happens when it is silent."""
+        if self._stream is None:
+            return
+        self._playback.silent.clear()
+        self._playback.target = 0.0
+        self._playback.silent.wait(self._fade_s + STOP_S)
+        stream, self._stream = self._stream, None
+        stream.close()

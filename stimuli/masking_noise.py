@@ -1,0 +1,104 @@
+"""Pink noise for the headphones, so that the plate is felt and not heard.
+
+Pink noise has the same power in every octave: its power spectral density falls as 1/f, which is
+3.01 dB an octave. It is made here in the frequency domain, so that its end meets its beginning and
+it can be repeated for as long as a session lasts without a seam.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+FULL_SCALE_SINE_RMS = math.sqrt(0.5)
+
+
+def pink_noise(
+    *,
+    level_db: float,
+    seed: int,
+    duration_s: float = 10.0,
+    sample_rate_hz: float = 48_000.0,
+    low_hz: float = 20.0,
+    high_hz: float = 20_000.0,
+) -> NDArray[np.float32]:
+    """Return one period of pink noise.
+
+    Parameters
+    ----------
+    level_db : float
+        Root mean square in dB re a full-scale sine, as AES17 has it; below 0.
+    seed : int
+        The same seed gives the same noise.
+    duration_s : float
+        The period in s.
+    sample_rate_hz : float
+        Samples a second.
+    low_hz, high_hz : float
+        The band that holds all power; ``high_hz`` is lowered to half the sample rate.
+
+    Returns
+    -------
+    ndarray of float32, shape (round(duration_s * sample_rate_hz),)
+        Full scale is -1 to 1.
+
+    Raises
+    ------
+    UserError
+        The level is not finite, or so high that a peak would leave full scale: noise is not
+        clipped, since that would change its spectrum.
+    """
+    if not math.isfinite(level_db):
+        raise UserError(f"masking noise: level_db is {level_db}, expected a finite number of dB")
+    samples = round(duration_s * sample_rate_hz)
+    frequency_hz = np.fft.rfftfreq(samples, 1 / sample_rate_hz)
+    band = (frequency_hz >= low_hz) & (frequency_hz <= high_hz)
+    band[-1] = False  # the bin at half the sample rate has no phase of its own
+    if not band.any():
+        raise UserError(
+            f"masking noise: no frequency between {low_hz} and {high_hz} Hz fits "
+            f"{duration_s} s at {sample_rate_hz} Hz"
+        )
+    generator = np.random.default_rng(seed)
+    white = generator.standard_normal((2, int(band.sum())))
+    spectrum = np.zeros(frequency_hz.size, dtype=complex)
+    spectrum[band] = (white[0] + 1j * white[1]) / np.sqrt(frequency_hz[band])
+    noise = np.fft.irfft(spectrum, samples)
+    noise *= FULL_SCALE_SINE_RMS * 10 ** (level_db / 20) / np.sqrt(np.mean(noise**2))
+    peak = float(np.abs(noise).max())
+    if peak > 1:
+        highest_db = math.floor(10 * (level_db - 20 * math.log10(peak))) / 10
+        raise UserError(
+            f"masking noise: level_db is {level_db:g}, expected {highest_db:.1f} or less: "
+            "above it, the noise's peaks leave full scale"
+        )
+    return noise.astype(np.float32)
+
+
+def ramp(gain: float, target: float, samples: int, fade_samples: int) -> NDArray[np.float64]:
+    """Return gains that run from ``gain`` towards ``target`` at a full fade's slope, then stay.
+
+    Parameters
+    ----------
+    gain, target : float
+        From 0 (silent) to 1 (the noise's level).
+    samples : int
+        How many gains.
+    fade_samples : int
+        How many it takes from 0 to 1; 0 switches at once.
+
+    Returns
+    -------
+    ndarray, shape (samples,)
+        The first is one step on from ``gain``, the last is where the next ramp begins.
+    """
+    step = math.copysign(1 / max(fade_samples, 1), target - gain)
+    path = gain + step * np.arange(1, samples + 1, dtype=float)
+    return np.clip(path, min(gain, target), max(gain, target))
