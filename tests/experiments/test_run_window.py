@@ -27,7 +27,7 @@ pytestmark = [
 
 SLIPSCALE = Path(sys.executable).with_name("slipscale")
 JOURNAL = "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
-SAID = "moins glissant, ça colle « à peine »"
+SAID = "ça colle « à peine »"
 PATIENCE_S = 60.0
 
 
@@ -86,7 +86,7 @@ class Hand:
         elif name == "difference_felt":
             self.press("key", "o")
         elif name == "verbal_report":
-            self.press("type", "--delay", "15", SAID)
+            self.press("type", "--delay", "80", SAID)
             self.press("key", "Return")
         else:
             self.press("key", "1")
@@ -179,9 +179,9 @@ def test_a_session_from_welcome_to_thanks_with_escape_kill_and_resume(start, tmp
     )
     assert list(estimates["estimate"]) == [12.5] * 8
     assert list(estimates["scale_top"]) == [12.5] * 8
-    assert list(estimates["flag"]) == ["n/a", "represented;resumed", *["n/a"] * 6] or list(
-        estimates["flag"]
-    ) == ["n/a", "resumed;represented", *["n/a"] * 6]
+    flags = list(estimates["flag"])
+    assert set(flags[1].split(";")) == {"resumed", "represented"}
+    assert flags[:1] + flags[2:] == ["n/a"] * 7
     assert set(steps["difference_felt"]) == {"yes"}
     assert set(steps["verbal_report"]) == {SAID}
     assert set(estimates["response_time_source"]) <= {"ptb", "window"}

@@ -1,0 +1,189 @@
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import slipscale
+from experiments.check import Setting, check
+from experiments.pilot import pilot_plans, run_pilot
+from experiments.run import read_plan
+from faults import UserError
+from slipscale import main
+
+
+def run(capsys, *words):
+    status = main(list(words))
+    said = capsys.readouterr()
+    return status, said.out, said.err
+
+
+def test_help_names_every_command(capsys):
+    status, out, _ = run(capsys, "--help")
+    assert status == 0
+    assert all(name in out for name in slipscale.COMMANDS)
+
+
+@pytest.mark.parametrize("command", slipscale.COMMANDS)
+def test_every_command_has_help(capsys, command):
+    with pytest.raises(SystemExit) as ending:
+        main([command, "--help"])
+    assert ending.value.code == 0
+    assert f"slipscale {command}" in capsys.readouterr().out
+
+
+def test_a_word_that_is_no_command_is_answered_with_those_there_are(capsys):
+    status, _, err = run(capsys, "anlyse")
+    assert status == 2
+    assert "analyse" in err
+
+
+def test_help_imports_nothing_heavy():
+    code = (
+        "import sys, slipscale; slipscale.main(['--help']); "
+        "print(sorted(m for m in sys.modules if m.split('.')[0] in "
+        "('numpy', 'pandas', 'psychopy', 'matplotlib', 'rich', 'pydantic', 'argparse', 'scipy')))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"
+
+
+@pytest.mark.parametrize(
+    "words, complaint",
+    [
+        (["run", "nothing.toml", "--participant", "01"], "biet2007"),
+        (["run", "--participant", "Jane Doe"], "letters and digits only"),
+        (["run", "--participant", "01", "--language", "tlh"], "en, fr"),
+        (["resume", "nothing.jsonl"], "nothing.jsonl: No such file"),
+        (["study", "validate", "nothing.toml"], "No such file"),
+        (["pilot", "--participants", "0"], "expected 1 or more"),
+        (["pilot", "--plate", "serial:X"], "expected mock"),
+        (["pilot", "--language", "tlh", "--participants", "1"], "en, fr"),
+    ],
+)
+def test_a_users_mistake_is_one_sentence_and_exit_2(
+    capsys, tmp_path, monkeypatch, words, complaint
+):
+    monkeypatch.chdir(tmp_path)
+    status, _, err = run(capsys, *words)
+    assert status == 2
+    assert complaint in err
+    assert "Traceback" not in err
+
+
+def test_a_new_study_is_valid_and_never_overwrites(capsys, tmp_path):
+    path = tmp_path / "mine.toml"
+    assert run(capsys, "study", "new", str(path))[0] == 0
+    status, out, _ = run(capsys, "study", "validate", str(path))
+    assert (status, "no fault" in out) == (0, True)
+    status, _, err = run(capsys, "study", "new", str(path))
+    assert (status, "exists already" in err) == (2, True)
+
+
+def test_study_show_tells_the_orders_that_the_participant_gets(capsys, laboratory, plan):
+    _, out, _ = run(capsys, "study", "show", "--participant", "07")
+    laboratory.run(plan(participant="07"))
+    given = [
+        record.data["what"]["surface"]["amplitude_um_pp"]
+        for record in laboratory.records(plan(participant="07"), kind="begin")
+        if record.data["what"]["type"] == "Present"
+        and (record.data["what"]["trial"] or {}).get("task") == "magnitudeestimation"
+    ]
+    line = next(
+        line for line in out.splitlines() if line.strip().startswith("magnitudeestimation ")
+    )
+    assert [float(word.strip("()")) for word in line.split()[1:]] == given
+
+
+def small(folder, **changes):
+    plans = pilot_plans("biet2007", participants=2, seed=None, language=None)
+    run_pilot(folder, plans, tell=lambda _: None)
+    return folder
+
+
+def files(folder):
+    return {
+        p.relative_to(folder): p.read_bytes()
+        for p in folder.rglob("*")
+        if p.is_file() and "sourcedata" not in p.parts
+    }
+
+
+def test_an_interrupted_pilot_is_completed_to_the_same_data(tmp_path):
+    whole, cut = small(tmp_path / "whole"), tmp_path / "cut"
+    small(cut)
+    second = cut / "sourcedata/sub-02/sub-02_run-01_journal.jsonl"
+    second.write_bytes(second.read_bytes()[:20_000])
+    for name in files(cut):
+        (cut / name).unlink()
+    assert files(small(cut)) == files(whole)
+
+
+def test_resume_goes_on_with_a_pilot_as_a_pilot(capsys, tmp_path):
+    whole, cut = small(tmp_path / "whole"), small(tmp_path / "cut")
+    journal = cut / "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
+    journal.write_bytes(journal.read_bytes()[:15_000])
+    status, out, _ = run(capsys, "resume", str(journal))
+    assert (status, "complete" in out) == (0, True)
+    assert files(cut) == files(whole)
+    status, _, err = run(capsys, "resume", str(journal))
+    assert (status, "this run is complete" in err) == (2, True)
+
+
+def test_a_pilot_refuses_a_folder_that_holds_anything_else(tmp_path):
+    (tmp_path / "thesis.docx").write_text("dear to somebody")
+    with pytest.raises(UserError, match="is not empty"):
+        small(tmp_path)
+    other = small(tmp_path / "other")
+    plans = pilot_plans("biet2007", participants=2, seed=99, language=None)
+    with pytest.raises(UserError, match="holds another pilot"):
+        run_pilot(other, plans, tell=lambda _: None)
+    assert read_plan(other / "sourcedata/sub-01/sub-01_run-01_journal.jsonl")[0].seed == 2007
+
+
+def test_a_participant_who_has_a_run_is_refused_by_its_journal(capsys, tmp_path):
+    small(tmp_path)
+    status, _, err = run(capsys, "run", "--participant", "01", "--out", str(tmp_path))
+    assert status == 2
+    assert "sub-01_run-01_journal.jsonl" in err
+
+
+def test_check_is_always_a_whole_list_and_gives_the_remedy(display, tmp_path):
+    setting = Setting(study="biet2007", plate="mock", out=tmp_path, full_screen=False)
+    found = {finding.name: finding for finding in check(setting, lambda _: None)}
+    assert list(found) == ["study", "folder", "participant", "plate", "sound", "display"]
+    assert [name for name, f in found.items() if f.passed is False] == []
+    assert "2.3" in found["plate"].detail
+
+
+def test_check_of_a_broken_room_tells_every_fault(capsys, tmp_path, monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    small(tmp_path / "data")
+    bad = tmp_path / "bad.toml"
+    bad.write_text("name = 3")
+    words = ["--plate", "mock:fault=not_there@1", "--participant", "01", "--json"]
+    status, out, err = run(capsys, "check", str(bad), "--out", str(tmp_path / "data"), *words)
+    found = {finding["name"]: finding for finding in json.loads(out)}
+    assert status == 1
+    assert found["study"]["passed"] is False
+    assert found["participant"]["passed"] is False
+    assert "study, participant" in err
+
+
+def test_check_of_a_missing_plate_is_a_finding_with_a_remedy(capsys, tmp_path):
+    words = ["--plate", "mock:fault=not_there@1", "--out", str(tmp_path), "--windowed"]
+    status, out, _ = run(capsys, "check", *words)
+    assert status == 1
+    assert "✗ plate" in out
+    assert "Check the cable" in " ".join(out.split())
+
+
+def test_the_installed_command_is_the_front_door():
+    done = subprocess.run(
+        [Path(sys.executable).with_name("slipscale"), "--version"],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert done.stdout == f"slipscale {slipscale.VERSION}\n"
