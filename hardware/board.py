@@ -1,0 +1,251 @@
+"""The driver board's firmware in Python: what `slipscale plate emulate` runs.
+
+Pure: bytes and the time go in, bytes come out; the plate behind it is the twin. The reference
+firmware (hardware/firmware) does the same in C++, and both are tested against the transcript in
+docs/board-protocol.md.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import deque
+from typing import TYPE_CHECKING
+
+from hardware import board_protocol as wire
+from hardware.board_protocol import BoardLimits, Reply, Status
+from hardware.plate.twin import OFF, Drive
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hardware.plate.twin import Twin
+
+RAMP_S = 0.025
+SETTLE_S = 0.015
+HOTTEST_C = 60.0
+ERROR_QUEUE = 8
+NUMBER = re.compile(r"[+-]?\d{1,7}(\.\d{1,6})?")
+IDENTITY = f"Slipscale,{wire.PROTOCOL},EMULATED-1,1.0"
+
+
+class Refusal(Exception):
+    """A command that the board answers with an error code."""
+
+    def __init__(self, code: int) -> None:
+        super().__init__(wire.MEANINGS[code])
+        self.code = code
+
+
+class Board:
+    """A driver board that holds a plate at resonance.
+
+    Parameters
+    ----------
+    twin : Twin
+        The plate.
+    boot : int
+        Differs from one start to the next.
+    limits : BoardLimits
+        Enforced on the board, whatever the host believes.
+    identity : str
+        The value of ``*IDN?``.
+    """
+
+    def __init__(
+        self,
+        twin: Twin,
+        *,
+        boot: int,
+        limits: BoardLimits | None = None,
+        identity: str = IDENTITY,
+    ) -> None:
+        self.twin = twin
+        self.boot = f"{boot & 0xFFFF_FFFF:08X}"
+        self.limits = limits or BoardLimits()
+        self.identity = identity
+        self.state = "OFF"
+        self.busy = False
+        self.hot = False
+        self.target_um_pp = 0.0
+        self._from_um_pp = 0.0
+        self._frequency_hz: float | None = None  # None follows the resonance
+        self._heard_s = 0.0
+        self._commanded_s = 0.0
+        self._buffer = b""
+        self._last: tuple[tuple[int, str], bytes] | None = None
+        self._errors: deque[int] = deque(maxlen=ERROR_QUEUE)
+
+    @property
+    def vibrates(self) -> bool:
+        """Whether the output is on."""
+        return self.state in ("RAMP", "HOLD", "SAT", "OPEN")
+
+    def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
+        """Take bytes from the line; return (command, reply) for each that was complete."""
+        answers = []
+        for byte in data:
+            if byte == wire.STOP[0]:
+                self.silence(now_s)
+            elif byte == ord("\n"):
+                line, self._buffer = self._buffer, b""
+                if answer := self._line(line, now_s):
+                    answers.append(answer)
+            elif len(self._buffer) < wire.LONGEST_FRAME:
+                self._buffer += bytes([byte])
+        return answers
+
+    def tick(self, now_s: float) -> None:
+        """Let time pass: ramp, settle, watchdog, longest on-time, temperature."""
+        if not self.vibrates:
+            return
+        if now_s - self._heard_s > self.limits.watchdog_ms / 1000:
+            self.silence(now_s, "WDOG")
+        elif now_s - self._commanded_s > self.limits.on_time_s:
+            self.silence(now_s, "LONG")
+        elif self.temperature_c(now_s) > HOTTEST_C:
+            self.silence(now_s, "HOT")
+        elif self.state == "RAMP":
+            self._ramp(now_s)
+        elif self.state in ("HOLD", "SAT"):
+            self._note_saturation(now_s)
+
+    def silence(self, now_s: float, state: str = "OFF") -> None:
+        """Switch the output off."""
+        self.twin.set_drive(OFF, now_s)
+        self.state, self.target_um_pp = state, 0.0
+
+    def temperature_c(self, now_s: float) -> float:
+        """Return what the board's sensor says."""
+        return HOTTEST_C + 15 if self.hot else self.twin.temperature_c(now_s)
+
+    def status(self, now_s: float) -> Status:
+        """Return what ``STAT?`` tells."""
+        frequency_hz = self._frequency_hz or self.twin.conditions(now_s).resonance_hz
+        return Status(
+            state=self.state,
+            target_um_pp=self.target_um_pp,
+            amplitude_um_pp=self.twin.measure_um_pp(now_s),
+            frequency_hz=frequency_hz,
+            voltage_v=self.twin.voltage_v(now_s),
+            temperature_c=self.temperature_c(now_s),
+        )
+
+    def _line(self, line: bytes, now_s: float) -> tuple[str, bytes] | None:
+        if line.rstrip(b"\r") == b"*IDN?":  # plain, for whoever looks with a terminal
+            return "*IDN?", self.identity.encode("ascii") + b"\r\n"
+        command = wire.parse_command(line)
+        if command is None:
+            return None  # no answer: the host's time-out and its repetition mend it
+        if self._last and self._last[0] == command:
+            self._heard_s = now_s
+            return command[1], self._last[1]  # a repetition: it ran before
+        reply = wire.reply_frame(self._answer(*command, now_s))
+        if not self.busy:
+            self._last = (command, reply)
+        return command[1], reply
+
+    def _answer(self, sequence: int, body: str, now_s: float) -> Reply:
+        try:
+            return Reply(sequence, self.boot, wire.OK, self._run(body, now_s))
+        except Refusal as refusal:
+            self._errors.append(refusal.code)
+            return Reply(sequence, self.boot, refusal.code, str(refusal))
+
+    def _run(self, body: str, now_s: float) -> str:
+        if self.busy:
+            raise Refusal(wire.BUSY)
+        self._heard_s = now_s
+        self.tick(now_s)
+        header, _, arguments = body.partition(" ")
+        if header not in COMMANDS:
+            raise Refusal(wire.UNDEFINED_HEADER)
+        count, run = COMMANDS[header]
+        return run(self, _arguments(arguments, count), now_s)
+
+    def _reset(self, _: list[str], now_s: float) -> str:
+        self.silence(now_s)
+        self._errors.clear()
+        return ""
+
+    def _error(self, _: list[str], __: float) -> str:
+        code = self._errors.popleft() if self._errors else wire.OK
+        return f'{code},"{wire.MEANINGS[code]}"'
+
+    def _amplitude(self, arguments: list[str], now_s: float) -> str:
+        amplitude_um_pp = _within(arguments[0], 0, self.limits.amplitude_um_pp)
+        self._require_cool(now_s)
+        self._from_um_pp = self.target_um_pp if self.state != "OPEN" else 0.0
+        self.target_um_pp = amplitude_um_pp
+        self._frequency_hz, self._commanded_s = None, now_s
+        if amplitude_um_pp == self._from_um_pp == 0:
+            self.silence(now_s)
+        else:
+            self.state = "RAMP"
+        return ""
+
+    def _open_loop(self, arguments: list[str], now_s: float) -> str:
+        limits = self.limits
+        frequency_hz = _within(arguments[0], limits.frequency_min_hz, limits.frequency_max_hz)
+        voltage_v = _within(arguments[1], 0, limits.voltage_v)
+        self._require_cool(now_s)
+        self.state, self.target_um_pp = "OPEN", 0.0
+        self._frequency_hz, self._commanded_s = frequency_hz, now_s
+        self.twin.set_drive(Drive(frequency_hz=frequency_hz, voltage_v=voltage_v), now_s)
+        return ""
+
+    def _output(self, arguments: list[str], now_s: float) -> str:
+        if arguments[0] not in ("OFF", "0"):
+            raise Refusal(wire.OUT_OF_RANGE)
+        self.silence(now_s)
+        return ""
+
+    def _require_cool(self, now_s: float) -> None:
+        if self.temperature_c(now_s) > HOTTEST_C:
+            self.silence(now_s, "HOT")
+            raise Refusal(wire.TOO_HOT)
+
+    def _ramp(self, now_s: float) -> None:
+        elapsed_s = now_s - self._commanded_s
+        share = 0.5 - 0.5 * math.cos(math.pi * min(elapsed_s / RAMP_S, 1))
+        target_um_pp = self._from_um_pp + share * (self.target_um_pp - self._from_um_pp)
+        self.twin.set_drive(Drive(target_um_pp=target_um_pp), now_s)
+        if elapsed_s >= RAMP_S + SETTLE_S:
+            if self.target_um_pp == 0:
+                self.silence(now_s)
+            else:
+                self._note_saturation(now_s)
+
+    def _note_saturation(self, now_s: float) -> None:
+        saturated = self.twin.voltage_v(now_s) >= self.twin.voltage_limit_v
+        self.state = "SAT" if saturated else "HOLD"
+
+
+def _arguments(text: str, count: int) -> list[str]:
+    arguments = text.split(",") if text else []
+    if len(arguments) < count:
+        raise Refusal(wire.MISSING_PARAMETER)
+    if len(arguments) > count:
+        raise Refusal(wire.DATA_TYPE)
+    return arguments
+
+
+def _within(text: str, lowest: float, highest: float) -> float:
+    if not NUMBER.fullmatch(text):
+        raise Refusal(wire.DATA_TYPE)
+    if not lowest <= float(text) <= highest:
+        raise Refusal(wire.OUT_OF_RANGE)
+    return float(text)
+
+
+# header: (number of arguments, what it does)
+COMMANDS: dict[str, tuple[int, Callable[[Board, list[str], float], str]]] = {
+    "*IDN?": (0, lambda board, _, __: board.identity),
+    "*RST": (0, Board._reset),  # noqa: SLF001 - the table belongs to the class
+    "SYST:ERR?": (0, Board._error),  # noqa: SLF001
+    "LIM?": (0, lambda board, _, __: wire.format_limits(board.limits)),
+    "AMPL": (1, Board._amplitude),  # noqa: SLF001
+    "DRIV": (2, Board._open_loop),  # noqa: SLF001
+    "OUTP": (1, Board._output),  # noqa: SLF001
+    "STAT?": (0, lambda board, _, now_s: wire.format_status(board.status(now_s))),
+}

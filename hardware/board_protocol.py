@@ -1,0 +1,161 @@
+"""The driver board's language: frames, checks, status, codes. docs/board-protocol.md is its text.
+
+Pure: bytes in, records out. Both ends use it, the serial backend and the emulated board.
+"""
+
+from __future__ import annotations
+
+import re
+from binascii import crc_hqx
+from dataclasses import dataclass
+from typing import Final
+
+PROTOCOL: Final = "slipscale-plate-1"  # the model field of *IDN?
+STOP: Final = b"!"  # one byte, anywhere: silence at once
+LONGEST_FRAME: Final = 96  # bytes, newline included
+LAST_SEQUENCE: Final = 65_535
+
+OK: Final = 0
+DATA_TYPE, MISSING_PARAMETER, UNDEFINED_HEADER, OUT_OF_RANGE = -104, -109, -113, -222  # SCPI's own
+TOO_HOT, BUSY = 101, 102  # positive: the device's
+
+MEANINGS: Final = {
+    OK: "No error",
+    DATA_TYPE: "Data type error",
+    MISSING_PARAMETER: "Missing parameter",
+    UNDEFINED_HEADER: "Undefined header",
+    OUT_OF_RANGE: "Data out of range",
+    TOO_HOT: "Over temperature",
+    BUSY: "Busy",
+}
+
+COMMAND = re.compile(rb">(\d{1,5}) ([ -~]+)\*([0-9A-F]{4})")
+REPLY = re.compile(rb"<(\d{1,5}) ([0-9A-F]{8}) (-?\d{1,4}) ([ -~]*)\*([0-9A-F]{4})")
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """The board's answer to the command with the same sequence number."""
+
+    sequence: int
+    boot: str
+    code: int
+    value: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Status:
+    """What ``STAT?`` tells.
+
+    ``state``: OFF, RAMP (on its way), HOLD (settled), SAT (settled, but the voltage does not
+    suffice), OPEN (open loop); or why it is silent: WDOG, HOT, LONG.
+    """
+
+    state: str
+    target_um_pp: float
+    amplitude_um_pp: float
+    frequency_hz: float
+    voltage_v: float
+    temperature_c: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BoardLimits:
+    """What ``LIM?`` tells: the board's own limits and its watchdog's time."""
+
+    amplitude_um_pp: float = 2.5
+    voltage_v: float = 16.5
+    frequency_min_hz: float = 25_000.0
+    frequency_max_hz: float = 40_000.0
+    watchdog_ms: float = 500.0
+    on_time_s: float = 600.0
+
+
+def crc16(data: bytes) -> int:
+    """Return the CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF.
+
+    >>> f"{crc16(b'123456789'):04X}"
+    '29B1'
+    """
+    return crc_hqx(data, 0xFFFF)
+
+
+def command_frame(sequence: int, body: str) -> bytes:
+    """Return a command as it goes over the wire.
+
+    >>> command_frame(7, "STAT?").decode().rstrip()
+    '>7 STAT?*EF7F'
+    """
+    payload = f"{sequence} {body}".encode("ascii")
+    return b">%b*%04X\n" % (payload, crc16(payload))
+
+
+def reply_frame(reply: Reply) -> bytes:
+    """Return a reply as it goes over the wire."""
+    payload = f"{reply.sequence} {reply.boot} {reply.code} {reply.value}".encode("ascii")
+    return b"<%b*%04X\n" % (payload, crc16(payload))
+
+
+def parse_command(line: bytes) -> tuple[int, str] | None:
+    """Return sequence number and body of a line without its end, or None if it is no command."""
+    match = _checked(COMMAND, line, b">")
+    return (int(match[1]), match[2].decode("ascii")) if match else None
+
+
+def parse_reply(line: bytes) -> Reply | None:
+    """Return the reply in a line without its end, or None; what precedes its ``<`` is dropped."""
+    match = _checked(REPLY, line, b"<")
+    if not match:
+        return None
+    return Reply(int(match[1]), match[2].decode(), int(match[3]), match[4].decode())
+
+
+def _checked(pattern: re.Pattern[bytes], line: bytes, start: bytes) -> re.Match[bytes] | None:
+    frame = line[max(line.rfind(start), 0) :].rstrip(b"\r")
+    match = pattern.fullmatch(frame)
+    if match and crc16(frame[1:-5]) == int(match[match.re.groups], 16):
+        return match
+    return None
+
+
+def format_status(status: Status) -> str:
+    """Return the value of a ``STAT?`` reply."""
+    return (
+        f"{status.state},{status.target_um_pp:.4f},{status.amplitude_um_pp:.4f},"
+        f"{status.frequency_hz:.1f},{status.voltage_v:.3f},{status.temperature_c:.1f}"
+    )
+
+
+def parse_status(value: str) -> Status:
+    """Read the value of a ``STAT?`` reply; ValueError if it is none."""
+    state, *numbers = value.split(",")
+    target, amplitude, frequency, voltage, temperature = map(float, numbers)
+    return Status(
+        state=state,
+        target_um_pp=target,
+        amplitude_um_pp=amplitude,
+        frequency_hz=frequency,
+        voltage_v=voltage,
+        temperature_c=temperature,
+    )
+
+
+def format_limits(limits: BoardLimits) -> str:
+    """Return the value of a ``LIM?`` reply."""
+    return (
+        f"{limits.amplitude_um_pp:.4f},{limits.voltage_v:.3f},{limits.frequency_min_hz:.1f},"
+        f"{limits.frequency_max_hz:.1f},{limits.watchdog_ms:.0f},{limits.on_time_s:.0f}"
+    )
+
+
+def parse_limits(value: str) -> BoardLimits:
+    """Read the value of a ``LIM?`` reply; ValueError if it is none."""
+    amplitude, voltage, lowest, highest, watchdog, on_time = map(float, value.split(","))
+    return BoardLimits(
+        amplitude_um_pp=amplitude,
+        voltage_v=voltage,
+        frequency_min_hz=lowest,
+        frequency_max_hz=highest,
+        watchdog_ms=watchdog,
+        on_time_s=on_time,
+    )

@@ -1,0 +1,73 @@
+"""`slipscale plate emulate`."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from faults import UserError
+from hardware.injection import parse_injections
+from hardware.misbehaviour import FAULT_NAMES, PHASES
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Fill the parser."""
+    parser.add_argument(
+        "--fault",
+        action="append",
+        default=[],
+        metavar="NAME[@PHASE/N]",
+        help=f"misbehave at the N-th command (of a phase: {', '.join(PHASES)}); may be repeated. "
+        f"NAME is one of: {', '.join(FAULT_NAMES)}",
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the simulated plate (default 0)")
+    parser.add_argument(
+        "--back-after",
+        type=float,
+        default=0.3,
+        metavar="SECONDS",
+        help="an unplugged, stuck, deaf or hot board comes back after so long "
+        "(default 0.3; 0: never)",
+    )
+    parser.add_argument(
+        "--no-dtr",
+        action="store_true",
+        help="the line does not tell the board that the host let go: its watchdog has to notice",
+    )
+
+
+def run(arguments: Namespace) -> int:
+    """Emulate until told to end."""
+    parse = partial(parse_injections, faults=FAULT_NAMES, phases=PHASES)
+    try:
+        orders = [each for text in arguments.fault for each in parse(text)]
+    except ValueError as error:
+        raise UserError(f"--fault: {error}") from None
+    try:
+        import tty  # noqa: F401, PLC0415 - there are no pseudo-terminals without it
+    except ImportError:
+        raise UserError("plate emulate needs pseudo-terminals: Linux or macOS") from None
+    from hardware import board_emulator  # noqa: PLC0415
+    from hardware.clock import SystemClock  # noqa: PLC0415
+    from hardware.plate.twin import Twin  # noqa: PLC0415
+    from hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
+
+    emulator = board_emulator.Emulator(
+        clock=SystemClock(),
+        injections=orders,
+        twin=Twin(seed=arguments.seed),
+        back_s=arguments.back_after,
+        dtr=not arguments.no_dtr,
+    )
+    try:
+        with signals_raise():
+            board_emulator.run(emulator)
+    except EndedBySignal:
+        pass  # the usual way to end it
+    return 0
+
+
+COMMANDS = {"emulate": (add_arguments, run)}

@@ -1,0 +1,78 @@
+"""An emulated board in a process of its own, and its control line: for rehearsals and tests."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from typing import TYPE_CHECKING, Any, Self
+
+from faults import RigError
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+
+class EmulatorProcess:
+    """Runs ``slipscale plate emulate`` for the length of a ``with`` block.
+
+    Parameters
+    ----------
+    *arguments : str
+        Of ``slipscale plate emulate``.
+
+    Attributes
+    ----------
+    port : str
+        The port to give to ``serial:PORT``.
+    """
+
+    def __init__(self, *arguments: str) -> None:
+        command = [sys.executable, "-m", "slipscale", "plate", "emulate", *arguments]
+        self._process = subprocess.Popen(  # noqa: S603 - our own command
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        self.port = self._answer()
+
+    def state(self) -> dict[str, Any]:
+        """Return the board's state and what the plate really does."""
+        return self._tell("state")
+
+    def fault(self, order: str) -> dict[str, Any]:
+        """Order a fault: NAME at the next command, or NAME@PHASE/N from now."""
+        return self._tell(f"fault {order}")
+
+    def unplug(self) -> dict[str, Any]:
+        """Pull the plug now."""
+        return self._tell("unplug")
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.terminate()
+        self._process.communicate()
+
+    def _tell(self, line: str) -> dict[str, Any]:
+        if self._process.stdin is not None:
+            self._process.stdin.write(line + "\n")
+            self._process.stdin.flush()
+        answer: dict[str, Any] = json.loads(self._answer())
+        if "error" in answer:
+            raise ValueError(answer["error"])
+        return answer
+
+    def _answer(self) -> str:
+        line = self._process.stdout.readline() if self._process.stdout is not None else ""
+        if not line:
+            raise RigError("the emulated board ended by itself")
+        return line.strip()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()

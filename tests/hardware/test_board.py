@@ -1,0 +1,168 @@
+"""The board's rules, without a line: bytes and times in, bytes out."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hardware import board_protocol as wire
+from hardware.board import Board
+from hardware.plate.dynamics import Finger
+from hardware.plate.twin import Twin
+
+
+class Bench:
+    """A board on a bench, and the seconds that pass."""
+
+    def __init__(self, **twin):
+        self.twin = Twin(**twin)
+        self.board = Board(self.twin, boot=1)
+        self.now_s = 0.0
+        self.sequence = 0
+
+    def wait(self, duration_s, *, alive=True):
+        for _ in range(round(duration_s / 0.005)):
+            self.now_s += 0.005
+            self.board.tick(self.now_s)
+            if alive:
+                self.ask("STAT?")
+
+    def send(self, data):
+        return [reply for _, reply in self.board.receive(data, self.now_s)]
+
+    def ask(self, body):
+        self.sequence += 1
+        (reply,) = self.send(wire.command_frame(self.sequence, body))
+        return wire.parse_reply(reply.rstrip())
+
+    def status(self):
+        return wire.parse_status(self.ask("STAT?").value)
+
+    def present(self, amplitude_um_pp):
+        assert self.ask(f"AMPL {amplitude_um_pp}").code == 0
+        self.wait(0.06)
+
+
+@pytest.fixture
+def bench():
+    return Bench()
+
+
+def test_an_amplitude_is_ramped_settled_and_held(bench):
+    assert bench.ask("AMPL 2.3").code == 0
+    assert bench.status().state == "RAMP"
+    bench.wait(0.01)
+    assert 0.1 < bench.status().amplitude_um_pp < 2
+    bench.wait(0.05)
+    status = bench.status()
+    assert status.state == "HOLD"
+    assert status.amplitude_um_pp == pytest.approx(2.3, abs=0.03)
+    assert status.voltage_v == pytest.approx(15, abs=0.01)
+
+
+def test_zero_amplitude_ramps_down_and_is_output_off(bench):
+    bench.present(2.3)
+    bench.ask("AMPL 0")
+    assert bench.board.vibrates
+    bench.wait(0.06)
+    assert bench.status().state == "OFF"
+
+
+def test_a_watchdog_silences_the_plate_within_its_time_when_the_host_is_quiet(bench):
+    bench.present(2.3)
+    bench.wait(0.49, alive=False)
+    assert bench.board.vibrates
+    bench.wait(0.02, alive=False)
+    assert not bench.board.vibrates
+    assert bench.status().state == "WDOG"
+
+
+def test_garbage_does_not_feed_the_watchdog(bench):
+    bench.present(2.3)
+    for _ in range(120):
+        bench.wait(0.005, alive=False)
+        assert bench.send(b">9 STAT?*0000\n") == []
+    assert not bench.board.vibrates
+
+
+def test_a_forgotten_plate_falls_silent_though_the_host_lives(bench):
+    bench.board.limits = wire.BoardLimits(on_time_s=1)
+    bench.present(1.2)
+    bench.wait(1.1)
+    assert bench.status().state == "LONG"
+
+
+def test_the_stop_byte_silences_even_inside_a_frame(bench):
+    bench.present(2.3)
+    bench.send(b">12 AMPL 1!")
+    assert not bench.board.vibrates
+
+
+def test_a_repeated_command_runs_once_and_gets_the_same_answer(bench):
+    bench.present(1.2)
+    frame = wire.command_frame(500, "OUTP OFF")
+    first = bench.send(frame)
+    bench.present(2.3)
+    second_frame = wire.command_frame(501, "AMPL 0.5")
+    answers = [bench.send(second_frame) for _ in range(3)]
+    bench.wait(0.06)
+    assert answers[0] == answers[1] == answers[2] != first
+    assert bench.status().target_um_pp == 0.5
+
+
+def test_commands_outside_the_boards_limits_are_refused_and_change_nothing(bench):
+    bench.present(1.2)
+    for body in ("AMPL 2.6", "AMPL -0.1", "DRIV 24000,1", "DRIV 30500,17", "OUTP ON"):
+        assert bench.ask(body).code == wire.OUT_OF_RANGE
+    for body in ("AMPL NAN", "AMPL inf", "AMPL 1e0", "AMPL  1", "AMPL 1,2", "STAT? 1"):
+        assert bench.ask(body).code == wire.DATA_TYPE
+    assert bench.ask("AMPL").code == wire.MISSING_PARAMETER
+    assert bench.ask("VOLT 3").code == wire.UNDEFINED_HEADER
+    status = bench.status()
+    assert (status.state, status.target_um_pp) == ("HOLD", 1.2)
+
+
+def test_errors_queue_up_and_are_read_oldest_first(bench):
+    bench.ask("AMPL 9")
+    bench.ask("FOO")
+    assert bench.ask("SYST:ERR?").value == '-222,"Data out of range"'
+    assert bench.ask("SYST:ERR?").value == '-113,"Undefined header"'
+    assert bench.ask("SYST:ERR?").value == '0,"No error"'
+
+
+def test_a_hot_board_silences_refuses_and_says_why(bench):
+    bench.present(1.2)
+    bench.board.hot = True
+    bench.wait(0.01)
+    assert bench.status().state == "HOT"
+    assert bench.ask("AMPL 0.5").code == wire.TOO_HOT
+    assert not bench.board.vibrates
+
+
+def test_a_busy_board_does_not_run_commands_nor_feed_its_watchdog(bench):
+    bench.present(1.2)
+    bench.board.busy = True
+    assert bench.ask("AMPL 2.3").code == wire.BUSY
+    bench.wait(0.6)
+    assert not bench.board.vibrates
+
+
+def test_a_plate_whose_voltage_does_not_suffice_says_so():
+    bench = Bench(finger=Finger(loss=1 / 300))
+    bench.present(2.3)
+    status = bench.status()
+    assert status.state == "SAT"
+    assert status.amplitude_um_pp == pytest.approx(2.3 * 16.5 / 18, abs=0.03)
+
+
+def test_a_terminal_gets_a_plain_answer_to_a_plain_question(bench):
+    assert bench.send(b"*IDN?\r\n") == [b"Slipscale,slipscale-plate-1,EMULATED-1,1.0\r\n"]
+
+
+@given(st.lists(st.binary(max_size=150), max_size=8))
+def test_no_bytes_whatever_start_the_plate_or_break_the_board(chunks):
+    bench = Bench()
+    for chunk in chunks:
+        bench.send(chunk)
+    assert not bench.board.vibrates
+    bench.send(b"\n")
+    assert bench.ask("STAT?").code == 0
