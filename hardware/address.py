@@ -7,12 +7,15 @@ are is the backend's business: it hands in a table of names and converters.
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+
+    from hardware.calibration import Calibration
 
 
 def split_address(
@@ -54,3 +57,10 @@ def number(text: str) -> float:
     if not math.isfinite(value):
         raise ValueError("expected a number")
     return value
+
+
+def calibration(text: str) -> Calibration:
+    """Return the calibration in a file. Raises UserError."""
+    from hardware.calibration import read_calibration  # noqa: PLC0415 - pydantic, when needed
+
+    return read_calibration(Path(text))

@@ -11,6 +11,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, Self
 
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import TracebackType
 
+    from hardware.calibration import Calibration
     from hardware.clock import Clock
     from stimuli.surface import VirtualSurface
 
@@ -110,13 +112,30 @@ class PlateDriver(ABC):
         The only clock the driver may read.
     limits : PlateLimits
         Enforced here for every backend.
+    calibration : Calibration
+        Narrows the limits to what was calibrated: nothing is extrapolated.
+
+    Attributes
+    ----------
+    notes : tuple of str
+        After `connect`: what the operator should know (calibration old, or of another plate).
     """
 
     name: ClassVar[str]
 
-    def __init__(self, *, clock: Clock, limits: PlateLimits | None = None) -> None:
+    def __init__(
+        self,
+        *,
+        clock: Clock,
+        limits: PlateLimits | None = None,
+        calibration: Calibration | None = None,
+    ) -> None:
         self.clock = clock
+        self.calibration = calibration
         self.limits = limits or PlateLimits()
+        if calibration is not None:
+            self.limits = calibration.narrow(self.limits)
+        self.notes: tuple[str, ...] = ()
         self.identity: PlateIdentity | None = None
         self._on_time = OnTime(window_s=self.limits.duty_window_s)
         self._fault_known = False
@@ -131,6 +150,8 @@ class PlateDriver(ABC):
         except BaseException:
             self.close()
             raise
+        if self.calibration is not None:
+            self.notes = self.calibration.notes(self.identity, datetime.now(tz=UTC).date())
         self._fault_known = False
         self._on_time.command(self.clock.now(), vibrates=False)
         return self.identity
@@ -237,6 +258,8 @@ class PlateDriver(ABC):
             "backend": self.name,
             "identity": asdict(self.identity) if self.identity else None,
             "limits": asdict(self.limits),
+            "calibration": self.calibration.summary() if self.calibration else None,
+            "notes": list(self.notes),
         }
 
     @contextmanager

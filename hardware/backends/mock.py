@@ -6,6 +6,7 @@ SPEC: ``mock`` or ``mock:option=value,...`` with
 ``q``           quality factor (60)
 ``finger``      loss that a finger adds to 1/Q (0); 0.0033 brings Q from 60 to 50
 ``noise``       standard deviation of a vibrometer reading, µm (0.005)
+``calibration`` a file written by ``slipscale plate calibrate``: narrows the limits
 ``fault``       faults on order: ``CODE@PHASE/N``, see `hardware.injection`. CODE is a
                 `PlateFault.code`; PHASE is connect, present, read_back, silence or
                 check. ``CODE@N`` counts all of these but check (called every frame)
@@ -22,7 +23,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from hardware.address import number, split_address
+from hardware import address as addresses
 from hardware.driver import (
     FAULTS,
     ConnectionLost,
@@ -39,6 +40,7 @@ from hardware.plate.twin import OFF, Drive, Twin
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from hardware.calibration import Calibration
     from hardware.clock import Clock
 
 RAMP_S = 0.025  # raised cosine: no click
@@ -47,9 +49,10 @@ SETTLING_TIME_CONSTANTS = 40  # e^-40: to the last digit, nothing is left of the
 
 PHASES = ("connect", "present", "read_back", "silence", "check")
 OPTIONS: dict[str, Callable[[str], Any]] = {
-    "q": number,
-    "finger": number,
-    "noise": number,
+    "q": addresses.number,
+    "finger": addresses.number,
+    "noise": addresses.number,
+    "calibration": addresses.calibration,
     "fault": partial(parse_injections, faults=FAULTS, phases=PHASES),
 }
 
@@ -74,6 +77,8 @@ class MockPlate(PlateDriver):
         The plate.
     limits : PlateLimits
         Enforced by the driver interface.
+    calibration : Calibration
+        Narrows the limits.
     injections : iterable of Injection
         Faults on order.
     """
@@ -86,9 +91,10 @@ class MockPlate(PlateDriver):
         clock: Clock,
         twin: Twin | None = None,
         limits: PlateLimits | None = None,
+        calibration: Calibration | None = None,
         injections: Iterable[Injection] = (),
     ) -> None:
-        super().__init__(clock=clock, limits=limits)
+        super().__init__(clock=clock, limits=limits, calibration=calibration)
         self.twin = twin or Twin(voltage_limit_v=self.limits.voltage_v)
         self.log: list[Command] = []
         self._schedule = Schedule(injections)
@@ -193,7 +199,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
     UserError
         The address holds an option that the mock does not have.
     """
-    _, options = split_address(address, OPTIONS)
+    _, options = addresses.split_address(address, OPTIONS)
     limits = PlateLimits()
     twin = Twin(
         seed=seed,
@@ -202,5 +208,10 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
         voltage_limit_v=limits.voltage_v,
         **({"noise_um": options["noise"]} if "noise" in options else {}),
     )
-    injections: Any = options.get("fault", ())
-    return MockPlate(clock=clock, twin=twin, limits=limits, injections=injections)
+    return MockPlate(
+        clock=clock,
+        twin=twin,
+        limits=limits,
+        calibration=options.get("calibration"),
+        injections=options.get("fault", ()),
+    )

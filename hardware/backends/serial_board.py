@@ -16,11 +16,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from threading import Event, Thread
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from faults import UserError
+from hardware import address as addresses
 from hardware import board_protocol as wire
-from hardware.address import number, split_address
 from hardware.board_link import BoardLink
 from hardware.clock import SystemClock
 from hardware.driver import (
@@ -43,6 +43,7 @@ from hardware.serial_line import SerialLine
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from hardware.calibration import Calibration
     from hardware.clock import Clock
 
 T = TypeVar("T")
@@ -53,7 +54,10 @@ POLL_S = 0.002
 LONGEST_SETTLING_S = 2.0
 OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
 
-OPTIONS: dict[str, Callable[[str], float]] = {"attention": number}
+OPTIONS: dict[str, Callable[[str], Any]] = {
+    "attention": addresses.number,
+    "calibration": addresses.calibration,
+}
 
 # Why a board that should vibrate does not.
 SILENCED: dict[str, tuple[type[PlateFault], str]] = {
@@ -83,6 +87,8 @@ class SerialBoard(PlateDriver):
         Stamps the readbacks. The wire's time-outs are the machine's.
     limits : PlateLimits
         Narrowed to the board's own on `connect`.
+    calibration : Calibration
+        Narrows the limits; the board holds the amplitude by its own sensor.
     attention_s : float
         Without a command or `check` for so long the heartbeat stops; 0 keeps it up for ever.
     """
@@ -95,9 +101,10 @@ class SerialBoard(PlateDriver):
         *,
         clock: Clock,
         limits: PlateLimits | None = None,
+        calibration: Calibration | None = None,
         attention_s: float = ATTENTION_S,
     ) -> None:
-        super().__init__(clock=clock, limits=limits)
+        super().__init__(clock=clock, limits=limits, calibration=calibration)
         self.port = port
         self.watchdog_s: float | None = None
         self._attention_s = attention_s
@@ -254,7 +261,12 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     UserError
         The address names no port, or an option that the backend does not have.
     """
-    port, options = split_address(address, OPTIONS)
+    port, options = addresses.split_address(address, OPTIONS)
     if not port:
         raise UserError("plate 'serial': expected serial:PORT; slipscale plate list shows ports")
-    return SerialBoard(port, clock=clock, attention_s=options.get("attention", ATTENTION_S))
+    return SerialBoard(
+        port,
+        clock=clock,
+        calibration=options.get("calibration"),
+        attention_s=options.get("attention", ATTENTION_S),
+    )
