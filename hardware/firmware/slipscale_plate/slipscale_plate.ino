@@ -1,0 +1,110 @@
+// Reference sketch: the rules of plate_board on an Arduino-compatible board.
+//
+// Wiring that this sketch assumes (change the Hal below for another):
+//   AD9833 signal generator   SPI, chip select on pin 10: the carrier
+//   MCP4725 converter         I2C 0x60: the amplifier's gain, 0 to 5 V for 0 to 20 V peak
+//   output relay or enable    pin 7, active high: open means silent, also without power
+//   vibration sensor          A0: an envelope detector, 0 to 5 V for 0 to 3 µm peak to peak
+//   temperature               A1: LM35, 10 mV per °C
+//   drive current's phase     A2: phase detector against the carrier, 2.5 V at resonance
+// Libraries: SPI, Wire, EEPROM (all part of the Arduino core).
+#include <EEPROM.h>
+#include <SPI.h>
+#include <Wire.h>
+#include <avr/wdt.h>
+
+#include "plate_board.h"
+
+namespace {
+
+constexpr int kSelect = 10, kEnable = 7, kSensor = A0, kTemperature = A1, kPhase = A2;
+constexpr float kClockHz = 25e6F, kFullScaleV = 20.0F, kSensorUm = 3.0F;
+constexpr float kFirstHz = 30500.0F;      // from slipscale plate calibrate
+constexpr float kHzPerPhaseStep = 0.05F;  // slow: follows temperature, not noise
+
+float volts(int pin) { return analogRead(pin) * (5.0F / 1023.0F); }
+
+class Electronics : public slipscale::Hal {
+ public:
+  void begin() {
+    digitalWrite(kEnable, LOW);  // before the pin becomes an output: never a pulse
+    pinMode(kEnable, OUTPUT);
+    pinMode(kSelect, OUTPUT);
+    digitalWrite(kSelect, HIGH);
+    SPI.begin();
+    Wire.begin();
+  }
+
+  void drive(float frequency_hz, float voltage_v) override {
+    if (voltage_v <= 0) digitalWrite(kEnable, LOW);
+    set_voltage(voltage_v);
+    if (voltage_v <= 0) return;
+    set_frequency(frequency_hz);
+    digitalWrite(kEnable, HIGH);
+  }
+
+  float amplitude_um_pp() override { return volts(kSensor) * (kSensorUm / 5.0F); }
+  float temperature_c() override { return volts(kTemperature) * 100.0F; }
+
+  float resonance_hz() override {
+    if (digitalRead(kEnable) == HIGH) {
+      resonance_hz_ += kHzPerPhaseStep * (volts(kPhase) - 2.5F);
+      resonance_hz_ = constrain(resonance_hz_, kFirstHz - 500.0F, kFirstHz + 500.0F);
+    }
+    return resonance_hz_;
+  }
+
+ private:
+  void set_frequency(float frequency_hz) {
+    const uint32_t word = static_cast<uint32_t>(frequency_hz * (268435456.0F / kClockHz));
+    SPI.beginTransaction(SPISettings(1000000, MSBFIRST, SPI_MODE2));
+    digitalWrite(kSelect, LOW);
+    SPI.transfer16(0x2000);  // both halves of the frequency follow
+    SPI.transfer16(0x4000 | (word & 0x3FFF));
+    SPI.transfer16(0x4000 | (word >> 14));
+    digitalWrite(kSelect, HIGH);
+    SPI.endTransaction();
+  }
+
+  void set_voltage(float voltage_v) {
+    const uint16_t word = static_cast<uint16_t>(voltage_v * (4095.0F / kFullScaleV));
+    Wire.beginTransmission(0x60);
+    Wire.write(word >> 8);
+    Wire.write(word & 0xFF);
+    Wire.endTransmission();
+  }
+
+  float resonance_hz_ = kFirstHz;
+};
+
+uint32_t next_boot() {
+  uint32_t boot = 0;
+  EEPROM.get(0, boot);
+  EEPROM.put(0, ++boot);
+  return boot;
+}
+
+Electronics electronics;
+slipscale::Board* board = nullptr;
+
+}  // namespace
+
+void setup() {
+  electronics.begin();
+  Serial.begin(115200);
+  slipscale::Settings settings;
+  settings.identity = "Your laboratory,slipscale-plate-1,0001,1.0";
+  static slipscale::Board the_board(electronics, settings, next_boot());
+  board = &the_board;
+  board->silence();
+  wdt_enable(WDTO_120MS);  // a program that hangs restarts, and starts silent
+}
+
+void loop() {
+  wdt_reset();
+  while (Serial.available() > 0) {
+    const char* answer = board->receive(static_cast<uint8_t>(Serial.read()), millis());
+    if (answer) Serial.print(answer);
+  }
+  board->tick(millis());
+}
