@@ -1,0 +1,192 @@
+"""Every fault in every phase of a trial: a whole session over the emulated board, byte for byte.
+
+The participant answers with ten times the amplitude that the emulated plate truly vibrates with
+at that moment: an estimate that does not fit its row was given to another surface.
+"""
+
+import csv
+import time
+
+import pytest
+
+from experiments.dataset import build_dataset
+from experiments.journal import Journal
+from experiments.operator import UnattendedOperator
+from experiments.participants.scripted import ScriptedParticipant
+from experiments.run import RunPlan, perform, read_plan
+from experiments.steps import Ask, Explore
+from hardware.clock import VirtualClock
+from hardware.driver import PlateFault, open_plate
+from hardware.emulator_process import EmulatorProcess
+
+STUDY = """
+name = "matrix"
+title = "Every fault in every phase"
+authors = ["A. Test"]
+language = "en"
+seed = 1
+participants = 1
+amplitudes_um_pp = [0.5, 1.2, 2.3]
+
+[[tasks]]
+protocol = "magnitude_estimation"
+repetitions = 1
+practice = 0
+randomisation = "blocked"
+scale_top = "declared"
+"""
+
+BACK_S = 0.1
+STRUCK_TRIAL = 2
+
+ENDING = ["unplug", "unplug_mid_read", "reset", "reset_after", "busy", "hot", "deaf", "trickle"]
+MENDED = [
+    "drop",
+    "garbage_before",
+    "garbage_inside",
+    "garbage_after",
+    "garbage_line",
+    "truncated",
+    "delayed",
+    "duplicated",
+    "out_of_order",
+]
+PHASES = ["presenting", "reading", "exploring", "answering", "silencing", "reconnecting"]
+
+
+@pytest.fixture(scope="module")
+def board():
+    with EmulatorProcess("--back-after", str(BACK_S)) as board:
+        yield board
+
+
+class Participant(ScriptedParticipant):
+    """Answers what the plate truly does, and has faults strike at its second trial."""
+
+    def __init__(self, board, fault, phase, clock):
+        super().__init__(self.feel, clock, step_s=0.01)
+        self.board, self.fault, self.phase = board, fault, phase
+        self.given = []
+
+    def feel(self, _step):
+        estimate = round(10 * self.board.state()["amplitude_um_pp"], 1)
+        self.given.append(estimate)
+        return estimate
+
+    def strike(self, step):
+        trial = step.trial.number if getattr(step, "trial", None) else 0
+        before = isinstance(step, Ask) and trial == STRUCK_TRIAL - 1
+        during = trial == STRUCK_TRIAL
+        orders = {
+            "presenting": (before, f"{self.fault}@present"),
+            "reading": (before, f"{self.fault}@read"),
+            "exploring": (during and isinstance(step, Explore), self.fault),
+            "answering": (during and isinstance(step, Ask), self.fault),
+            "silencing": (during and isinstance(step, Ask), f"{self.fault}@silence"),
+            "reconnecting": (during and isinstance(step, Ask), f"unplug+{self.fault}@connect/1"),
+        }
+        due, order = orders[self.phase]
+        if due and self.fault:
+            self.board.fault(order)
+            self.fault = None
+            return self.phase in ("exploring", "answering", "reconnecting")
+        return False
+
+    def perform(self, step, watch):
+        if self.strike(step):
+            end_s = time.monotonic() + 0.25  # a few heartbeats: what comes up comes up by then
+            while time.monotonic() < end_s:
+                watch()
+                time.sleep(0.005)
+        return super().perform(step, watch)
+
+
+class PatientOperator(UnattendedOperator):
+    """Plugs the board in again before retrying."""
+
+    def poll(self):
+        if self._state == "fault":
+            time.sleep(1.2 * BACK_S)
+        return super().poll()
+
+
+def run_session(board, fault, phase, folder):
+    plan = RunPlan(
+        study_name="matrix",
+        study_text=STUDY,
+        participant="01",
+        seed=1,
+        language="en",
+        mode="pilot",
+    )
+    clock = VirtualClock()
+    path = plan.journal_path(folder)
+    spec = f"serial:{board.port}"
+    plate = open_plate(spec, clock=clock)
+    person = Participant(board, fault, phase, clock)
+    with Journal.create(path, clock) as journal, plate:
+        outcome = perform(
+            plan,
+            spec=spec,
+            plate=plate,
+            participant=person,
+            journal=journal,
+            clock=clock,
+            operator=PatientOperator(),
+        )
+    build_dataset(folder)
+    (table,) = folder.glob("sub-01/beh/*_task-magnitudeestimation_*_beh.tsv")
+    with table.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file, delimiter="\t"))
+    return outcome, person, read_plan(path)[1], rows
+
+
+def check_data(board, person, records, rows):
+    """Nothing is lost, nothing belongs to another surface, the plate is silent."""
+    assert sorted(float(row["amplitude_um_pp"]) for row in rows) == [0.5, 1.2, 2.3]
+    for row in rows:
+        assert float(row["estimate"]) == pytest.approx(10 * float(row["amplitude_um_pp"]), abs=0.1)
+        readback = float(row["amplitude_readback_um_pp"])
+        assert readback == pytest.approx(float(row["amplitude_um_pp"]), abs=0.05)
+    assert records[-1].kind == "end"
+    kept = [r for r in records if r.kind in ("done", "discarded")]
+    answers = [r.data["answer"] for r in kept if (r.data["answer"] or {}).get("value") is not None]
+    assert [answer["value"] for answer in answers] == person.given
+    assert not board.state()["vibrates"]
+
+
+@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("fault", ENDING)
+def test_a_fault_in_the_middle_ends_in_complete_and_flagged_data(board, tmp_path, fault, phase):
+    outcome, person, records, rows = run_session(board, fault, phase, tmp_path)
+    assert outcome == "complete"
+    assert person.fault is None
+    check_data(board, person, records, rows)
+    told = [r for r in records if r.kind == "fault"]
+    if not told:
+        # A hot board obeys a silence.
+        assert (fault, phase) == ("hot", "silencing")
+        return
+    flagged = [row["trial"] for row in rows if row["flag"] != "n/a"]
+    assert flagged, [r.data for r in told]
+    assert set(flagged) <= {str(STRUCK_TRIAL - 1), str(STRUCK_TRIAL), str(STRUCK_TRIAL + 1)}
+
+
+@pytest.mark.parametrize("phase", ["presenting", "reading", "exploring", "silencing"])
+@pytest.mark.parametrize("fault", MENDED)
+def test_a_spoiled_answer_goes_unnoticed(board, tmp_path, fault, phase):
+    outcome, person, records, rows = run_session(board, fault, phase, tmp_path)
+    assert outcome == "complete"
+    check_data(board, person, records, rows)
+    assert not [r for r in records if r.kind == "fault"]
+
+
+def test_a_board_that_never_comes_back_stops_the_session_resumable(tmp_path):
+    with EmulatorProcess("--back-after", "0") as board:
+        with pytest.raises(PlateFault):
+            run_session(board, "unplug", "answering", tmp_path)
+        assert not board.state()["vibrates"]
+    (path,) = tmp_path.glob("sourcedata/sub-01/**/*_journal.jsonl")
+    records = read_plan(path)[1]
+    assert records[-1].kind == "stop"
+    assert next(r.data["code"] for r in records if r.kind == "fault") == "lost"
