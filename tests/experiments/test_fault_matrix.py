@@ -5,16 +5,19 @@ at that moment: an estimate that does not fit its row was given to another surfa
 """
 
 import csv
+import re
 import time
 
 import pytest
 
+from experiments.check import CHECKS, Setting
 from experiments.dataset import build_dataset
 from experiments.journal import Journal
 from experiments.operator import UnattendedOperator
 from experiments.participants.scripted import ScriptedParticipant
 from experiments.run import RunPlan, perform, read_plan
 from experiments.steps import Ask, Explore
+from faults import UserError
 from hardware.clock import VirtualClock
 from hardware.driver import PlateFault, open_plate
 from hardware.emulator_process import EmulatorProcess
@@ -190,3 +193,25 @@ def test_a_board_that_never_comes_back_stops_the_session_resumable(tmp_path):
     records = read_plan(path)[1]
     assert records[-1].kind == "stop"
     assert next(r.data["code"] for r in records if r.kind == "fault") == "lost"
+
+
+def test_the_check_before_a_session_tells_of_the_plate_and_leaves_it_silent(board, tmp_path):
+    setting = Setting(study="biet2007", plate=f"serial:{board.port}", out=tmp_path)
+    finding = CHECKS["plate"](setting)
+    assert finding.passed
+    assert "slipscale-plate-1 EMULATED-1" in finding.detail
+    assert not board.state()["vibrates"]
+
+
+@pytest.mark.parametrize(
+    "plate, said",
+    [
+        ("serial:/dev/ttyNONE", "no such port. Check the cable"),
+        ("serial:", "expected serial:PORT"),
+        ("scpi:TCPIP0::127.0.0.1::9::SOCKET,calibration=none.toml", "No such file"),
+    ],
+)
+def test_a_plate_that_is_not_in_order_is_a_finding_with_its_remedy(tmp_path, plate, said):
+    setting = Setting(study="biet2007", plate=plate, out=tmp_path)
+    with pytest.raises((PlateFault, UserError), match=re.escape(said)):
+        CHECKS["plate"](setting)
