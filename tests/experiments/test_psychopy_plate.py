@@ -1,0 +1,76 @@
+"""The plate inside a PsychoPy script, which is a process of its own as it is for its users."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from hardware.emulator_process import EmulatorProcess
+
+SCRIPT = """
+import json, sys
+from psychopy import plugins
+plugins.activatePlugins()
+import psychopy.hardware
+from psychopy.hardware import DeviceManager
+
+plate = DeviceManager.addDevice(
+    "experiments.psychopy_plate.SlipscalePlate", "plate", spec=sys.argv[1]
+)
+made = plate.present(1.2)
+plate.check()
+print(json.dumps({
+    "class": psychopy.hardware.SlipscalePlate.__name__,
+    "same": DeviceManager.getDevice("plate") == plate,
+    "readback": made.readback.amplitude_um_pp,
+    "available": [each["spec"] for each in plate.getAvailableDevices()],
+}), flush=True)
+if sys.argv[2] == "error":
+    raise RuntimeError("a script's own mistake")
+try:
+    plate.present(9.0)
+except Exception as error:
+    print(json.dumps(type(error).__name__), flush=True)
+"""
+
+
+@pytest.fixture(scope="module")
+def board():
+    with EmulatorProcess() as board:
+        yield board
+
+
+def run_script(board, tmp_path, way):
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT, encoding="utf-8")
+    return subprocess.run(
+        [sys.executable, script, f"serial:{board.port}", way],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+def told(done):
+    """Return the script's own lines of JSON among what PsychoPy says."""
+    return [json.loads(line) for line in done.stdout.splitlines() if line[:1] in '{"']
+
+
+def test_a_psychopy_script_presents_a_surface_and_leaves_the_plate_silent(board, tmp_path):
+    done = run_script(board, tmp_path, "end")
+    assert done.returncode == 0, done.stderr
+    found, refusal = told(done)
+    assert found["class"] == "SlipscalePlate"
+    assert found["same"] is True
+    assert found["readback"] == pytest.approx(1.2, abs=0.03)
+    assert "mock" in found["available"]
+    assert refusal == "OverLimit"
+    assert not board.state()["vibrates"]
+
+
+def test_a_script_that_fails_leaves_the_plate_silent(board, tmp_path):
+    done = run_script(board, tmp_path, "error")
+    assert done.returncode == 1
+    assert told(done)[0]["readback"] == pytest.approx(1.2, abs=0.03)
+    assert not board.state()["vibrates"]
