@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from experiments.steps import ParticipantStep
     from experiments.texts import Texts
 
+DECIMAL = {"en": "12.5", "fr": "12,5"}
 LONG_TEXT = {
     "en": "It seems less sticky than before, as if a thin film had been wiped off the glass",
     "fr": "C'est moins collant qu'avant, comme si l'on avait ôté une fine pellicule de la plaque",
@@ -91,7 +92,7 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
         ),
     }
     screens = {name: screen_for(step, texts) for name, step in pages.items()} | {
-        "number": typed(screen_for(number, texts), "12,5"),
+        "number": typed(screen_for(number, texts), DECIMAL[language]),
         "number-empty": screen_for(number, texts),
         "number-longest": typed(screen_for(number, texts), "12345678901234567890"),
         "number-refused": typed(screen_for(number, texts), "12 ou 13\r"),

@@ -1,11 +1,12 @@
 """A person at a PsychoPy window.
 
-Four concepts, one a file: what a screen shows (`scene`), how each step behaves (`screens`), both
+Five concepts, one a file: what a screen shows (`scene`), how each step behaves (`screens`), both
 without PsychoPy; the window that draws (`display`) and the keyboard that listens (`keyboard`);
 and `window`, which joins them into a participant. PsychoPy is imported when the window opens, not
 before.
 """
 
+from experiments.participants.psychopy_window.display import check_screen, screens
 from experiments.participants.psychopy_window.window import PsychoPyWindow
 
-__all__ = ["PsychoPyWindow"]
+__all__ = ["PsychoPyWindow", "check_screen", "screens"]

@@ -90,6 +90,11 @@ class PsychoPyWindow:
     ) -> None:
         self._open.close()
 
+    @property
+    def focused(self) -> bool:
+        """Whether the keyboard's keys come to this window."""
+        return self._keyboard.focused
+
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Carry out one step and return what the participant did.
 
@@ -143,7 +148,7 @@ class PsychoPyWindow:
 
     def _show(self, shown: Scene) -> float:
         """Show one frame; return when, on the session's clock."""
-        if not self._keyboard.focused:
+        if not self.focused:
             shown = scene.message(self._texts["window.focus"])
         self.display.draw((*shown, *self._banner))
         return self.display.flip()
