@@ -62,7 +62,7 @@ def import_visual() -> Any:
     Raises
     ------
     UserError
-        No display, or no home directory that PsychoPy can write its settings to.
+        No display, no system library for windows, or no folder for PsychoPy's settings.
     """
     # A second import after a failed one would seem to succeed, so the display is asked for first.
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
@@ -75,7 +75,12 @@ def import_visual() -> Any:
     try:
         with bare_argv():
             from psychopy import logging, visual  # noqa: PLC0415  seconds; see above
-    except PermissionError as error:
+    except ImportError as error:
+        raise UserError(
+            f"PsychoPy cannot be loaded: {error}. Run python3 tools/system_packages.py for the "
+            "system's libraries, and make setup for Python's"
+        ) from None
+    except OSError as error:
         raise UserError(
             f"PsychoPy cannot write its settings: {error}. Set HOME to a folder that can be written"
         ) from None
