@@ -1,0 +1,50 @@
+"""The one check every physical input passes: finite, in range, refused with its name and unit."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from faults import UserError
+
+Array = npt.NDArray[np.float64]
+
+MICRO, MILLI, KILO = 1e-6, 1e-3, 1e3
+
+
+def positive(name: str, value: npt.ArrayLike, unit: str, *, maximum: float = np.inf) -> Array:
+    """Return ``value`` as an array of floats, each above 0 and at most ``maximum``.
+
+    Raises
+    ------
+    UserError
+        Naming the quantity, the first value out of range and the range allowed.
+    """
+    return _within(name, value, unit, (0.0, maximum), open_below=True)
+
+
+def not_negative(name: str, value: npt.ArrayLike, unit: str, *, maximum: float = np.inf) -> Array:
+    """Return ``value`` as an array of floats, each from 0 to ``maximum``; see `positive`."""
+    return _within(name, value, unit, (0.0, maximum), open_below=False)
+
+
+def _within(
+    name: str,
+    value: npt.ArrayLike,
+    unit: str,
+    bounds: tuple[float, float],
+    *,
+    open_below: bool,
+) -> Array:
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise UserError(f"{name} is {value!r}, expected a number of {unit}") from None
+    low, high = bounds
+    good = np.isfinite(array) & (array <= high) & ((array > low) if open_below else (array >= low))
+    if not np.all(good):
+        bad = array[~good].flat[0] if array.ndim else float(array)
+        lower = f"above {low:g}" if open_below else f"{low:g} or more"
+        upper = f", at most {high:g}" if np.isfinite(high) else ""
+        raise UserError(f"{name} is {bad:g} {unit}, expected a finite value {lower}{upper} {unit}")
+    return array

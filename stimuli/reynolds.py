@@ -1,0 +1,118 @@
+"""The squeeze film at any squeeze number: the full Reynolds equation in the plate's units.
+
+Equation (3) of Biet et al. (2007) with equation (4) corrected as in
+`stimuli.squeeze_film.squeeze_number`; `stimuli.periodic_film` solves it.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stimuli.periodic_film import FilmState, Resolution, periodic_state
+from stimuli.quantities import positive
+from stimuli.squeeze_film import (
+    AIR,
+    FINGER,
+    NORMAL_FORCE_N,
+    Finger,
+    Friction,
+    Gas,
+    friction_from,
+    gap,
+    squeeze_number,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WorkingPoint:
+    """One case to solve: amplitude in µm **peak**, roughness in µm, frequency in Hz."""
+
+    amplitude_um_peak: float
+    roughness_um: float
+    frequency_hz: float
+    finger: Finger = FINGER
+    gas: Gas = AIR
+    polytropic_exponent: float = 1.0  # n of equation (3): 1 is isothermal, as in the paper
+
+    def __post_init__(self) -> None:
+        gap(self.amplitude_um_peak, self.roughness_um, self.finger)
+        positive("frequency_hz", self.frequency_hz, "Hz")
+        positive("polytropic_exponent", self.polytropic_exponent, "(no unit)")
+
+
+def solve(point: WorkingPoint, resolution: Resolution | None = None) -> FilmState:
+    """Return the film's periodic state at a working point; the resolution suits it by default.
+
+    Raises
+    ------
+    ReynoldsDiverged
+        Newton's method failed, as it may above a squeeze number of 10⁵.
+    """
+    _, eps, delta = (
+        float(v) for v in gap(point.amplitude_um_peak, point.roughness_um, point.finger)
+    )
+    sigma = float(
+        squeeze_number(
+            point.frequency_hz, point.amplitude_um_peak, point.roughness_um, point.finger, point.gas
+        )
+    )
+    return periodic_state(
+        sigma,
+        eps,
+        delta,
+        point.finger.wave_number,
+        storage_exponent=1 / point.polytropic_exponent,
+        resolution=resolution,
+    )
+
+
+def relative_friction(
+    point: WorkingPoint,
+    normal_force_n: float = NORMAL_FORCE_N,
+    resolution: Resolution | None = None,
+) -> Friction:
+    """Return equation (15) with the overpressure of the full Reynolds equation."""
+    state = solve(point, resolution)
+    return friction_from(
+        np.asarray(state.overpressure),
+        np.asarray(state.squeeze_number),
+        normal_force_n,
+        point.finger,
+        point.gas,
+    )
+
+
+def sweep(
+    points: Iterable[WorkingPoint],
+    resolution: Resolution | None = None,
+    *,
+    workers: int = 2,
+    show_progress: bool = False,
+) -> list[FilmState]:
+    """Solve many working points in parallel processes, in order, with a progress bar if asked."""
+    cases = list(points)
+    if workers == 1:
+        return list(_shown((solve(case, resolution) for case in cases), len(cases), show_progress))
+    with ProcessPoolExecutor(max_workers=workers) as pool:
+        done = pool.map(solve, cases, [resolution] * len(cases))
+        return list(_shown(done, len(cases), show_progress))
+
+
+def _shown(
+    states: Iterable[FilmState],
+    total: int,
+    show_progress: bool,
+) -> Iterator[FilmState]:
+    if not show_progress:
+        yield from states
+        return
+    from rich.progress import track  # noqa: PLC0415 - only a shown sweep pays for it
+
+    yield from track(states, description="Reynolds equation", total=total)

@@ -1,0 +1,295 @@
+"""The squeeze film in closed form: equations (1) to (15), for squeeze numbers without bound.
+
+One rule governs this file: **lengths come in with their unit in their name and vibration is peak**
+(`stimuli.surface` alone converts from peak to peak). Equation numbers are those of Biet, Giraud
+and Lemaire-Semail (2007), Section II; where the printed equation needs a correction, the
+function that uses it says which.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from stimuli.quantities import MICRO, MILLI, Array, not_negative, positive
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+SQUEEZE_NUMBER_MIN = 10.0  # Section II-C: "larger than 10"; see docs/squeeze-film.md for doubts
+_NODES = 96  # Gauss-Legendre nodes over half a ridge: 1e-12 at h_r = 0.01 µm, h_vib = 5 µm
+
+
+class ClosedFormWarning(UserWarning):
+    """The squeeze number is below the range in which the closed form may be used."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finger:
+    """A fingertip on the plate (Table I).
+
+    Parameters
+    ----------
+    ridge_amplitude_um : float
+        Amplitude h_e of the epidermal ridges, µm, half their height; 0 for a flat finger.
+    ridge_period_um : float
+        Period L of the ridges, µm.
+    contact_length_mm : float
+        Side l0 of the square of contact, mm.
+    """
+
+    ridge_amplitude_um: float = 50.0
+    ridge_period_um: float = 350.0
+    contact_length_mm: float = 10.0
+
+    def __post_init__(self) -> None:
+        not_negative("finger: ridge_amplitude_um", self.ridge_amplitude_um, "µm")
+        positive("finger: ridge_period_um", self.ridge_period_um, "µm")
+        positive("finger: contact_length_mm", self.contact_length_mm, "mm")
+
+    @property
+    def wave_number(self) -> float:
+        """The wave number k = 2π l0/L of equation (2), without unit."""
+        return 2 * np.pi * self.contact_length_mm * MILLI / (self.ridge_period_um * MICRO)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gas:
+    """The gas in the film (Table I: air at 20 °C).
+
+    Parameters
+    ----------
+    viscosity_pa_s : float
+        Dynamic viscosity η, Pa·s.
+    pressure_pa : float
+        Surrounding pressure p0, Pa.
+    """
+
+    viscosity_pa_s: float = 1.85e-5
+    pressure_pa: float = 1e5
+
+    def __post_init__(self) -> None:
+        positive("gas: viscosity_pa_s", self.viscosity_pa_s, "Pa·s")
+        positive("gas: pressure_pa", self.pressure_pa, "Pa")
+
+
+FINGER, AIR = Finger(), Gas()
+NORMAL_FORCE_N = 0.5  # Section II-C, mean force of an exploring finger
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Friction:
+    """What the film does to friction; arrays of one shape.
+
+    Parameters
+    ----------
+    relative_friction : ndarray
+        µ'/µ of equation (15). **Below zero the film carries more than the finger presses: the
+        finger levitates**; the value is kept, not clipped.
+    overpressure : ndarray
+        Mean of p/p0 - 1 over contact and period, F_s of equation (12).
+    squeeze_number : ndarray
+        Equation (4).
+    """
+
+    relative_friction: Array
+    overpressure: Array
+    squeeze_number: Array
+
+    @property
+    def levitates(self) -> npt.NDArray[np.bool_]:
+        """Where the mean overpressure exceeds the finger's pressure."""
+        return self.relative_friction < 0
+
+    @property
+    def closed_form_holds(self) -> npt.NDArray[np.bool_]:
+        """Where the squeeze number is at least 10, the paper's criterion (Section II-C)."""
+        return self.squeeze_number >= SQUEEZE_NUMBER_MIN
+
+
+def gap(
+    amplitude_um_peak: npt.ArrayLike, roughness_um: npt.ArrayLike, finger: Finger = FINGER
+) -> tuple[Array, Array, Array]:
+    """Return mean gap (µm), ε and δ of equation (2): H = 1 + ε cos T + δ cos kX.
+
+    Raises
+    ------
+    UserError
+        The amplitude is negative, or the roughness is not positive. Zero roughness has no film:
+        without vibration the gap is nil, with it the film's least gap is and pressure diverges.
+    """
+    vibration = not_negative("amplitude_um_peak", amplitude_um_peak, "µm peak")
+    roughness = positive("roughness_um", roughness_um, "µm")
+    mean = vibration + roughness + finger.ridge_amplitude_um
+    return mean, vibration / mean, finger.ridge_amplitude_um / mean
+
+
+def film_thickness_um(
+    position_mm: npt.ArrayLike,
+    phase_rad: npt.ArrayLike,
+    amplitude_um_peak: float,
+    roughness_um: float,
+    finger: Finger = FINGER,
+) -> Array:
+    """Return the film's thickness in µm, equation (1); x = 0 is the middle of a groove.
+
+    Parameters
+    ----------
+    position_mm, phase_rad : array_like
+        Position x and phase ω0·t of the vibration; broadcast together.
+    """
+    mean, depth, ridge = gap(amplitude_um_peak, roughness_um, finger)
+    x = 2 * np.pi * np.asarray(position_mm) * MILLI / (finger.ridge_period_um * MICRO)
+    return np.asarray(mean * (1 + depth * np.cos(phase_rad) + ridge * np.cos(x)))
+
+
+def squeeze_number(
+    frequency_hz: npt.ArrayLike,
+    amplitude_um_peak: npt.ArrayLike,
+    roughness_um: npt.ArrayLike,
+    finger: Finger = FINGER,
+    gas: Gas = AIR,
+) -> Array:
+    """Return the squeeze number, equation (4) with l0² for the printed l0 (dimension).
+
+    >>> round(float(squeeze_number(30_500, 1.15, 0.6)), 2)  # printed: 15.9, Section IV-A
+    15.89
+    """
+    omega = 2 * np.pi * positive("frequency_hz", frequency_hz, "Hz")
+    mean = gap(amplitude_um_peak, roughness_um, finger)[0] * MICRO
+    length = finger.contact_length_mm * MILLI
+    return np.asarray(12 * gas.viscosity_pa_s * omega * length**2 / (gas.pressure_pa * mean**2))
+
+
+def mean_pressure(
+    position_mm: npt.ArrayLike,
+    amplitude_um_peak: npt.ArrayLike,
+    roughness_um: npt.ArrayLike,
+    finger: Finger = FINGER,
+) -> Array:
+    """Return the pressure over p0, meant over a period, at infinite squeeze number: equation (13).
+
+    With the factor A² [1 + 1.5 ε²/A²] for the last line of (10), A = 1 + δ cos(k/2), and P
+    normalised by p0 throughout. Positions in mm from the middle of the contact.
+    """
+    _, eps, delta = gap(amplitude_um_peak, roughness_um, finger)
+    x = np.asarray(position_mm, dtype=float) / finger.contact_length_mm
+    thickness = 1 + delta * np.cos(finger.wave_number * x)
+    return np.asarray(_edge(eps, delta, finger) * thickness / np.sqrt(thickness**2 - eps**2))
+
+
+def mean_overpressure(
+    amplitude_um_peak: npt.ArrayLike,
+    roughness_um: npt.ArrayLike,
+    finger: Finger = FINGER,
+) -> Array:
+    """Return F_s of equation (12): p/p0 - 1 at infinite squeeze number, mean over film and period.
+
+    The integral over a ridge is taken in its eccentric anomaly ψ, in which the sharp peak under
+    a ridge is smooth: 1 - δ cos φ = (1 - δ²)/(1 + δ cos ψ), φ = 0 at the ridge's top.
+    """
+    _, eps, delta = np.broadcast_arrays(*gap(amplitude_um_peak, roughness_um, finger))
+    # From groove (X = 0) to edge: whole half-periods, and what is left of one.
+    half_periods, rest = divmod(finger.wave_number / 2, np.pi)
+    from_groove = half_periods % 2 == 0
+    whole = _ridge_integral(np.full_like(delta, np.pi), eps, delta)
+    angle = np.pi - rest if from_groove else rest
+    upto = _ridge_integral(_eccentric(angle, delta), eps, delta)
+    part = whole - upto if from_groove else upto
+    excess = (half_periods * whole + part) / (finger.wave_number / 2)
+    return np.asarray(_edge(eps, delta, finger) * (1 + excess) - 1)
+
+
+def relative_friction(
+    amplitude_um_peak: npt.ArrayLike,
+    roughness_um: npt.ArrayLike,
+    frequency_hz: npt.ArrayLike,
+    *,
+    normal_force_n: npt.ArrayLike = NORMAL_FORCE_N,
+    finger: Finger = FINGER,
+    gas: Gas = AIR,
+) -> Friction:
+    """Return friction relative to the silent plate, equation (15) as 1 - p0·F_s/P_f.
+
+    F_s is the mean over space and time (the printed P∞ - 1 is neither) and P_f = F_f/l0² is
+    equation (14). All arguments but the records broadcast.
+
+    Parameters
+    ----------
+    amplitude_um_peak : array_like
+        Vibration amplitude h_vib, µm **peak**.
+    roughness_um : array_like
+        Average roughness h_r of the plate, µm.
+    frequency_hz : array_like
+        Vibration frequency; the closed form depends on it only through its validity.
+    normal_force_n : array_like
+        Force F_f of the finger on the plate, N.
+
+    Warns
+    -----
+    ClosedFormWarning
+        A squeeze number lies below 10 while the plate vibrates.
+
+    >>> round(float(relative_friction(1.5, 0.6, 40_000).relative_friction), 2)  # printed: half
+    0.48
+    """
+    force = positive("normal_force_n", normal_force_n, "N")
+    number = squeeze_number(frequency_hz, amplitude_um_peak, roughness_um, finger, gas)
+    over = mean_overpressure(amplitude_um_peak, roughness_um, finger)
+    number, over, force = np.broadcast_arrays(number, over, force)
+    least = float(np.min(number[over > 0], initial=np.inf))
+    if least < SQUEEZE_NUMBER_MIN:
+        warnings.warn(
+            f"the squeeze number is {least:.3g}, below {SQUEEZE_NUMBER_MIN:g}: the closed form "
+            "overstates the film; stimuli.reynolds solves it at any squeeze number",
+            ClosedFormWarning,
+            stacklevel=2,
+        )
+    return friction_from(over, number, force, finger, gas)
+
+
+def friction_from(
+    overpressure: Array,
+    number: Array,
+    normal_force_n: npt.ArrayLike,
+    finger: Finger,
+    gas: Gas,
+) -> Friction:
+    """Return the friction that a mean overpressure (over p0) leaves: equations (14) and (15)."""
+    finger_pressure = positive("normal_force_n", normal_force_n, "N") / (
+        (finger.contact_length_mm * MILLI) ** 2
+    )
+    return Friction(
+        relative_friction=1 - gas.pressure_pa * overpressure / finger_pressure,
+        overpressure=overpressure,
+        squeeze_number=number,
+    )
+
+
+def _edge(eps: Array, delta: Array, finger: Finger) -> Array:
+    """Ψ at the edge over the film's mean thickness there: equations (10) and (9)."""
+    edge = 1 + delta * np.cos(finger.wave_number / 2)
+    return np.asarray(np.sqrt(edge**2 + 1.5 * eps**2) / edge)
+
+
+def _eccentric(angle: float, delta: Array) -> Array:
+    """Return ψ of a ridge angle φ in [0, π] from the ridge's top."""
+    return np.asarray(
+        2
+        * np.arctan2(np.sqrt(1 + delta) * np.sin(angle / 2), np.sqrt(1 - delta) * np.cos(angle / 2))
+    )
+
+
+def _ridge_integral(psi_end: Array, eps: Array, delta: Array) -> Array:
+    """Integrate 1/sqrt(1 - ε²/H²) - 1 over φ, from the ridge's top to ψ."""
+    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    half = psi_end[..., None] / 2
+    psi = half * (1 + nodes)
+    bulge = 1 + delta[..., None] * np.cos(psi)
+    shrink = 1 - delta[..., None] ** 2
+    ratio = (eps[..., None] * bulge / shrink) ** 2
+    excess = 1 / np.sqrt(1 - ratio) - 1
+    return np.asarray(np.sum(weights * half * excess * np.sqrt(shrink) / bulge, axis=-1))
