@@ -1,0 +1,264 @@
+"""The half-wave section as a composite beam: equations (16) to (42), and Timoshenko's correction.
+
+One rule governs this file: **everything is per unit width**, so the printed factor b of
+equation (40) is dropped; with it, (38) and (39) would give a frequency lower by sqrt(b).
+Corrections of printed equations are named where they are used; the signs of (17) and (18) are
+made one (z up, w up, curvature d²w/dx²).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from faults import UserError
+from hardware.plate.materials import (
+    COPPER_BERYLLIUM,
+    P1_91,
+    P1_91_TABLE_II,
+    BeamCeramic,
+    Isotropic,
+    Piezoceramic,
+)
+from stimuli.quantities import MICRO, MILLI, Array, not_negative, positive
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+SAFE_VOLTAGE_V = 16.5  # hardware.driver.PlateLimits, for the paper's 15 V (Section III-B)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Section:
+    """A ceramic layer (0 < z < h_p) glued without loss under a resonator (h_p < z < h_p + h_i).
+
+    Parameters
+    ----------
+    ceramic : BeamCeramic
+        The active layer.
+    resonator_modulus_pa : float
+        Modulus of the resonator along x, Pa: E_i in the paper, E/(1 - ν²) in plane strain.
+    resonator_density_kg_m3 : float
+        Its density, kg/m³.
+    ceramic_shear_pa, resonator_shear_pa : float
+        Shear moduli xz, Pa; only Timoshenko's beam uses them.
+    ceramic_thickness_mm, resonator_thickness_mm : float
+        Thicknesses h_p and h_i, mm.
+    """
+
+    ceramic: BeamCeramic
+    resonator_modulus_pa: float
+    resonator_density_kg_m3: float
+    ceramic_shear_pa: float
+    resonator_shear_pa: float
+    ceramic_thickness_mm: float = 1.0
+    resonator_thickness_mm: float = 2.0
+
+    def __post_init__(self) -> None:
+        for name, unit in {
+            "resonator_modulus_pa": "Pa",
+            "resonator_density_kg_m3": "kg/m³",
+            "ceramic_shear_pa": "Pa",
+            "resonator_shear_pa": "Pa",
+            "ceramic_thickness_mm": "mm",
+            "resonator_thickness_mm": "mm",
+        }.items():
+            positive(f"beam section: {name}", getattr(self, name), unit)
+
+    @classmethod
+    def printed(
+        cls,
+        ceramic: BeamCeramic = P1_91_TABLE_II,
+        resonator: Isotropic = COPPER_BERYLLIUM,
+        *,
+        shear_pa: float = P1_91.shear_xz_pa,
+        ceramic_thickness_mm: float = 1.0,
+        resonator_thickness_mm: float = 2.0,
+    ) -> Self:
+        """Return the paper's section: Young's modulus, Table II."""
+        return cls(
+            ceramic=ceramic,
+            resonator_modulus_pa=resonator.young_pa,
+            resonator_density_kg_m3=resonator.density_kg_m3,
+            ceramic_shear_pa=shear_pa,
+            resonator_shear_pa=resonator.shear_pa,
+            ceramic_thickness_mm=ceramic_thickness_mm,
+            resonator_thickness_mm=resonator_thickness_mm,
+        )
+
+    @classmethod
+    def plane_strain(
+        cls,
+        ceramic: Piezoceramic = P1_91,
+        resonator: Isotropic = COPPER_BERYLLIUM,
+        *,
+        ceramic_thickness_mm: float = 1.0,
+        resonator_thickness_mm: float = 2.0,
+    ) -> Self:
+        """Return the section of a plate much wider than its half wave, from full matrices."""
+        return cls(
+            ceramic=BeamCeramic(
+                name=ceramic.name,
+                modulus_pa=ceramic.plane_strain_pa,
+                d31_m_v=ceramic.reduced_e31_c_m2 / ceramic.plane_strain_pa,
+                density_kg_m3=ceramic.density_kg_m3,
+                quality_factor=ceramic.quality_factor,
+                source=ceramic.source,
+            ),
+            resonator_modulus_pa=resonator.plane_strain_pa,
+            resonator_density_kg_m3=resonator.density_kg_m3,
+            ceramic_shear_pa=ceramic.shear_xz_pa,
+            resonator_shear_pa=resonator.shear_pa,
+            ceramic_thickness_mm=ceramic_thickness_mm,
+            resonator_thickness_mm=resonator_thickness_mm,
+        )
+
+    @property
+    def alpha(self) -> float:
+        """Ratio α of the moduli, equation (26)."""
+        return self.resonator_modulus_pa / self.ceramic.modulus_pa
+
+    @property
+    def beta(self) -> float:
+        """Ratio β of the thicknesses, equation (26)."""
+        return self.resonator_thickness_mm / self.ceramic_thickness_mm
+
+    @property
+    def neutral_ratio(self) -> float:
+        """Neutral line f0 = z0/h_p: equation (42), from ∫ T dz = 0 (printed (41): ∫ S·T dz).
+
+        >>> round(Section.printed().neutral_ratio, 3)
+        1.675
+        """
+        a, b = self.alpha, self.beta
+        return (1 + a * b**2 + 2 * a * b) / (2 * (1 + a * b))
+
+    @property
+    def mass_kg_m2(self) -> float:
+        """Mass per length and unit width M_b, equation (39), kg/m²."""
+        return MILLI * (
+            self.ceramic.density_kg_m3 * self.ceramic_thickness_mm
+            + self.resonator_density_kg_m3 * self.resonator_thickness_mm
+        )
+
+    @property
+    def rigidity_n_m(self) -> float:
+        """Flexural rigidity per unit width G_b about the neutral line, equation (40), N·m."""
+        f0, b = self.neutral_ratio, self.beta
+        hp = self.ceramic_thickness_mm * MILLI
+        layer = self.ceramic.modulus_pa * _cube_span(0, 1, f0)
+        return hp**3 * (layer + self.resonator_modulus_pa * _cube_span(1, 1 + b, f0))
+
+    @property
+    def rotary_inertia_kg(self) -> float:
+        """Mass moment of inertia per length and unit width about the neutral line, kg."""
+        f0, b = self.neutral_ratio, self.beta
+        hp = self.ceramic_thickness_mm * MILLI
+        layer = self.ceramic.density_kg_m3 * _cube_span(0, 1, f0)
+        return hp**3 * (layer + self.resonator_density_kg_m3 * _cube_span(1, 1 + b, f0))
+
+    @property
+    def inverse_a(self) -> float:
+        """1/a of equation (25)."""
+        f0, a, b = self.neutral_ratio, self.alpha, self.beta
+        resonator = 3 * b + 3 * b**2 + b**3 - 6 * b * f0 - 3 * b**2 * f0 + 3 * b * f0**2
+        return (1 - 2 * f0) / (1 - 3 * f0 + 3 * f0**2 + a * resonator)
+
+    @property
+    def quality_factor(self) -> float:
+        """Dynamic amplification Q, equation (36): only the ceramic loses energy.
+
+        The energies are (31) with 3 z0²/h_p² in its third line and (35) with E_z in its second.
+        """
+        f0 = self.neutral_ratio
+        share = (1 - 2 * f0) / (self.inverse_a * (1 - 3 * f0 + 3 * f0**2))
+        return self.ceramic.quality_factor * share
+
+    def static_deflection_um(self, half_wave_mm: npt.ArrayLike, voltage_v: npt.ArrayLike) -> Array:
+        """Return the deflection at mid-span under a constant voltage, equation (28), µm.
+
+        Raises
+        ------
+        UserError
+            The half wave is not positive or the voltage is beyond `SAFE_VOLTAGE_V`.
+        """
+        half_wave = positive("half_wave_mm", half_wave_mm, "mm") * MILLI
+        voltage = not_negative("voltage_v", voltage_v, "V", maximum=SAFE_VOLTAGE_V)
+        hp = self.ceramic_thickness_mm * MILLI
+        bent = -3 * self.ceramic.d31_m_v * voltage * half_wave**2 * self.inverse_a / (16 * hp**2)
+        return np.asarray(bent / MICRO)
+
+    def dynamic_deflection_um_peak(
+        self, half_wave_mm: npt.ArrayLike, voltage_v: npt.ArrayLike
+    ) -> Array:
+        """Return |w_dyn| at resonance, equation (37), µm peak for a voltage in V peak (Fig. 8)."""
+        return np.abs(self.static_deflection_um(half_wave_mm, voltage_v)) * self.quality_factor
+
+    def half_wave_for_amplitude_mm(self, amplitude_um_peak: float, voltage_v: float) -> float:
+        """Return the half wave whose dynamic deflection is ``amplitude_um_peak``, mm.
+
+        >>> round(Section.printed().half_wave_for_amplitude_mm(1.5, 15), 1)  # printed: 8.2
+        8.2
+        """
+        wanted = float(positive("amplitude_um_peak", amplitude_um_peak, "µm peak"))
+        at_one = float(self.dynamic_deflection_um_peak(1.0, voltage_v))
+        if at_one == 0:
+            raise UserError(f"no half wave reaches {wanted:g} µm peak at {voltage_v:g} V")
+        return float(np.sqrt(wanted / at_one))
+
+    def frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:
+        """Return the resonance of the simply supported half wave, Hz.
+
+        Equation (38) over 2π, for the printed f_n is the angular frequency.
+        """
+        q = np.pi / (positive("half_wave_mm", half_wave_mm, "mm") * MILLI)
+        return np.asarray(q**2 * np.sqrt(self.rigidity_n_m / self.mass_kg_m2) / (2 * np.pi))
+
+    def half_wave_for_frequency_mm(self, frequency_hz: float) -> float:
+        """Return the half wave that resonates at ``frequency_hz``, the inverse of (38), mm."""
+        f = float(positive("frequency_hz", frequency_hz, "Hz"))
+        return float(np.sqrt(self.frequency_hz(1.0) / f))
+
+    @property
+    def shear_rigidity_n_m(self) -> float:
+        """Shear stiffness κ·G·h per unit width, N/m, from the energy of the true shear stress.
+
+        In bending, equilibrium gives the stress τ(z) = (V/G_b)·S(z) with S the first moment of
+        the modulus beyond z; equal energy gives κGh = G_b²/∫ S²/G dz. For one material it is
+        5/6·G·h.
+        """
+        nodes, weights = np.polynomial.legendre.leggauss(4)  # S² is of degree 4: exact
+        hp, z0 = self.ceramic_thickness_mm * MILLI, self.neutral_ratio
+        moduli = (self.ceramic.modulus_pa, self.resonator_modulus_pa)
+        shears = (self.ceramic_shear_pa, self.resonator_shear_pa)
+        faces = (0.0, 1.0, 1.0 + self.beta)
+        total, moment = 0.0, 0.0
+        for modulus, shear, low, high in zip(moduli, shears, faces[:-1], faces[1:], strict=True):
+            z = low + (high - low) * (1 + nodes) / 2
+            s = moment - modulus * ((z - z0) ** 2 - (low - z0) ** 2) / 2
+            total += float(np.sum(weights * s**2)) * (high - low) / 2 / shear
+            moment -= modulus * ((high - z0) ** 2 - (low - z0) ** 2) / 2
+        return self.rigidity_n_m**2 / (total * hp**5)
+
+    def timoshenko_frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:
+        """Return the resonance of the half wave with shear and rotary inertia, Hz.
+
+        The lower root of Timoshenko's dispersion relation at q = π/(λ/2); the paper does not have
+        it. Long waves give `frequency_hz`. The small coupling between stretching and rotation
+        (mass line off the neutral line) is left out.
+        """
+        q = np.pi / (positive("half_wave_mm", half_wave_mm, "mm") * MILLI)
+        bending, shear = self.rigidity_n_m, self.shear_rigidity_n_m
+        mass, rotary = self.mass_kg_m2, self.rotary_inertia_kg
+        a = mass * rotary / shear
+        b = mass + (rotary + mass * bending / shear) * q**2
+        c = bending * q**4
+        # The stable form of the lower root: no difference of near equals for long waves.
+        return np.asarray(np.sqrt(2 * c / (b + np.sqrt(b**2 - 4 * a * c))) / (2 * np.pi))
+
+
+def _cube_span(low: float, high: float, centre: float) -> float:
+    """Return ∫ (z - centre)² dz from low to high."""
+    return ((high - centre) ** 3 - (low - centre) ** 3) / 3

@@ -1,0 +1,165 @@
+"""The plate in three dimensions: quadratic bricks with piezoelectric coupling.
+
+Every matrix of a layer is a contraction of nine gradient matrices ∫ ∂_k N_i ∂_l N_j with that
+layer's constants: stiffness with c^E, coupling with e, capacitance with ε^S. scikit-fem assembles
+those nine; displacement and potential share one scalar basis, so their integration agrees.
+
+Displacements are in m. Potentials are in units of `POTENTIAL_UNIT_V`, so that all blocks have
+entries of one size. Touch surface up; the ceramics' upper faces lie on the grounded resonator.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import product
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from scipy import sparse
+from skfem import Basis, BilinearForm, ElementHexS2, MeshHex
+
+from hardware.plate.layout import DEFAULT, Density, Layout, mesh_lines
+from hardware.plate.materials import VACUUM_PERMITTIVITY_F_M
+from stimuli.quantities import MILLI
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from stimuli.quantities import Array
+
+Electrodes = Literal["shorted", "open"]
+POTENTIAL_UNIT_V = 1e10
+_ORDER = 5  # integration order: exact for stiffness and mass of rectangular quadratic bricks
+_VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # index of a symmetric pair, Appendix B
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Assembly:
+    """The matrices of a meshed plate before supports and electrodes; all nodes, x, y, z in turn.
+
+    Parameters
+    ----------
+    layout, density, quarter
+        What was meshed; ``quarter`` is x, y >= 0 with symmetry at both planes.
+    nodes : ndarray, shape (3, n)
+        Positions, m.
+    stiffness, mass : sparse, shape (3n, 3n)
+        N/m and kg.
+    ceramic_stiffness : sparse, shape (3n, 3n)
+        The ceramics' part of ``stiffness``.
+    coupling : sparse, shape (3n, n)
+        Nodal forces per potential, N per potential unit.
+    capacitance : sparse, shape (n, n)
+        Charge per potential, in matching units.
+    """
+
+    layout: Layout
+    density: Density
+    quarter: bool
+    nodes: Array
+    stiffness: Any
+    ceramic_stiffness: Any
+    mass: Any
+    coupling: Any
+    capacitance: Any
+
+    def at(self, **planes: float) -> npt.NDArray[np.bool_]:
+        """Return which nodes lie on given planes, e.g. ``at(x=0.0, z=0.003)`` in m."""
+        chosen = np.ones(self.nodes.shape[1], dtype=bool)
+        for axis, value in planes.items():
+            chosen &= np.abs(self.nodes["xyz".index(axis)] - value) < 1e-9  # noqa: PLR2004 - 1 nm
+        return chosen
+
+    @property
+    def thickness_m(self) -> float:
+        """Height of the touch surface above the ceramics' free face, m."""
+        return (self.layout.ceramic_thickness_mm + self.layout.resonator_thickness_mm) * MILLI
+
+
+@lru_cache(maxsize=2)
+def assemble(layout: Layout, density: Density = DEFAULT, *, quarter: bool = True) -> Assembly:
+    """Mesh a layout and assemble its matrices."""
+    mesh, ceramic = _mesh(layout, density, quarter=quarter)
+    element = ElementHexS2()
+    basis = Basis(mesh, element, intorder=_ORDER)
+    size = basis.N
+    stiffness: dict[bool, Any] = {}
+    mass = sparse.csr_matrix((size, size))
+    gradients: dict[tuple[int, int], Any] = {}
+    layers = (
+        (False, layout.resonator.stiffness_pa, layout.resonator.density_kg_m3),
+        (True, layout.ceramic.stiffness, layout.ceramic.density_kg_m3),
+    )
+    for active, constants, density_kg_m3 in layers:
+        layer = Basis(mesh, element, intorder=_ORDER, elements=np.flatnonzero(ceramic == active))
+        gradients = _gradient_matrices(layer)
+        tensor = constants[_VOIGT[:, :, None, None], _VOIGT]
+        stiffness[active] = _blocks(tensor.transpose(0, 2, 1, 3), gradients)
+        overlap = BilinearForm(lambda u, v, _: u * v)
+        mass = mass + density_kg_m3 * overlap.assemble(layer)
+    # The loop ends with the ceramics: their gradients serve coupling and capacitance.
+    piezo = layout.ceramic.coupling[:, _VOIGT] * POTENTIAL_UNIT_V
+    coupling = _blocks(piezo.transpose(1, 2, 0)[:, None], gradients)
+    permittivity = np.diag(layout.ceramic.relative_permittivity) * VACUUM_PERMITTIVITY_F_M
+    capacitance = _blocks(permittivity[None, None] * POTENTIAL_UNIT_V**2, gradients)
+    return Assembly(
+        layout=layout,
+        density=density,
+        quarter=quarter,
+        nodes=basis.doflocs,
+        stiffness=stiffness[False] + stiffness[True],
+        ceramic_stiffness=stiffness[True],
+        mass=sparse.block_diag([mass] * 3, format="csr"),
+        coupling=coupling,
+        capacitance=capacitance,
+    )
+
+
+def _mesh(layout: Layout, density: Density, *, quarter: bool) -> tuple[MeshHex, Array]:
+    """Return the mesh and which of its bricks are ceramic; gaps are cut out."""
+    x, gap_x = mesh_lines(
+        layout.length_mm, layout.columns, layout.gap_mm, density.along_ceramic, half=quarter
+    )
+    y, gap_y = mesh_lines(
+        layout.width_mm, layout.rows, layout.gap_mm, density.across_ceramic, half=quarter
+    )
+    step = layout.ceramic_thickness_mm * MILLI
+    top = step + layout.resonator_thickness_mm * MILLI
+    z = np.concatenate(
+        [
+            np.linspace(0, step, density.ceramic_layers + 1),
+            np.linspace(step, top, density.resonator_layers + 1)[1:],
+        ]
+    )
+    mesh = MeshHex.init_tensor(x, y, z)
+    middle = mesh.p[:, mesh.t].mean(axis=1)
+    low = middle[2] < step
+    in_gap = gap_x[np.searchsorted(x, middle[0]) - 1] | gap_y[np.searchsorted(y, middle[1]) - 1]
+    keep = ~(low & in_gap)
+    return mesh.restrict(np.flatnonzero(keep)), low[keep]
+
+
+def _gradient_matrices(basis: Basis) -> dict[tuple[int, int], Any]:
+    """Return ∫ ∂_k N_i ∂_l N_j for every pair (k, l); (l, k) is its transpose."""
+    matrices = {}
+    for k in range(3):
+        for m in range(k, 3):
+            form = BilinearForm(lambda u, v, _, k=k, m=m: v.grad[k] * u.grad[m])
+            matrices[k, m] = form.assemble(basis)
+            matrices[m, k] = matrices[k, m].T
+    return matrices
+
+
+def _blocks(tensor: Array, gradients: dict[tuple[int, int], Any]) -> Any:
+    """Return the sparse matrix with blocks [a][b] = Σ_kl tensor[a, b, k, l] · gradients[k, l]."""
+    rows, columns = tensor.shape[:2]
+    size = gradients[0, 0].shape[0]
+    grid: list[list[Any]] = [[None] * columns for _ in range(rows)]
+    for a, b in product(range(rows), range(columns)):
+        block = sparse.csr_matrix((size, size))
+        for k, m in product(range(3), range(3)):
+            if tensor[a, b, k, m]:
+                block = block + tensor[a, b, k, m] * gradients[k, m]
+        grid[a][b] = block
+    return sparse.bmat(grid, format="csr")

@@ -1,0 +1,155 @@
+"""The monomorph as geometry: a resonator with a matrix of ceramics under it, and its mesh lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, Self
+
+import numpy as np
+
+from faults import UserError
+from hardware.plate.materials import COPPER_BERYLLIUM, P1_91, Isotropic, Piezoceramic
+from stimuli.quantities import MILLI, not_negative, positive
+
+if TYPE_CHECKING:
+    from stimuli.quantities import Array
+
+Ends = Literal["free", "supported"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Layout:
+    """A plate: x along its length, z up from the ceramics' free face to the touch surface.
+
+    Parameters
+    ----------
+    length_mm, width_mm : float
+        Size along x and y.
+    columns, rows : int
+        Number of ceramics along x and y; the polarity alternates along x.
+    gap_mm : float
+        Distance between neighbouring ceramics; 0 for a continuous layer.
+    ceramic_thickness_mm, resonator_thickness_mm : float
+        Thicknesses h_p and h_i.
+    ends : {"free", "supported"}
+        Whether the faces x = ± length/2 are free or held at w = 0.
+    ceramic : Piezoceramic
+        Material of the active layer.
+    resonator : Isotropic
+        Material of the plate.
+    """
+
+    length_mm: float
+    width_mm: float
+    columns: int = 1
+    rows: int = 1
+    gap_mm: float = 0.0
+    ceramic_thickness_mm: float = 1.0
+    resonator_thickness_mm: float = 2.0
+    ends: Ends = "free"
+    ceramic: Piezoceramic = P1_91
+    resonator: Isotropic = COPPER_BERYLLIUM
+
+    def __post_init__(self) -> None:
+        for name in ("length_mm", "width_mm", "ceramic_thickness_mm", "resonator_thickness_mm"):
+            positive(f"plate layout: {name}", getattr(self, name), "mm")
+        not_negative("plate layout: gap_mm", self.gap_mm, "mm")
+        if min(self.columns, self.rows) < 1:
+            raise UserError("plate layout: columns and rows must be 1 or more")
+        if min(self.ceramic_length_mm, self.ceramic_width_mm) <= 0:
+            raise UserError(
+                f"plate layout: {self.columns} x {self.rows} ceramics with gaps of {self.gap_mm} "
+                f"mm leave no room on {self.length_mm} x {self.width_mm} mm"
+            )
+
+    @classmethod
+    def prototype(cls, *, continuous: bool = False) -> Self:
+        """Return the paper's plate: 83 x 49 mm, 7 x 5 ceramics of 11 x 9 x 1 mm (Section III-C).
+
+        ``continuous`` closes the gaps of 1 mm, as Fig. 11's frequency suggests its model did.
+        """
+        return cls(
+            length_mm=83.0, width_mm=49.0, columns=7, rows=5, gap_mm=0.0 if continuous else 1.0
+        )
+
+    @classmethod
+    def half_wave(cls, half_wave_mm: float, width_mm: float = 49.0) -> Self:
+        """Return the half-wave section of Fig. 6, simply supported."""
+        return cls(length_mm=half_wave_mm, width_mm=width_mm, ends="supported")
+
+    @property
+    def ceramic_length_mm(self) -> float:
+        """Length of one ceramic along x."""
+        return (self.length_mm - (self.columns - 1) * self.gap_mm) / self.columns
+
+    @property
+    def ceramic_width_mm(self) -> float:
+        """Width of one ceramic along y."""
+        return (self.width_mm - (self.rows - 1) * self.gap_mm) / self.rows
+
+    def column_of(self, x: Array) -> Array:
+        """Return the index of the ceramics' column nearest to x (in m, 0 is the middle)."""
+        pitch = (self.ceramic_length_mm + self.gap_mm) * MILLI
+        index = np.round(x / pitch + (self.columns - 1) / 2)
+        return np.asarray(np.clip(index, 0, self.columns - 1))
+
+    def polarity(self, x: Array) -> Array:
+        """Return +1 or -1, the polarity of the ceramic at x (in m); the middle one has +1."""
+        return np.asarray(1.0 - 2.0 * ((self.column_of(x) - self.columns // 2) % 2))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Density:
+    """How finely a layout is meshed with quadratic bricks.
+
+    Parameters
+    ----------
+    along_ceramic, across_ceramic : int
+        Bricks along x and y in one ceramic; a gap takes one.
+    ceramic_layers, resonator_layers : int
+        Bricks through the thickness of each layer.
+    """
+
+    along_ceramic: int = 6
+    across_ceramic: int = 5
+    ceramic_layers: int = 1
+    resonator_layers: int = 2
+
+    def __post_init__(self) -> None:
+        if min(getattr(self, name) for name in self.__slots__) < 1:
+            raise UserError("mesh density: every count of bricks must be 1 or more")
+
+
+# How far the prototype's driven mode lies above the finest mesh's: see docs/plate-models.md.
+QUICK = Density(along_ceramic=3, across_ceramic=2)  # 1.3 %, half a second
+DEFAULT = Density()  # 0.4 %, 3 s, 0.4 GB
+FINE = Density(
+    along_ceramic=9, across_ceramic=8, ceramic_layers=2, resonator_layers=3
+)  # 30 s, 2 GB
+HALF_WAVE = Density(along_ceramic=6, across_ceramic=8)
+HALF_WAVE_FINE = Density(along_ceramic=10, across_ceramic=12, ceramic_layers=2, resonator_layers=4)
+
+
+def mesh_lines(
+    length_mm: float, pieces: int, gap_mm: float, bricks: int, *, half: bool
+) -> tuple[Array, Array]:
+    """Return the mesh lines along one direction, in m, and which intervals are gaps.
+
+    Parameters
+    ----------
+    length_mm, pieces, gap_mm
+        Size of the plate and its division into ceramics.
+    bricks : int
+        Intervals in one ceramic.
+    half : bool
+        Keep only what lies above 0, the plane of symmetry.
+    """
+    piece = (length_mm - (pieces - 1) * gap_mm) / pieces
+    starts = np.arange(pieces) * (piece + gap_mm) - length_mm / 2
+    fractions = np.arange(bricks + 1) / bricks
+    lines = np.unique(np.round((starts[:, None] + piece * fractions).ravel(), 9))
+    if half:
+        lines = np.append(0.0, lines[lines > 1e-6])  # noqa: PLR2004 - a nanometre, in mm
+    middle = (lines[:-1] + lines[1:]) / 2
+    within = np.mod(middle + length_mm / 2, piece + gap_mm)
+    return lines * MILLI, np.asarray(within > piece)

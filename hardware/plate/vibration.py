@@ -1,0 +1,236 @@
+"""Modes and driven vibration of the meshed plate.
+
+Eigenmodes by shift and invert about a frequency (SciPy's ``eigsh``), the potential eliminated
+exactly inside each solve. Driven vibration by superposing modes with a constant loss factor.
+
+The mode a voltage drives is found by its **modal piezoelectric force**, never by its index: the
+whole plate has some eighteen modes between 30 and 40 kHz.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
+
+from faults import UserError
+from hardware.plate.finite_elements import POTENTIAL_UNIT_V, Assembly, Electrodes, assemble
+from hardware.plate.layout import DEFAULT, Density, Layout
+from stimuli.quantities import MILLI, positive
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from stimuli.quantities import Array
+
+_RIGID_BELOW = 1e-3  # of the highest frequency found: rounding leaves rigid bodies above 0 Hz
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Supported:
+    """An assembly with its supports and electrodes: what is left to solve.
+
+    Parameters
+    ----------
+    free : ndarray of int
+        Displacements left free, as indices into the assembly's.
+    stiffness, mass : sparse
+        Of the free displacements.
+    coupling, capacitance : sparse
+        Of the free potentials (inside the ceramics; with open electrodes, the electrode too).
+    force : ndarray
+        Nodal forces per volt on the outer electrodes with all displacements held, N/V.
+    """
+
+    free: npt.NDArray[np.int_]
+    stiffness: Any
+    mass: Any
+    coupling: Any
+    capacitance: Any
+    force: Array
+
+
+def support(parts: Assembly, electrodes: Electrodes = "shorted") -> Supported:
+    """Apply symmetry, supports and electrodes.
+
+    The ceramics' upper faces are grounded. Their outer faces carry one voltage, its sign
+    alternating along x with the polarity; shorted, it is given, open, it floats with no charge.
+    """
+    size = parts.nodes.shape[1]
+    held = np.zeros((3, size), dtype=bool)
+    if parts.quarter:
+        held[0] |= parts.at(x=0.0)
+        held[1] |= parts.at(y=0.0)
+    if parts.layout.ends == "supported":
+        end = parts.layout.length_mm * MILLI / 2
+        held[2] |= parts.at(x=end) | parts.at(x=-end)
+    free = np.flatnonzero(~held.ravel())
+
+    step = parts.layout.ceramic_thickness_mm * MILLI
+    in_ceramic = parts.capacitance.diagonal() > 0
+    outer, grounded = in_ceramic & parts.at(z=0.0), in_ceramic & parts.at(z=step)
+    inside = np.flatnonzero(in_ceramic & ~outer & ~grounded)
+    pattern = np.where(outer, parts.layout.polarity(parts.nodes[0]), 0.0)
+    selection = sparse.csr_matrix(
+        (np.ones(inside.size), (inside, np.arange(inside.size))), shape=(size, inside.size)
+    )
+    per_volt = pattern / POTENTIAL_UNIT_V
+    coupling = parts.coupling[free]
+    capacitance = selection.T @ parts.capacitance @ selection
+    response = splu(capacitance.tocsc()).solve(selection.T @ (parts.capacitance @ per_volt))
+    force = -(coupling @ (per_volt - selection @ response))
+    if electrodes == "open":
+        selection = sparse.hstack([selection, sparse.csr_matrix(pattern[:, None])], format="csr")
+        capacitance = selection.T @ parts.capacitance @ selection
+    return Supported(
+        free=free,
+        stiffness=parts.stiffness[free][:, free].tocsc(),
+        mass=parts.mass[free][:, free].tocsc(),
+        coupling=(coupling @ selection).tocsc(),
+        capacitance=capacitance.tocsc(),
+        force=force,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Modes:
+    """Eigenmodes, sorted by frequency, normalised to a modal mass of 1 kg m².
+
+    Parameters
+    ----------
+    parts : Assembly
+        The mesh they belong to.
+    frequency_hz : ndarray, shape (modes,)
+        Natural frequencies.
+    shape : ndarray, shape (modes, 3, nodes)
+        Displacements.
+    force : ndarray, shape (modes,)
+        Modal piezoelectric force per volt.
+    ceramic_share : ndarray, shape (modes,)
+        Share of the strain energy that is in the ceramics.
+    """
+
+    parts: Assembly
+    frequency_hz: Array
+    shape: Array
+    force: Array
+    ceramic_share: Array
+
+    @property
+    def driven(self) -> int:
+        """Index of the mode that takes up most energy from a voltage: largest (force/ω)²."""
+        elastic = self.frequency_hz > _RIGID_BELOW * self.frequency_hz[-1]
+        return int(np.argmax(np.abs(self.force) / np.where(elastic, self.frequency_hz, np.inf)))
+
+    def loss_from_ceramic(self) -> Array:
+        """Return each mode's loss factor if only the ceramics lose energy, share/Q_m."""
+        return self.ceramic_share / self.parts.layout.ceramic.quality_factor
+
+
+@lru_cache(maxsize=64)
+def modes(
+    layout: Layout,
+    near_hz: float,
+    count: int = 8,
+    *,
+    density: Density = DEFAULT,
+    electrodes: Electrodes = "shorted",
+    quarter: bool = True,
+) -> Modes:
+    """Return the ``count`` modes nearest to a frequency.
+
+    Raises
+    ------
+    UserError
+        The frequency is not positive or more modes are asked for than the mesh has.
+    """
+    positive("near_hz", near_hz, "Hz")
+    parts = assemble(layout, density, quarter=quarter)
+    system = support(parts, electrodes)
+    size = system.free.size
+    if not 0 < count < size:
+        raise UserError(f"modes: count is {count}, expected 1 to {size - 1} for this mesh")
+    sigma = (2 * np.pi * near_hz) ** 2
+    whole = sparse.bmat(
+        [
+            [system.stiffness - sigma * system.mass, system.coupling],
+            [system.coupling.T, -system.capacitance],
+        ],
+        format="csc",
+    )
+    # Symmetric and indefinite, but far from singular: no pivoting, an ordering for symmetry.
+    factor = splu(
+        whole,
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    room = np.zeros(whole.shape[0])
+
+    def solve(load: Array) -> Array:
+        room[:size] = load.ravel()
+        return np.asarray(factor.solve(room)[:size])
+
+    squares, vectors = eigsh(
+        system.stiffness,
+        k=count,
+        M=system.mass,
+        sigma=sigma,
+        OPinv=LinearOperator((size, size), matvec=solve, dtype=float),
+        v0=np.ones(size),
+    )
+    order = np.argsort(squares)
+    vectors = vectors[:, order] * np.sign(system.force @ vectors[:, order])
+    shape = np.zeros((count, 3 * parts.nodes.shape[1]))
+    shape[:, system.free] = vectors.T
+    total = np.einsum("mi,im->m", shape, parts.stiffness @ shape.T)
+    share = np.einsum("mi,im->m", shape, parts.ceramic_stiffness @ shape.T) / total
+    return Modes(
+        parts=parts,
+        frequency_hz=np.sqrt(np.maximum(squares[order], 0)) / (2 * np.pi),
+        shape=shape.reshape(count, 3, -1),
+        force=system.force @ vectors,
+        ceramic_share=share,
+    )
+
+
+def response_um(
+    found: Modes,
+    frequency_hz: npt.ArrayLike,
+    voltage_v: float,
+    loss_factor: npt.ArrayLike,
+    where_mm: tuple[float, float],
+) -> Array:
+    """Return the complex vertical amplitude of a point of the touch surface, µm peak.
+
+    Parameters
+    ----------
+    found : Modes
+        The modes to superpose; enough of them around the frequencies asked for.
+    frequency_hz : array_like
+        Drive frequencies.
+    voltage_v : float
+        Drive voltage, V peak.
+    loss_factor : array_like
+        1/Q, one for all modes or one a mode.
+    where_mm : tuple of 2 floats
+        x and y of the point, from the middle of the plate; the nearest node is taken.
+    """
+    square = (2 * np.pi * found.frequency_hz) ** 2
+    drive = (2 * np.pi * positive("frequency_hz", frequency_hz, "Hz")) ** 2
+    loss = positive("loss_factor", loss_factor, "(no unit)")
+    here = found.shape[:, 2, nearest_node(found.parts, where_mm)]
+    share = found.force * here * voltage_v / (square * (1 + 1j * loss) - drive[..., None])
+    return np.asarray(share.sum(axis=-1) * 1e6)
+
+
+def nearest_node(parts: Assembly, where_mm: tuple[float, float]) -> int:
+    """Return the node of the touch surface nearest to a point (mirrored into the quarter)."""
+    x, y = (abs(v) if parts.quarter else v for v in where_mm)
+    on_top = np.flatnonzero(parts.at(z=parts.thickness_m))
+    away = np.hypot(parts.nodes[0, on_top] - x * MILLI, parts.nodes[1, on_top] - y * MILLI)
+    return int(on_top[np.argmin(away)])
