@@ -59,7 +59,7 @@ class Resolution:
 # film's layers under a ridge and at the edge grow thinner as the squeeze number grows.
 RESOLUTIONS = (
     (300.0, Resolution()),
-    (3_000.0, Resolution(cells_per_ridge=96)),
+    (5_000.0, Resolution(cells_per_ridge=96)),
     (np.inf, Resolution(cells_per_ridge=192)),
 )
 

@@ -9,8 +9,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Literal, Protocol
 
 from faults import UserError
+from stimuli.modulation import DEFAULT_MODULATOR, AmplitudeStep, Modulator
+
+FilmModel = Literal["reynolds", "closed form"]
 
 
 def peak_from_pp(amplitude_um_pp: float) -> float:
@@ -25,6 +29,23 @@ def peak_from_pp(amplitude_um_pp: float) -> float:
 def pp_from_peak(amplitude_um_peak: float) -> float:
     """Return the peak-to-peak amplitude in µm of a peak amplitude in µm."""
     return amplitude_um_peak * 2
+
+
+class Surface(Protocol):
+    """What a protocol can present: a plain surface or a texture."""
+
+    @property
+    def label(self) -> str:
+        """A code that does not tell the amplitude."""
+
+    @property
+    def amplitude_um_pp(self) -> float:
+        """Largest amplitude in µm, peak to peak: what the plate's limits are checked against."""
+
+    def envelope(
+        self, finger_speed_mm_s: float, duration_s: float, modulator: Modulator = DEFAULT_MODULATOR
+    ) -> tuple[AmplitudeStep, ...]:
+        """Return the commands that make the surface under a finger of constant speed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,3 +79,57 @@ class VirtualSurface:
     def amplitude_um_peak(self) -> float:
         """The amplitude in µm, peak: what the squeeze-film model calls h_vib."""
         return peak_from_pp(self.amplitude_um_pp)
+
+    def envelope(
+        self,
+        finger_speed_mm_s: float,  # noqa: ARG002 - a plain surface is the same at any speed
+        duration_s: float,  # noqa: ARG002 - and for any time
+        modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - and on any plate
+    ) -> tuple[AmplitudeStep, ...]:
+        """Return the one command that makes this surface."""
+        return (AmplitudeStep(0.0, self.amplitude_um_pp),)
+
+    def predicted_relative_friction(
+        self,
+        *,
+        roughness_um: float = 0.6,
+        frequency_hz: float = 30_500.0,
+        normal_force_n: float = 0.5,
+        model: FilmModel = "reynolds",
+    ) -> float:
+        """Return friction relative to the silent plate that the squeeze film predicts.
+
+        Parameters
+        ----------
+        roughness_um : float
+            Average roughness h_r of the plate; the default is Section IV-A's.
+        frequency_hz : float
+            Vibration frequency; the default is the paper's prototype's.
+        normal_force_n : float
+            Force of the finger; the default is Section II-C's.
+        model : {"reynolds", "closed form"}
+            Reynolds' equation (3) in full, or the closed form (13), which at the paper's
+            working point makes the film 1.3 to 1.5 times too strong (docs/squeeze-film.md).
+
+        Returns
+        -------
+        float
+            µ'/µ of equation (15): 1 for no effect, below 0 where the finger levitates.
+
+        >>> round(VirtualSurface(amplitude_um_pp=2.3).predicted_relative_friction(), 2)
+        0.74
+        """
+        # NumPy is heavy: only a surface that is asked for its physics pays for it.
+        from stimuli import reynolds, squeeze_film  # noqa: PLC0415
+
+        peak = self.amplitude_um_peak
+        if model == "closed form":
+            friction = squeeze_film.relative_friction(
+                peak, roughness_um, frequency_hz, normal_force_n=normal_force_n
+            )
+        else:
+            point = reynolds.WorkingPoint(
+                amplitude_um_peak=peak, roughness_um=roughness_um, frequency_hz=frequency_hz
+            )
+            friction = reynolds.relative_friction(point, normal_force_n)
+        return float(friction.relative_friction)

@@ -129,8 +129,8 @@ class Section:
     def neutral_ratio(self) -> float:
         """Neutral line f0 = z0/h_p: equation (42), from ∫ T dz = 0 (printed (41): ∫ S·T dz).
 
-        >>> round(Section.printed().neutral_ratio, 3)
-        1.675
+        >>> round(Section.printed().neutral_ratio, 4)
+        1.6755
         """
         a, b = self.alpha, self.beta
         return (1 + a * b**2 + 2 * a * b) / (2 * (1 + a * b))

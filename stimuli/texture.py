@@ -1,0 +1,156 @@
+"""Textures: surfaces whose amplitude follows the finger, as ridges and grooves of friction.
+
+The paper's introduction and conclusion name them: a slippery feeling that is modulated in space
+is taken for relief. A grating is a function of position; for a finger of known speed it becomes a
+sequence of commands, within what the plate and its line can follow.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
+
+from faults import UserError
+from stimuli.modulation import DEFAULT_MODULATOR, AmplitudeStep, Modulator
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Waveform = Literal["sine", "square", "triangle", "sawtooth"]
+
+
+class _Wave(NamedTuple):
+    """A wave: its value (-1 to 1) at a phase (0 to 1), and the fewest steps that tell it."""
+
+    value: Callable[[float], float]
+    steps_min: int
+
+
+_WAVES: dict[Waveform, _Wave] = {
+    "sine": _Wave(lambda phase: math.sin(2 * math.pi * phase), 8),
+    "square": _Wave(lambda phase: 1.0 if phase < 0.5 else -1.0, 2),  # noqa: PLR2004 - half a period
+    "triangle": _Wave(lambda phase: 1 - 4 * abs(((phase + 0.25) % 1) - 0.5), 8),
+    "sawtooth": _Wave(lambda phase: 2 * phase - 1, 8),
+}
+_STEPS_MAX = 64  # a period: smoother is not felt, and loads the line
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grating:
+    """A grating of friction along the stroke of the finger.
+
+    Parameters
+    ----------
+    spatial_period_mm : float
+        Length of one period, mm.
+    mean_um_pp : float
+        Vibration amplitude in the middle of the wave, µm peak to peak.
+    depth_um_pp : float
+        Swing of the amplitude to either side of the mean, µm peak to peak: from mean - depth to
+        mean + depth. At most the mean, for no amplitude is negative.
+    waveform : {"sine", "square", "triangle", "sawtooth"}
+        How the amplitude goes along a period.
+    label : str
+        A code that does not tell the texture.
+
+    Raises
+    ------
+    UserError
+        A length or amplitude is out of range, or no such wave form is known.
+    """
+
+    spatial_period_mm: float
+    mean_um_pp: float
+    depth_um_pp: float
+    waveform: Waveform = "sine"
+    label: str = ""
+
+    def __post_init__(self) -> None:
+        where = f"texture '{self.label}'"
+        if not (math.isfinite(self.spatial_period_mm) and self.spatial_period_mm > 0):
+            raise UserError(
+                f"{where}: spatial_period_mm is {self.spatial_period_mm}, expected above 0 mm"
+            )
+        if not (math.isfinite(self.mean_um_pp) and self.mean_um_pp >= 0):
+            raise UserError(
+                f"{where}: mean_um_pp is {self.mean_um_pp}, expected 0 or more µm peak to peak"
+            )
+        if not 0 <= self.depth_um_pp <= self.mean_um_pp:
+            raise UserError(
+                f"{where}: depth_um_pp is {self.depth_um_pp}, expected from 0 to the mean, "
+                f"{self.mean_um_pp} µm peak to peak"
+            )
+        if self.waveform not in _WAVES:
+            known = ", ".join(get_args(Waveform))
+            raise UserError(f"{where}: waveform is '{self.waveform}', expected one of: {known}")
+
+    @property
+    def amplitude_um_pp(self) -> float:
+        """The largest amplitude, µm peak to peak."""
+        return self.mean_um_pp + self.depth_um_pp
+
+    def amplitude_at_um_pp(self, position_mm: float) -> float:
+        """Return the amplitude at a place of the stroke, µm peak to peak."""
+        phase = (position_mm / self.spatial_period_mm) % 1.0
+        return self.mean_um_pp + self.depth_um_pp * _WAVES[self.waveform].value(phase)
+
+    def modulation_hz(self, finger_speed_mm_s: float) -> float:
+        """Return how often a second a finger of this speed crosses a period."""
+        return abs(finger_speed_mm_s) / self.spatial_period_mm
+
+    def envelope(
+        self, finger_speed_mm_s: float, duration_s: float, modulator: Modulator = DEFAULT_MODULATOR
+    ) -> tuple[AmplitudeStep, ...]:
+        """Return the commands that make the grating under a finger of constant speed.
+
+        Parameters
+        ----------
+        finger_speed_mm_s : float
+            Speed of the finger; negative is backwards. The stroke starts at position 0.
+        duration_s : float
+            Length of the stroke in time.
+        modulator : Modulator
+            What the plate's resonance and the line allow.
+
+        Returns
+        -------
+        tuple of AmplitudeStep
+            In order of time, from 0; each amplitude is the wave's at the middle of its step.
+
+        Raises
+        ------
+        UserError
+            The finger crosses the grating faster than plate or line can follow.
+        """
+        if not math.isfinite(finger_speed_mm_s):
+            raise UserError(
+                f"texture '{self.label}': finger_speed_mm_s is {finger_speed_mm_s}, "
+                "expected a finite number of mm/s"
+            )
+        if not (math.isfinite(duration_s) and duration_s > 0):
+            raise UserError(
+                f"texture '{self.label}': duration_s is {duration_s}, expected above 0 s"
+            )
+        rate = self.modulation_hz(finger_speed_mm_s)
+        if rate == 0 or self.depth_um_pp == 0:
+            return (AmplitudeStep(0.0, self.amplitude_at_um_pp(0.0)),)
+        fewest = _WAVES[self.waveform].steps_min
+        fastest = modulator.fastest_hz(fewest)
+        if rate > fastest:
+            raise UserError(
+                f"texture '{self.label}': a finger at {abs(finger_speed_mm_s):g} mm/s crosses "
+                f"{rate:.3g} periods a second, the plate and its line follow {fastest:.3g} at "
+                f"most: expected a finger up to {fastest * self.spatial_period_mm:.3g} mm/s or a "
+                f"period from {abs(finger_speed_mm_s) / fastest:.3g} mm"
+            )
+        most = math.floor(1 / (rate * modulator.command_interval_s) + 1e-9)
+        steps = fewest if self.waveform == "square" else min(most, _STEPS_MAX)
+        step_s = 1 / (rate * steps)
+        count = math.ceil(duration_s / step_s - 1e-9)
+        return tuple(
+            AmplitudeStep(
+                i * step_s, self.amplitude_at_um_pp((i + 0.5) * step_s * finger_speed_mm_s)
+            )
+            for i in range(count)
+        )
