@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from faults import UserError
+from hardware.driver import PlateLimits
 from hardware.plate.materials import (
     COPPER_BERYLLIUM,
     P1_91,
@@ -27,7 +28,7 @@ from stimuli.quantities import MICRO, MILLI, Array, not_negative, positive
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-SAFE_VOLTAGE_V = 16.5  # hardware.driver.PlateLimits, for the paper's 15 V (Section III-B)
+SAFE_VOLTAGE_V = PlateLimits().voltage_v  # the driver's limit, over the paper's 15 V
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

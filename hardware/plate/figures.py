@@ -169,7 +169,8 @@ def _surface(found: Modes, index: int) -> tuple[Any, Any, Any]:
     if parts.quarter:  # mirrored, so that the interpolation is smooth across the planes
         signs = [(1, 1), (-1, 1), (1, -1), (-1, -1)]
         at = np.concatenate([at * np.array(sign)[:, None] for sign in signs], axis=1)
-        w = np.tile(w, 4)
+        across = -1 if parts.layout.antisymmetric else 1
+        w = np.concatenate([w, across * w, w, across * w])
         at, unique = np.unique(np.round(at, 6), axis=1, return_index=True)
         w = w[unique]
     x, y = np.meshgrid(np.linspace(-half[0], half[0], 167), np.linspace(-half[1], half[1], 99))
@@ -186,7 +187,10 @@ def _colours(w: Any) -> Any:
 
 @styled
 def harmonic_figure(
-    curves: Mapping[str, Harmonic], published: tuple[float, float] | None = None
+    curves: Mapping[str, Harmonic],
+    published: tuple[float, float] | None = None,
+    *,
+    voltage_v: float = 15.0,
 ) -> Any:
     """Return Fig. 12: amplitude of a surface point against frequency.
 
@@ -196,6 +200,8 @@ def harmonic_figure(
         Responses by name.
     published : tuple of 2 floats, optional
         Frequency in kHz and amplitude in µm peak to peak of a printed peak.
+    voltage_v : float
+        Drive of the curves, V peak; only told.
     """
     figure, axes = canvas()
     styles = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (RED, ":"))
@@ -213,7 +219,7 @@ def harmonic_figure(
         xlabel="Frequency (kHz)",
         ylabel="Vertical amplitude (µm peak to peak)",
         ylim=(0, None),
-        title="Harmonic response, 15 V",
+        title=f"Harmonic response, {voltage_v:g} V",
     )
     axes.margins(x=0)
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16))

@@ -87,6 +87,11 @@ class Layout:
         """Width of one ceramic along y."""
         return (self.width_mm - (self.rows - 1) * self.gap_mm) / self.rows
 
+    @property
+    def antisymmetric(self) -> bool:
+        """Whether drive and driven mode change sign with x: an even number of ceramics."""
+        return self.columns % 2 == 0
+
     def column_of(self, x: Array) -> Array:
         """Return the index of the ceramics' column nearest to x (in m, 0 is the middle)."""
         pitch = (self.ceramic_length_mm + self.gap_mm) * MILLI
@@ -94,7 +99,7 @@ class Layout:
         return np.asarray(np.clip(index, 0, self.columns - 1))
 
     def polarity(self, x: Array) -> Array:
-        """Return +1 or -1, the polarity of the ceramic at x (in m); the middle one has +1."""
+        """Return +1 or -1, the polarity of the ceramic at x (in m); the middle one (right of it) has +1."""
         return np.asarray(1.0 - 2.0 * ((self.column_of(x) - self.columns // 2) % 2))
 
 

@@ -153,4 +153,7 @@ def nodal_lines_mm(found: Modes, mode: int) -> Array:
     x, w = parts.nodes[0, line] / MILLI, found.shape[mode, 2, line]
     change = np.flatnonzero(w[:-1] * w[1:] < 0)
     at = x[change] - w[change] * (x[change + 1] - x[change]) / (w[change + 1] - w[change])
-    return np.concatenate([-at[::-1], at]) if parts.quarter else np.asarray(at)
+    if not parts.quarter:
+        return np.asarray(at)
+    middle = [0.0] if parts.layout.antisymmetric else []
+    return np.concatenate([-at[::-1], middle, at])

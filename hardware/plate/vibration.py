@@ -63,7 +63,8 @@ def support(parts: Assembly, electrodes: Electrodes = "shorted") -> Supported:
     size = parts.nodes.shape[1]
     held = np.zeros((3, size), dtype=bool)
     if parts.quarter:
-        held[0] |= parts.at(x=0.0)
+        middle = parts.at(x=0.0)
+        held[[1, 2] if parts.layout.antisymmetric else [0]] |= middle
         held[1] |= parts.at(y=0.0)
     if parts.layout.ends == "supported":
         end = parts.layout.length_mm * MILLI / 2
@@ -73,7 +74,10 @@ def support(parts: Assembly, electrodes: Electrodes = "shorted") -> Supported:
     step = parts.layout.ceramic_thickness_mm * MILLI
     in_ceramic = parts.capacitance.diagonal() > 0
     outer, grounded = in_ceramic & parts.at(z=0.0), in_ceramic & parts.at(z=step)
-    inside = np.flatnonzero(in_ceramic & ~outer & ~grounded)
+    fixed = outer | grounded
+    if parts.quarter and parts.layout.antisymmetric:
+        fixed |= parts.at(x=0.0)
+    inside = np.flatnonzero(in_ceramic & ~fixed)
     pattern = np.where(outer, parts.layout.polarity(parts.nodes[0]), 0.0)
     selection = sparse.csr_matrix(
         (np.ones(inside.size), (inside, np.arange(inside.size))), shape=(size, inside.size)
