@@ -66,7 +66,7 @@ def _solve(brief: Brief, found: Design, plate: str, *, fine: bool) -> tuple[Any,
     modes = plate_modes(layout, near_hz=chosen.frequency_hz, density=FINE if fine else DEFAULT)
     voltage_v = brief.requirements.voltage_v
     edge = harmonic(modes, voltage_v=voltage_v)
-    middle = harmonic(modes, voltage_v=voltage_v, where_mm=(0.0, 0.0))
+    middle = harmonic(modes, voltage_v=voltage_v, where_mm=(layout.antinode_x_mm, 0.0))
     return modes, {
         "plate": plate,
         "resonance_hz": float(modes.frequency_hz[modes.driven]),
@@ -93,15 +93,21 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
     wanted = result["requirements"]
     low, high = result["half_wave_min_mm"], result["half_wave_max_mm"]
     lines = [
-        f"{result['title']}: {wanted['voltage_v']:g} V, "
-        f"{wanted['amplitude_um_peak']:g} µm peak, workspace "
-        f"{wanted['workspace_mm'][0]:g} x {wanted['workspace_mm'][1]:g} mm",
+        (
+            f"{result['title']}: {wanted['voltage_v']:g} V, "
+            f"{wanted['amplitude_um_peak']:g} µm peak, workspace "
+            f"{wanted['workspace_mm'][0]:g} x {wanted['workspace_mm'][1]:g} mm"
+        ),
         "",
         f"half wave from {low:.2f} mm (amplitude, eq. 37)",
-        f"          to   {high:.2f} mm ({result['frequency_min_hz'] / 1e3:.3g} kHz, Timoshenko; "
-        f"{result['half_wave_max_printed_mm']:.2f} by eq. 38)",
-        f"relative friction {result['relative_friction']:.2f} at that amplitude on "
-        f"{wanted['roughness_um']:g} µm roughness (closed form)",
+        (
+            f"          to   {high:.2f} mm ({result['frequency_min_hz'] / 1e3:.3g} kHz, Timoshenko; "
+            f"{result['half_wave_max_printed_mm']:.2f} by eq. 38)"
+        ),
+        (
+            f"relative friction {result['relative_friction']:.2f} at that amplitude on "
+            f"{wanted['roughness_um']:g} µm roughness (closed form)"
+        ),
         "",
         "plate     ceramics  size (mm)       λ/2 (mm)  kHz    µm peak  σ     admissible",
     ]
@@ -124,9 +130,11 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
         fe = result["finite_elements"]
         lines += [
             "",
-            f"finite elements, {fe['plate']}: {fe['resonance_hz'] / 1e3:.2f} kHz, "
-            f"{fe['amplitude_edge_um_pp']:.2f} µm p-p at the edge, "
-            f"{fe['amplitude_centre_um_pp']:.2f} in the middle, shorted electrodes",
+            (
+                f"finite elements, {fe['plate']}: {fe['resonance_hz'] / 1e3:.2f} kHz, "
+                f"{fe['amplitude_edge_um_pp']:.2f} µm p-p at the edge, "
+                f"{fe['amplitude_centre_um_pp']:.2f} in the middle, shorted electrodes"
+            ),
         ]
     if out:
         lines += ["", f"figures and design.json in {out}"]

@@ -126,10 +126,11 @@ def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = No
 
     index = found.driven if mode is None else mode
     x, y, w = _surface(found, index)
-    figure = Figure(figsize=(7.4, 6.6), layout="constrained")
-    upper = figure.add_subplot(2, 1, 1, projection="3d")
+    figure = Figure(figsize=(7.4, 8.0), layout="constrained")
+    panels = figure.add_gridspec(2, 1, height_ratios=(1.5, 1))
+    upper = figure.add_subplot(panels[0], projection="3d")
     height = MODE_EXAGGERATION * found.parts.layout.length_mm
-    upper.plot_surface(
+    drawn = upper.plot_surface(
         x,
         y,
         w * height,
@@ -141,13 +142,14 @@ def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = No
         antialiased=True,
         shade=False,
     )
-    upper.set_box_aspect((np.ptp(x), np.ptp(y), 2 * height), zoom=1.75)
+    drawn.set_clip_on(False)
+    upper.set_box_aspect((np.ptp(x), np.ptp(y), 2 * height), zoom=1.3)
     upper.view_init(elev=32, azim=-62)
     upper.set_axis_off()
     khz = found.frequency_hz[index] / 1e3
     upper.set_title(title or f"Driven mode, {khz:.2f} kHz")
 
-    lower = figure.add_subplot(2, 1, 2)
+    lower = figure.add_subplot(panels[1])
     image = lower.pcolormesh(x, y, w, cmap="PuOr", vmin=-1, vmax=1, shading="gouraud")
     lower.contour(x, y, w, levels=[0.0], colors=BLACK, linewidths=1.0)
     lower.grid(visible=False)

@@ -92,6 +92,11 @@ class Layout:
         """Whether drive and driven mode change sign with x: an even number of ceramics."""
         return self.columns % 2 == 0
 
+    @property
+    def antinode_x_mm(self) -> float:
+        """X of the antinode nearest to the middle: the middle of a ceramic."""
+        return (self.ceramic_length_mm + self.gap_mm) / 2 if self.antisymmetric else 0.0
+
     def column_of(self, x: Array) -> Array:
         """Return the index of the ceramics' column nearest to x (in m, 0 is the middle)."""
         pitch = (self.ceramic_length_mm + self.gap_mm) * MILLI
@@ -99,7 +104,7 @@ class Layout:
         return np.asarray(np.clip(index, 0, self.columns - 1))
 
     def polarity(self, x: Array) -> Array:
-        """Return +1 or -1, the polarity of the ceramic at x (in m); the middle one (right of it) has +1."""
+        """Return +1 or -1, the polarity at x (in m); +1 in the middle, or just right of it."""
         return np.asarray(1.0 - 2.0 * ((self.column_of(x) - self.columns // 2) % 2))
 
 

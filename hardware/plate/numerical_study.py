@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 HALF_WAVES_MM = (9.0, 10.0, 11.0, 12.0, 14.0, 16.0, 20.0)  # Section III-C-1
 MODE_COUNT = 24  # modes superposed; 12 more change Fig. 12's peak by less than 1 %
 _NEAR_MODES = 8
-_TOLERANCE_MM = 1e-4
+_TOLERANCE_MM = 1e-6
 
 
 def half_wave_modes(layout: Layout, density: Density = HALF_WAVE) -> Modes:
@@ -83,12 +83,23 @@ class Harmonic:
     @property
     def peak_hz(self) -> float:
         """Frequency of the largest amplitude."""
-        return float(self.frequency_hz[np.argmax(self.amplitude_um_peak)])
+        return self._vertex()[0]
 
     @property
     def peak_um_pp(self) -> float:
         """Largest amplitude, µm peak to peak."""
-        return float(2 * np.max(self.amplitude_um_peak))
+        return 2 * self._vertex()[1]
+
+    def _vertex(self) -> tuple[float, float]:
+        """Return the top of the parabola through the three largest samples."""
+        top = int(np.argmax(self.amplitude_um_peak[1:-1])) + 1
+        left, middle, right = self.amplitude_um_peak[top - 1 : top + 2]
+        bend = left - 2 * middle + right
+        shift = 0.5 * (left - right) / bend if bend else 0.0
+        step = self.frequency_hz[top + 1] - self.frequency_hz[top]
+        return float(self.frequency_hz[top] + shift * step), float(
+            middle - 0.25 * (left - right) * shift
+        )
 
 
 def plate_modes(
@@ -121,8 +132,8 @@ def harmonic(
     quality_factor : float, optional
         Constant Q; by default the ceramic's Q_m, which the paper's Table II gives (60).
     where_mm : tuple of 2 floats, optional
-        The point; by default the edge antinode x = 0, y = width/2, where the amplitude is
-        largest (1.5 times the middle's).
+        The point; by default the edge antinode nearest to the middle (x = 0 for an odd number
+        of ceramics, y = width/2), where the paper's plate moves 1.5 times as far as in its middle.
     half_band : float
         Half the band covered, relative to the driven mode's frequency.
     """
@@ -130,7 +141,7 @@ def harmonic(
     centre = found.frequency_hz[found.driven]
     frequency = centre * np.linspace(1 - half_band, 1 + half_band, 2001)
     quality = quality_factor or layout.ceramic.quality_factor
-    point = where_mm or (0.0, layout.width_mm / 2)
+    point = where_mm or (layout.antinode_x_mm, layout.width_mm / 2)
     amplitude = response_um(found, frequency, voltage_v, 1 / quality, point)
     return Harmonic(frequency_hz=frequency, amplitude_um_peak=np.abs(amplitude))
 
