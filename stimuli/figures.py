@@ -11,6 +11,7 @@ from stimuli import reynolds, squeeze_film
 from stimuli.plotting import BLACK, BLUE, CYCLE, DASHES, GREY, ORANGE, RED, canvas, note, styled
 from stimuli.reynolds import WorkingPoint
 from stimuli.squeeze_film import FINGER, Finger
+from stimuli.surface import peak_from_pp, pp_from_peak
 
 if TYPE_CHECKING:
     from stimuli.quantities import Array
@@ -117,7 +118,7 @@ def convergence_data(factors: Array, finger: Finger = FINGER) -> tuple[Array, Ar
     """
     points = [
         WorkingPoint(
-            amplitude_um_peak=1.15,
+            amplitude_um_peak=peak_from_pp(2.3),
             roughness_um=0.6,
             frequency_hz=30_500 * float(factor),
             finger=finger,
@@ -125,7 +126,7 @@ def convergence_data(factors: Array, finger: Finger = FINGER) -> tuple[Array, Ar
         for factor in factors
     ]
     states = reynolds.sweep(points, workers=1)
-    closed = float(squeeze_film.mean_overpressure(1.15, 0.6, finger))
+    closed = float(squeeze_film.mean_overpressure(peak_from_pp(2.3), 0.6, finger))
     return (
         np.array([state.squeeze_number for state in states]),
         np.array([state.overpressure for state in states]) / closed,
@@ -136,13 +137,13 @@ def convergence_data(factors: Array, finger: Finger = FINGER) -> tuple[Array, Ar
 def closed_form_figure() -> Any:
     """Return what the closed form hides: friction, and when the two forms meet."""
     figure, (left, right) = canvas(1, 2, (9.6, 4.2))
-    amplitude = np.linspace(0, 2.3, 24)
+    peak = np.linspace(0, 1.15, 24)
+    amplitude = pp_from_peak(peak)
     with warnings.catch_warnings():
         warnings.simplefilter("error", squeeze_film.ClosedFormWarning)
-        closed = squeeze_film.relative_friction(amplitude / 2, 0.6, 30_500).relative_friction
+        closed = squeeze_film.relative_friction(peak, 0.6, 30_500).relative_friction
     points = [
-        WorkingPoint(amplitude_um_peak=a / 2, roughness_um=0.6, frequency_hz=30_500)
-        for a in amplitude
+        WorkingPoint(amplitude_um_peak=a, roughness_um=0.6, frequency_hz=30_500) for a in peak
     ]
     states = reynolds.sweep(points, workers=1)
     pressed = squeeze_film.NORMAL_FORCE_N / (FINGER.contact_length_mm * 1e-3) ** 2

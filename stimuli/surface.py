@@ -9,15 +9,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol, TypeVar
 
 from faults import UserError
 from stimuli.modulation import DEFAULT_MODULATOR, AmplitudeStep, Modulator
 
+if TYPE_CHECKING:
+    from stimuli.quantities import Array
+
+# A number, or a NumPy array of them.
+Amplitude = TypeVar("Amplitude", float, "Array")
 FilmModel = Literal["reynolds", "closed form"]
 
 
-def peak_from_pp(amplitude_um_pp: float) -> float:
+def peak_from_pp(amplitude_um_pp: Amplitude) -> Amplitude:
     """Return the peak amplitude in µm of a peak-to-peak amplitude in µm.
 
     >>> peak_from_pp(2.3)
@@ -26,7 +31,7 @@ def peak_from_pp(amplitude_um_pp: float) -> float:
     return amplitude_um_pp / 2
 
 
-def pp_from_peak(amplitude_um_peak: float) -> float:
+def pp_from_peak(amplitude_um_peak: Amplitude) -> Amplitude:
     """Return the peak-to-peak amplitude in µm of a peak amplitude in µm."""
     return amplitude_um_peak * 2
 

@@ -259,6 +259,19 @@ class Section:
         # The stable form of the lower root: no difference of near equals for long waves.
         return np.asarray(np.sqrt(2 * c / (b + np.sqrt(b**2 - 4 * a * c))) / (2 * np.pi))
 
+    def timoshenko_half_wave_mm(self, frequency_hz: float) -> float:
+        """Return the half wave at which Timoshenko's beam resonates at a frequency, mm.
+
+        In closed form: at a given ω the dispersion relation is a quadratic in q².
+        """
+        omega = 2 * np.pi * float(positive("frequency_hz", frequency_hz, "Hz"))
+        bending, shear = self.rigidity_n_m, self.shear_rigidity_n_m
+        mass, rotary = self.mass_kg_m2, self.rotary_inertia_kg
+        b = (rotary + mass * bending / shear) * omega**2
+        c = mass * omega**2 - mass * rotary * omega**4 / shear
+        q_squared = (b + np.sqrt(b**2 + 4 * bending * c)) / (2 * bending)
+        return float(np.pi / np.sqrt(q_squared) / MILLI)
+
 
 def _cube_span(low: float, high: float, centre: float) -> float:
     """Return ∫ (z - centre)² dz from low to high."""

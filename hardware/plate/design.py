@@ -11,8 +11,6 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from hardware.plate.beam import Section
 from hardware.plate.layout import Layout
 from hardware.plate.materials import BeamCeramic, Isotropic, Piezoceramic
@@ -103,7 +101,7 @@ def design(brief: Brief) -> Design:
     per_hz = float(squeeze_film.squeeze_number(1.0, *worst, finger))
     floor = max(wanted.squeeze_number / per_hz, wanted.frequency_min_hz)
     shortest = printed.half_wave_for_amplitude_mm(wanted.amplitude_um_peak, wanted.voltage_v)
-    longest = timoshenko_half_wave_mm(wide, floor)
+    longest = wide.timoshenko_half_wave_mm(floor)
 
     def candidate(length_mm: float, columns: int) -> Candidate:
         rows = _needed(wanted.workspace_mm[1], brief.ceramic.width_mm, brief.ceramic.gap_mm)
@@ -200,20 +198,6 @@ def layout_of(brief: Brief, plate: Candidate) -> Layout:
         ceramic=ceramic_of(brief),
         resonator=resonator_of(brief),
     )
-
-
-def timoshenko_half_wave_mm(section: Section, frequency_hz: float) -> float:
-    """Return the half wave at which Timoshenko's beam resonates at a frequency, mm.
-
-    In closed form: at given ω the dispersion relation is a quadratic in q².
-    """
-    omega = 2 * math.pi * frequency_hz
-    bending, shear = section.rigidity_n_m, section.shear_rigidity_n_m
-    mass, rotary = section.mass_kg_m2, section.rotary_inertia_kg
-    b = (rotary + mass * bending / shear) * omega**2
-    c = mass * omega**2 - mass * rotary * omega**4 / shear
-    q_squared = (b + math.sqrt(b**2 + 4 * bending * c)) / (2 * bending)
-    return 1e3 * math.pi / float(np.sqrt(q_squared))
 
 
 def _needed(span_mm: float, piece_mm: float, gap_mm: float) -> int:

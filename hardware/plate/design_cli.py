@@ -101,7 +101,8 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
         "",
         f"half wave from {low:.2f} mm (amplitude, eq. 37)",
         (
-            f"          to   {high:.2f} mm ({result['frequency_min_hz'] / 1e3:.3g} kHz, Timoshenko; "
+            f"          to   {high:.2f} mm "
+            f"({result['frequency_min_hz'] / 1e3:.3g} kHz, Timoshenko; "
             f"{result['half_wave_max_printed_mm']:.2f} by eq. 38)"
         ),
         (

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from stimuli.plotting import BLACK, BLUE, GREEN, GREY, ORANGE, RED, canvas, note, styled
+from stimuli.surface import pp_from_peak
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -210,7 +211,7 @@ def harmonic_figure(
     for (name, curve), (colour, dash) in zip(curves.items(), styles, strict=False):
         axes.plot(
             curve.frequency_hz / 1e3,
-            2 * curve.amplitude_um_peak,
+            pp_from_peak(curve.amplitude_um_peak),
             color=colour,
             linestyle=dash,
             label=f"{name}: {curve.peak_um_pp:.2f} µm at {curve.peak_hz / 1e3:.2f} kHz",

@@ -12,6 +12,7 @@ from hardware.plate.beam import Section
 from hardware.plate.layout import DEFAULT, HALF_WAVE, Density, Layout
 from hardware.plate.vibration import Modes, modes, response_um
 from stimuli.quantities import MILLI, positive
+from stimuli.surface import pp_from_peak
 
 if TYPE_CHECKING:
     from hardware.plate.finite_elements import Electrodes
@@ -88,7 +89,7 @@ class Harmonic:
     @property
     def peak_um_pp(self) -> float:
         """Largest amplitude, µm peak to peak."""
-        return 2 * self._vertex()[1]
+        return pp_from_peak(self._vertex()[1])
 
     def _vertex(self) -> tuple[float, float]:
         """Return the top of the parabola through the three largest samples."""
