@@ -15,3 +15,21 @@ def test_peak_is_half_of_peak_to_peak_and_back():
 def test_impossible_amplitude_is_refused_with_its_value(amplitude):
     with pytest.raises(UserError, match=str(amplitude)):
         VirtualSurface(amplitude_um_pp=amplitude)
+
+
+def test_silent_surface_has_the_plate_s_own_friction():
+    still = VirtualSurface(amplitude_um_pp=0.0)
+    assert still.predicted_relative_friction() == pytest.approx(1.0, abs=1e-9)
+    assert still.predicted_relative_friction(model="closed form") == 1.0
+
+
+def test_predicted_friction_falls_along_the_experiment_s_amplitudes():
+    surfaces = [VirtualSurface(amplitude_um_pp=a) for a in (0.0, 0.5, 1.2, 2.3)]
+    solved = [s.predicted_relative_friction() for s in surfaces]
+    closed = [s.predicted_relative_friction(model="closed form") for s in surfaces]
+    assert solved == sorted(solved, reverse=True)
+    assert closed[1:] < solved[1:]
+
+
+def test_plain_surface_is_one_command_at_any_speed():
+    assert VirtualSurface(amplitude_um_pp=1.2).envelope(80.0, 2.0) == ((0.0, 1.2),)

@@ -1,0 +1,135 @@
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from faults import UserError
+from stimuli.modulation import AmplitudeStep, Modulator
+from stimuli.surface import VirtualSurface
+from stimuli.texture import Grating
+
+WAVES = ["sine", "square", "triangle", "sawtooth"]
+
+
+def grating(**changes):
+    given_ = {"spatial_period_mm": 5.0, "mean_um_pp": 1.0, "depth_um_pp": 0.5, "label": "B"}
+    return Grating(**given_ | changes)
+
+
+@given(
+    wave=st.sampled_from(WAVES),
+    mean=st.floats(0, 2),
+    share=st.floats(0, 1),
+    position=st.floats(-100, 100),
+)
+def test_amplitude_stays_between_mean_minus_and_plus_depth(wave, mean, share, position):
+    surface = grating(mean_um_pp=mean, depth_um_pp=share * mean, waveform=wave)
+    amplitude = surface.amplitude_at_um_pp(position)
+    assert mean - share * mean - 1e-12 <= amplitude <= surface.amplitude_um_pp + 1e-12
+
+
+@pytest.mark.parametrize("wave", WAVES)
+def test_grating_repeats_after_its_period_and_has_its_mean(wave):
+    surface = grating(waveform=wave)
+    places = [(i + 0.5) * 5.0 / 1000 for i in range(1000)]
+    first = [surface.amplitude_at_um_pp(x) for x in places]
+    assert [surface.amplitude_at_um_pp(x + 5.0) for x in places] == pytest.approx(first)
+    assert sum(first) / 1000 == pytest.approx(1.0, abs=1e-3)
+
+
+def test_square_grating_switches_twice_a_period():
+    steps = grating(waveform="square").envelope(50.0, 0.2)
+    assert [s.amplitude_um_pp for s in steps] == [1.5, 0.5, 1.5, 0.5]
+    assert [s.time_s for s in steps] == pytest.approx([0, 0.05, 0.1, 0.15])
+
+
+@given(
+    wave=st.sampled_from(WAVES),
+    speed=st.floats(1, 150) | st.floats(-150, -1),
+    duration=st.floats(0.05, 1.0),
+)
+def test_commands_are_in_order_in_time_and_no_closer_than_the_line_allows(wave, speed, duration):
+    modulator = Modulator()
+    steps = grating(waveform=wave).envelope(speed, duration, modulator)
+    times = [s.time_s for s in steps]
+    assert times[0] == 0
+    assert times[-1] < duration
+    gaps = [b - a for a, b in pairwise(times)]
+    assert all(gap >= modulator.command_interval_s - 1e-12 for gap in gaps)
+
+
+def test_sampled_wave_follows_the_place_of_the_finger():
+    surface = grating()
+    steps = surface.envelope(40.0, 0.125)  # one period
+    width = steps[1].time_s
+    for time_s, amplitude in steps:
+        expected = surface.amplitude_at_um_pp((time_s + width / 2) * 40.0)
+        assert amplitude == pytest.approx(expected)
+
+
+def test_backward_stroke_mirrors_the_forward_one():
+    surface = grating(waveform="sawtooth")
+    forward = [s.amplitude_um_pp for s in surface.envelope(40.0, 0.12)]
+    backward = [s.amplitude_um_pp for s in surface.envelope(-40.0, 0.12)]
+    assert [2 * surface.mean_um_pp - a for a in forward] == pytest.approx(backward)
+
+
+def test_finger_at_rest_and_flat_grating_take_one_command():
+    assert grating().envelope(0.0, 1.0) == (AmplitudeStep(0.0, 1.0),)
+    assert len(grating(depth_um_pp=0.0).envelope(50.0, 1.0)) == 1
+
+
+def test_plain_surface_and_texture_are_presented_alike():
+    for surface in (VirtualSurface(amplitude_um_pp=1.5, label="A"), grating()):
+        steps = surface.envelope(50.0, 1.0)
+        assert max(s.amplitude_um_pp for s in steps) <= surface.amplitude_um_pp == 1.5
+        assert surface.label in "AB"
+
+
+def test_bandwidth_is_half_the_resonance_over_q():
+    modulator = Modulator()
+    assert modulator.bandwidth_hz == pytest.approx(254.17, abs=0.01)
+    assert modulator.time_constant_s * 2 * math.pi * modulator.bandwidth_hz == pytest.approx(1)
+    assert modulator.passed(modulator.bandwidth_hz) == pytest.approx(math.sqrt(0.5))
+    assert modulator.passed(0.0) == 1
+
+
+def test_too_fast_a_finger_is_told_the_speed_and_period_that_would_do():
+    with pytest.raises(UserError, match=r"texture 'B'.*up to 156 mm/s or a period from 16 mm"):
+        grating().envelope(500.0, 1.0)
+
+
+def test_plate_of_high_q_limits_what_a_fast_line_could_send():
+    slow_plate = Modulator(quality_factor=6000.0, command_interval_s=1e-4)
+    with pytest.raises(UserError, match=r"follow 2\.54 at"):
+        grating(waveform="square").envelope(50.0, 1.0, slow_plate)
+
+
+@pytest.mark.parametrize(
+    "changes, said",
+    [
+        ({"spatial_period_mm": 0.0}, "spatial_period_mm is 0.0"),
+        ({"spatial_period_mm": math.nan}, "spatial_period_mm is nan"),
+        ({"mean_um_pp": -1.0}, "mean_um_pp is -1.0"),
+        ({"depth_um_pp": 1.5}, "depth_um_pp is 1.5, expected from 0 to the mean"),
+        ({"depth_um_pp": math.nan}, "depth_um_pp is nan"),
+        ({"waveform": "noise"}, "waveform is 'noise', expected one of: sine"),
+    ],
+)
+def test_impossible_grating_is_refused(changes, said):
+    with pytest.raises(UserError, match=said):
+        grating(**changes)
+
+
+@pytest.mark.parametrize("speed, duration", [(math.inf, 1.0), (10.0, 0.0), (10.0, math.nan)])
+def test_impossible_stroke_is_refused(speed, duration):
+    with pytest.raises(UserError, match="expected"):
+        grating().envelope(speed, duration)
+
+
+@pytest.mark.parametrize("name", ["resonance_hz", "quality_factor", "command_interval_s"])
+def test_impossible_modulator_is_refused(name):
+    with pytest.raises(UserError, match=f"{name} is 0"):
+        Modulator(**{name: 0.0})
