@@ -188,7 +188,8 @@ def modes(
         v0=np.ones(size),
     )
     order = np.argsort(squares)
-    vectors = vectors[:, order] * np.sign(system.force @ vectors[:, order])
+    vectors = vectors[:, order]
+    vectors = vectors * np.where(system.force @ vectors < 0, -1.0, 1.0)
     shape = np.zeros((count, 3 * parts.nodes.shape[1]))
     shape[:, system.free] = vectors.T
     total = np.einsum("mi,im->m", shape, parts.stiffness @ shape.T)
