@@ -8,13 +8,15 @@ admissible. A plate of n ceramics in a row is driven in its free-free mode with 
 from __future__ import annotations
 
 import math
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from hardware.plate.beam import Section
 from hardware.plate.layout import Layout
 from hardware.plate.materials import BeamCeramic, Isotropic, Piezoceramic
-from stimuli import squeeze_film
+from stimuli import reynolds, squeeze_film
+from stimuli.reynolds import WorkingPoint
 
 if TYPE_CHECKING:
     from hardware.plate.brief import Brief
@@ -74,7 +76,12 @@ class Design:
     half_wave_max_printed_mm : float
         The same by the paper's equation (38).
     relative_friction : float
-        Closed-form friction at the brief's amplitude, roughness and force.
+        By Reynolds' equation (3), at the brief's amplitude, roughness and force and the lowest
+        frequency.
+    relative_friction_closed_form : float
+        The same by the closed form (13), which the paper designs with.
+    closed_form_holds : bool
+        Whether the squeeze number there is at least 10, the paper's criterion.
     candidates : tuple of Candidate
         Plates that cover the workspace, admissible or not.
     """
@@ -84,6 +91,8 @@ class Design:
     half_wave_max_mm: float
     half_wave_max_printed_mm: float
     relative_friction: float
+    relative_friction_closed_form: float
+    closed_form_holds: bool
     candidates: tuple[Candidate, ...]
 
     @property
@@ -128,18 +137,29 @@ def design(brief: Brief) -> Design:
     for length_mm in brief.ceramic.lengths_mm:
         least = _needed(wanted.workspace_mm[0], length_mm, brief.ceramic.gap_mm)
         plates += [candidate(length_mm, n) for n in range(least, least + _COLUMNS_MORE + 1)]
-    friction = squeeze_film.relative_friction(
-        wanted.amplitude_um_peak,
-        wanted.roughness_um,
-        floor,
-        normal_force_n=wanted.normal_force_n,
+    point = WorkingPoint(
+        amplitude_um_peak=wanted.amplitude_um_peak,
+        roughness_um=wanted.roughness_um,
+        frequency_hz=floor,
     )
+    with warnings.catch_warnings():
+        # The design carries `closed_form_holds` in the warning's place.
+        warnings.simplefilter("ignore", squeeze_film.ClosedFormWarning)
+        closed = squeeze_film.relative_friction(
+            wanted.amplitude_um_peak,
+            wanted.roughness_um,
+            floor,
+            normal_force_n=wanted.normal_force_n,
+        )
+    solved = reynolds.relative_friction(point, wanted.normal_force_n)
     return Design(
         frequency_min_hz=floor,
         half_wave_min_mm=shortest,
         half_wave_max_mm=longest,
         half_wave_max_printed_mm=printed.half_wave_for_frequency_mm(floor),
-        relative_friction=float(friction.relative_friction),
+        relative_friction=float(solved.relative_friction),
+        relative_friction_closed_form=float(closed.relative_friction),
+        closed_form_holds=bool(closed.closed_form_holds),
         candidates=tuple(plates),
     )
 

@@ -106,8 +106,12 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             f"{result['half_wave_max_printed_mm']:.2f} by eq. 38)"
         ),
         (
-            f"relative friction {result['relative_friction']:.2f} at that amplitude on "
-            f"{wanted['roughness_um']:g} µm roughness (closed form)"
+            f"relative friction at that amplitude on {wanted['roughness_um']:g} µm roughness: "
+            f"{result['relative_friction']:.2f} by the Reynolds equation,"
+        ),
+        (
+            f"          {result['relative_friction_closed_form']:.2f} by the paper's closed form"
+            + ("" if result["closed_form_holds"] else " (squeeze number below 10: out of range)")
         ),
         "",
         "plate     ceramics  size (mm)       λ/2 (mm)  kHz    µm peak  σ     admissible",
