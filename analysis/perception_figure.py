@@ -68,9 +68,9 @@ def perception_figure(
         axes.annotate(
             f"{amplitude:g} µm",
             (x, y),
-            xytext=(-6, 8),
+            xytext=(8, -13),
             textcoords="offset points",
-            ha="right",
+            ha="left",
             color=BLACK,
             fontsize=9,
         )

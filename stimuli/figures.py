@@ -75,7 +75,13 @@ def film_figure() -> Any:
     )
     lower.axhline(1 + finger_pressure, color=GREY, linestyle=":", linewidth=1.2)
     lower.text(
-        1.04, 1 + finger_pressure + 0.006, "finger, 0.5 N", ha="right", color=GREY, fontsize=9
+        1.04,
+        1 + finger_pressure + 0.006,
+        "finger, 0.5 N",
+        ha="right",
+        color=GREY,
+        fontsize=9,
+        bbox={"facecolor": "white", "edgecolor": "none", "pad": 1.0, "alpha": 0.85},
     )
     lower.set(
         xlabel="Position under the finger, from its middle (mm)",

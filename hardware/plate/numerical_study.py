@@ -15,6 +15,8 @@ from stimuli.quantities import MILLI, positive
 from stimuli.surface import pp_from_peak
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from hardware.plate.finite_elements import Electrodes
     from stimuli.quantities import Array
 
@@ -118,7 +120,7 @@ def harmonic(
     found: Modes,
     *,
     voltage_v: float = 15.0,
-    quality_factor: float | None = None,
+    loss_factor: npt.ArrayLike | None = None,
     where_mm: tuple[float, float] | None = None,
     half_band: float = 0.06,
 ) -> Harmonic:
@@ -130,8 +132,9 @@ def harmonic(
         From `plate_modes`.
     voltage_v : float
         Drive, V peak.
-    quality_factor : float, optional
-        Constant Q; by default the ceramic's Q_m, which the paper's Table II gives (60).
+    loss_factor : array_like, optional
+        1/Q, one for all modes or one a mode (``found.loss_from_ceramic()``); by default that of
+        the ceramic, 1/60 by the paper's Table II, for the whole plate.
     where_mm : tuple of 2 floats, optional
         The point; by default the edge antinode nearest to the middle (x = 0 for an odd number
         of ceramics, y = width/2), where the paper's plate moves 1.5 times as far as in its middle.
@@ -141,9 +144,9 @@ def harmonic(
     layout = found.parts.layout
     centre = found.frequency_hz[found.driven]
     frequency = centre * np.linspace(1 - half_band, 1 + half_band, 2001)
-    quality = quality_factor or layout.ceramic.quality_factor
+    loss = 1 / layout.ceramic.quality_factor if loss_factor is None else loss_factor
     point = where_mm or (layout.antinode_x_mm, layout.width_mm / 2)
-    amplitude = response_um(found, frequency, voltage_v, 1 / quality, point)
+    amplitude = response_um(found, frequency, voltage_v, loss, point)
     return Harmonic(frequency_hz=frequency, amplitude_um_peak=np.abs(amplitude))
 
 

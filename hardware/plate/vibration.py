@@ -20,7 +20,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from faults import UserError
 from hardware.plate.finite_elements import POTENTIAL_UNIT_V, Assembly, Electrodes, assemble
 from hardware.plate.layout import DEFAULT, Density, Layout
-from stimuli.quantities import MILLI, positive
+from stimuli.quantities import MILLI, not_negative, positive
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -115,7 +115,7 @@ class Modes:
     force : ndarray, shape (modes,)
         Modal piezoelectric force per volt.
     ceramic_share : ndarray, shape (modes,)
-        Share of the strain energy that is in the ceramics.
+        Share of the strain energy that is in the ceramics; 0 for a rigid body.
     """
 
     parts: Assembly
@@ -193,7 +193,9 @@ def modes(
     shape = np.zeros((count, 3 * parts.nodes.shape[1]))
     shape[:, system.free] = vectors.T
     total = np.einsum("mi,im->m", shape, parts.stiffness @ shape.T)
-    share = np.einsum("mi,im->m", shape, parts.ceramic_stiffness @ shape.T) / total
+    in_ceramic = np.einsum("mi,im->m", shape, parts.ceramic_stiffness @ shape.T)
+    elastic = total > _RIGID_BELOW**2 * np.max(total)
+    share = np.divide(in_ceramic, total, out=np.zeros(count), where=elastic)
     return Modes(
         parts=parts,
         frequency_hz=np.sqrt(np.maximum(squares[order], 0)) / (2 * np.pi),
@@ -227,7 +229,7 @@ def response_um(
     """
     square = (2 * np.pi * found.frequency_hz) ** 2
     drive = (2 * np.pi * positive("frequency_hz", frequency_hz, "Hz")) ** 2
-    loss = positive("loss_factor", loss_factor, "(no unit)")
+    loss = not_negative("loss_factor", loss_factor, "(no unit)")
     here = found.shape[:, 2, nearest_node(found.parts, where_mm)]
     share = found.force * here * voltage_v / (square * (1 + 1j * loss) - drive[..., None])
     return np.asarray(share.sum(axis=-1) * 1e6)
