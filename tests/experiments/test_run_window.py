@@ -27,7 +27,7 @@ pytestmark = [
 
 SLIPSCALE = Path(sys.executable).with_name("slipscale")
 JOURNAL = "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
-SAID = "ça colle « à peine »"
+SAID = "moins glissé, ça colle à peine où"
 PATIENCE_S = 60.0
 
 
@@ -86,7 +86,7 @@ class Hand:
         elif name == "difference_felt":
             self.press("key", "o")
         elif name == "verbal_report":
-            self.press("type", "--delay", "80", SAID)
+            self.press("type", "--delay", "20", SAID)
             self.press("key", "Return")
         else:
             self.press("key", "1")
@@ -104,12 +104,15 @@ class Hand:
 def start(display):
     """Start the command; whatever happens, nothing is left running."""
     started = []
+    # xdotool types accents faithfully only where the layout has keys for them.
+    subprocess.run(["setxkbmap", "fr"], check=True)
 
     def begin(*words, folder):
         started.append(_popen(*words, folder=folder))
         return started[-1]
 
     yield begin
+    subprocess.run(["setxkbmap", "us"], check=True)
     for process in started:
         process.kill()
         process.communicate()
