@@ -86,6 +86,9 @@ class Hand:
         elif name == "difference_felt":
             self.press("key", "o")
         elif name == "verbal_report":
+            # xdotool types accents faithfully only where the layout has keys for them; the server
+            # forgets the layout with its last window.
+            subprocess.run(["setxkbmap", "fr"], check=True)
             self.press("type", "--delay", "20", SAID)
             self.press("key", "Return")
         else:
@@ -104,15 +107,12 @@ class Hand:
 def start(display):
     """Start the command; whatever happens, nothing is left running."""
     started = []
-    # xdotool types accents faithfully only where the layout has keys for them.
-    subprocess.run(["setxkbmap", "fr"], check=True)
 
     def begin(*words, folder):
         started.append(_popen(*words, folder=folder))
         return started[-1]
 
     yield begin
-    subprocess.run(["setxkbmap", "us"], check=True)
     for process in started:
         process.kill()
         process.communicate()
