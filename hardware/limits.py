@@ -95,18 +95,20 @@ class OnTime:
 
     def __init__(self, *, window_s: float) -> None:
         self._window_s = window_s
-        self._spans: deque[tuple[float, float]] = deque()
+        self._spans: deque[tuple[float, float]] = deque()  # over, and partly in the window
+        self._spans_s = 0.0  # their sum: `duty` is asked in every frame
         self._since: float | None = None
         self._commanded_s = 0.0
 
     def command(self, now_s: float, *, vibrates: bool) -> None:
         """Note a command at ``now_s`` after which the plate vibrates, or does not."""
-        if self._since is not None:
+        if vibrates and self._since is None:
+            self._since = now_s
+        elif not vibrates and self._since is not None:
             self._spans.append((self._since, now_s))
-        self._since = now_s if vibrates else None
+            self._spans_s += now_s - self._since
+            self._since = None
         self._commanded_s = now_s
-        while self._spans and self._spans[0][1] <= now_s - self._window_s:
-            self._spans.popleft()
 
     def unattended_s(self, now_s: float) -> float:
         """Return how long the plate has vibrated since the last command; 0 when it is silent."""
@@ -115,5 +117,12 @@ class OnTime:
     def duty(self, now_s: float) -> float:
         """Return the fraction of the window before ``now_s`` in which the plate vibrated."""
         start_s = now_s - self._window_s
-        spans = [*self._spans, *([(self._since, now_s)] if self._since is not None else [])]
-        return sum(max(end - max(begin, start_s), 0.0) for begin, end in spans) / self._window_s
+        while self._spans and self._spans[0][1] <= start_s:
+            begun_s, ended_s = self._spans.popleft()
+            self._spans_s -= ended_s - begun_s
+        if not self._spans:
+            self._spans_s = 0.0  # no rounding is carried on
+        before_s = max(start_s - self._spans[0][0], 0.0) if self._spans else 0.0
+        now_on_s = 0.0 if self._since is None else now_s - max(self._since, start_s)
+        # Spans that touch may sum to a rounding more than the window.
+        return min((self._spans_s - before_s + now_on_s) / self._window_s, 1.0)
