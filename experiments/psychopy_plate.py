@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 from psychopy.hardware.base import BaseDevice
 from serial.tools.list_ports import comports
 
+from hardware.address import patient
 from hardware.clock import SystemClock
 from hardware.driver import open_plate
 from stimuli.surface import VirtualSurface
@@ -41,7 +42,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
 
     def __init__(self, spec: str = "mock") -> None:
         self.spec = spec
-        self._plate = open_plate(_patient(spec), clock=SystemClock())
+        self._plate = open_plate(patient(spec), clock=SystemClock())
         self._plate.connect()
         # PsychoPy does not close devices when a script ends, or ends badly.
         atexit.register(self.close)
@@ -83,10 +84,3 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         """Return what could be opened: the mock, and each serial port."""
         specs = ["mock", *(f"serial:{port.device}" for port in sorted(comports()))]
         return [{"deviceName": f"plate {spec}", "spec": spec} for spec in specs]
-
-
-def _patient(spec: str) -> str:
-    """Return the SPEC with a heartbeat that does not ask whether the script still checks."""
-    if spec.startswith("serial:") and "attention=" not in spec:
-        return f"{spec},attention=0"
-    return spec

@@ -64,3 +64,16 @@ def calibration(text: str) -> Calibration:
     from hardware.calibration import read_calibration  # noqa: PLC0415 - pydantic, when needed
 
     return read_calibration(Path(text))
+
+
+def patient(spec: str) -> str:
+    """Return a SPEC whose heartbeat does not ask whether its session still checks the plate.
+
+    For calibration, where a person reads an instrument meanwhile, and for scripts of others.
+
+    >>> patient("serial:COM3"), patient("serial:COM3,attention=9"), patient("mock")
+    ('serial:COM3,attention=0', 'serial:COM3,attention=9', 'mock')
+    """
+    if spec.startswith("serial:") and "attention=" not in spec:
+        return f"{spec},attention=0"
+    return spec

@@ -109,6 +109,7 @@ def run(arguments: Namespace) -> int:
 
 
 def _measure(arguments: Namespace, plan: SweepPlan) -> tuple[Device, tuple[Point, ...]]:
+    from hardware.address import patient  # noqa: PLC0415
     from hardware.calibration import Device  # noqa: PLC0415
     from hardware.calibration_sweep import sweep  # noqa: PLC0415
     from hardware.clock import Clock, SystemClock, VirtualClock  # noqa: PLC0415
@@ -116,7 +117,7 @@ def _measure(arguments: Namespace, plan: SweepPlan) -> tuple[Device, tuple[Point
     from hardware.signals import silent_on_signals  # noqa: PLC0415
 
     clock: Clock = VirtualClock() if arguments.plate.startswith("mock") else SystemClock()
-    plate = open_plate(arguments.plate, clock=clock, seed=arguments.seed)
+    plate = open_plate(patient(arguments.plate), clock=clock, seed=arguments.seed)
     with silent_on_signals(plate):
         identity = plate.connect()
         read = prompted if arguments.prompt else read_back
