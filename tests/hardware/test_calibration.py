@@ -220,14 +220,3 @@ def test_a_csv_with_an_impossible_value_is_refused_with_its_line(tmp_path, capsy
     table.write_text(",".join(CSV_COLUMNS) + "\ncoarse,30000,1,0.1\ncoarse,30100,1,much\n")
     assert slipscale.main([*WORDS, "--csv", str(table)]) == 2
     assert "line 3: amplitude_um_pp is 'much'" in capsys.readouterr().err
-
-
-def test_a_board_is_calibrated_over_its_line(emulate, tmp_path):
-    board = emulate()
-    out = tmp_path / "plate.toml"
-    words = [*WORDS, "--plate", f"serial:{board.port}", "--out", str(out)]
-    assert slipscale.main(words) == 0
-    calibration = read_calibration(out)
-    assert calibration.device.serial == "EMULATED-1"
-    assert calibration.gain.um_pp_per_v * 15 == pytest.approx(2.3, rel=0.01)
-    assert not board.state()["vibrates"]
