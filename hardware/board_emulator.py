@@ -126,6 +126,8 @@ class Emulator:
         """Pull the plug: the line goes dead, and so does the board, which the line feeds."""
         if self._master is not None:
             self.board.silence(self._clock.now())
+            # The system gives the terminal's number to whoever asks next: point there no more.
+            self.port.unlink()
             os.close(self._master)
             self._master = None
             self._come_back_later()
@@ -172,7 +174,6 @@ class Emulator:
         self._master, slave = os.openpty()
         tty.setraw(slave)
         os.set_blocking(self._master, False)
-        self.port.unlink(missing_ok=True)
         self.port.symlink_to(os.ttyname(slave))
         os.close(slave)
         self._host_held_on = False

@@ -119,9 +119,13 @@ class BoardLink:
         self._line.write(wire.STOP)
 
     def _await(self) -> wire.Reply | None:
-        """Return the reply to the current command; drop all else that comes meanwhile."""
+        """Return the reply to the current command; drop all else that comes meanwhile.
+
+        What has come is looked at before the time is: a thread that was kept waiting by the rest
+        of its process finds its reply all the same.
+        """
         end_s = self._clock.now() + REPLY_TIMEOUT_S
-        while self._clock.now() < end_s:
+        while True:
             *lines, rest = (self._buffer + self._line.read()).split(b"\n")
             self._foreign += len(rest) > wire.LONGEST_FRAME
             self._buffer = rest[-wire.LONGEST_FRAME :]
@@ -131,7 +135,8 @@ class BoardLink:
                     self._foreign += 1
                 elif reply.sequence == self._sequence:
                     return reply
-        return None
+            if self._clock.now() >= end_s:
+                return None
 
     def _value(self, reply: wire.Reply, body: str) -> str:
         if self._boot is None:

@@ -69,12 +69,11 @@ class Participant(ScriptedParticipant):
     def __init__(self, board, fault, phase, clock):
         super().__init__(self.feel, clock, step_s=0.01)
         self.board, self.fault, self.phase = board, fault, phase
+        self.ends = fault in ENDING
         self.given = []
 
     def feel(self, _step):
-        estimate = round(10 * self.board.state()["amplitude_um_pp"], 1)
-        self.given.append(estimate)
-        return estimate
+        return round(10 * self.board.state()["amplitude_um_pp"], 1)
 
     def strike(self, step):
         trial = step.trial.number if getattr(step, "trial", None) else 0
@@ -97,11 +96,15 @@ class Participant(ScriptedParticipant):
 
     def perform(self, step, watch):
         if self.strike(step):
-            end_s = time.monotonic() + 0.25  # a few heartbeats: what comes up comes up by then
+            # A few heartbeats; what ends the trial comes up by then, and sooner.
+            end_s = time.monotonic() + (2.0 if self.ends else 0.25)
             while time.monotonic() < end_s:
                 watch()
                 time.sleep(0.005)
-        return super().perform(step, watch)
+        reply = super().perform(step, watch)
+        if isinstance(step, Ask):
+            self.given.append(reply.value)
+        return reply
 
 
 class PatientOperator(UnattendedOperator):

@@ -157,7 +157,8 @@ def test_a_fault_ends_the_trial_silent_and_the_next_one_works(board, plate, faul
         trial()
     wait_for(lambda: not board.state()["vibrates"])
     presented_again(plate, VirtualSurface(amplitude_um_pp=0.5))
-    assert board.state()["target_um_pp"] == 0.5
+    state = board.state()
+    assert state["target_um_pp"] == 0.5, state
     plate.close()
     assert not board.state()["vibrates"]
 
