@@ -20,6 +20,7 @@ import select
 import sys
 import tempfile
 import tty
+from collections import deque
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -90,6 +91,7 @@ class Emulator:
         self._boots = 0
         self._line = b""
         self._previous = b""
+        self._outbox: deque[tuple[float, bytes | Act]] = deque()
         self._presented_um_pp: list[float] = []
         self._back_at_s: float | None
         self._nmea_at_s = 0.0
@@ -130,6 +132,7 @@ class Emulator:
             self.port.unlink()
             os.close(self._master)
             self._master = None
+            self._outbox.clear()
             self._come_back_later()
 
     def close(self) -> None:
@@ -141,6 +144,7 @@ class Emulator:
         """Let at most a tick pass, dealing with what comes; True: the control line is readable."""
         now_s = self._clock.now()
         self.board.tick(now_s)
+        self._send_what_is_due()
         if self._back_at_s is not None and now_s >= self._back_at_s:
             self._boot()
             if self._master is None:
@@ -161,6 +165,7 @@ class Emulator:
         self._back_at_s = None
         self._deaf = "nmea" in self._standing
         self._line = b""
+        self._outbox.clear()
         foreign = "wrong_identity" in self._standing
         self.board = Board(
             self._twin, boot=self._boots, identity=FOREIGN_IDENTITY if foreign else IDENTITY
@@ -218,19 +223,25 @@ class Emulator:
                 self._presented_um_pp.append(self.board.target_um_pp)
             answer, self._previous = Answer(reply, self._previous), reply
             spoils = [SPOILS[fault](answer) for fault in faults if fault in SPOILS]
-            for piece in spoils[0] if spoils else [reply]:
-                self._carry_out(piece)
+            self._post(spoils[0] if spoils else [reply])
 
-    def _carry_out(self, piece: Piece) -> None:
-        if isinstance(piece, bytes):
-            self._send(piece)
-        elif isinstance(piece, Act):
-            self._act(piece)
-        else:
-            end_s = self._clock.now() + piece
-            while self._clock.now() < end_s:
-                self._clock.sleep(min(TICK_S, piece))
-                self.board.tick(self._clock.now())
+    def _post(self, pieces: Iterable[Piece]) -> None:
+        """Put pieces behind what still waits to be sent: the board goes on meanwhile."""
+        due_s = max(self._clock.now(), self._outbox[-1][0] if self._outbox else 0.0)
+        for piece in pieces:
+            if isinstance(piece, float):
+                due_s += piece
+            else:
+                self._outbox.append((due_s, piece))
+        self._send_what_is_due()
+
+    def _send_what_is_due(self) -> None:
+        while self._outbox and self._outbox[0][0] <= self._clock.now():
+            _, piece = self._outbox.popleft()
+            if isinstance(piece, Act):
+                self._act(piece)
+            else:
+                self._send(piece)
 
     def _act(self, act: Act) -> None:
         if act is Act.UNPLUG:

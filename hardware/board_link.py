@@ -24,7 +24,7 @@ from hardware.plate_faults import (
 )
 
 REPLY_TIMEOUT_S = 0.05
-ATTEMPTS = 3
+ATTEMPTS = 4  # in all less than half of the board's watchdog
 GREETING_S = 3.0  # many boards restart when their port is opened
 FOREIGN_LINES = 3  # so many lines that are no replies: this is another kind of device
 
@@ -93,7 +93,7 @@ class BoardLink:
         Raises
         ------
         PlateTimeout
-            No answer, three times.
+            No answer, however often it was asked.
         GarbledReply
             Answers, but none that could be read.
         ConnectionLost
