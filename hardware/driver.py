@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from datetime import UTC, datetime
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 from faults import UserError
 from hardware.limits import OnTime, PlateLimits
@@ -31,6 +31,7 @@ from hardware.plate_faults import (
     PlateTimeout,
     WrongDevice,
 )
+from hardware.plate_records import PlateIdentity, Presentation, Readback, ReadbackKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -66,41 +67,6 @@ __all__ = [
 ]
 
 BACKENDS = "slipscale.backends"  # the entry-point group
-
-ReadbackKind = Literal["measured", "applied", "commanded", "none"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class PlateIdentity:
-    """Who answers on the line (the four fields of IEEE 488.2 ``*IDN?``)."""
-
-    manufacturer: str
-    model: str
-    serial: str
-    firmware: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Readback:
-    """What the plate says of itself; ``kind`` tells how far it can be trusted.
-
-    "measured" by a sensor; "applied": worked out from the drive that is on; "commanded": only an
-    echo; "none": ``amplitude_um_pp`` is None. ``time_s`` is the host's clock.
-    """
-
-    amplitude_um_pp: float | None
-    kind: ReadbackKind
-    time_s: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Presentation:
-    """A surface that has settled, and how that is known."""
-
-    commanded_um_pp: float
-    readback: Readback
-    settled_by: Literal["readback", "wait"]
-    settle_time_s: float
 
 
 class PlateDriver(ABC):

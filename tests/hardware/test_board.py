@@ -98,15 +98,22 @@ def test_the_stop_byte_silences_even_inside_a_frame(bench):
 
 
 def test_a_repeated_command_runs_once_and_gets_the_same_answer(bench):
-    bench.present(1.2)
-    frame = wire.command_frame(500, "OUTP OFF")
-    first = bench.send(frame)
-    bench.present(2.3)
-    second_frame = wire.command_frame(501, "AMPL 0.5")
-    answers = [bench.send(second_frame) for _ in range(3)]
-    bench.wait(0.06)
-    assert answers[0] == answers[1] == answers[2] != first
-    assert bench.status().target_um_pp == 0.5
+    bench.ask("FOO")
+    bench.ask("AMPL 9")
+    frame = wire.command_frame(500, "SYST:ERR?")  # each run takes an error away
+    answers = [bench.send(frame) for _ in range(3)]
+    assert answers[0] == answers[1] == answers[2]
+    assert bench.ask("SYST:ERR?").code == 0
+    assert bench.ask("SYST:ERR?").value == '0,"No error"'
+
+
+def test_a_repeated_amplitude_does_not_begin_its_ramp_anew(bench):
+    frame = wire.command_frame(500, "AMPL 2.3")
+    bench.send(frame)
+    bench.wait(0.02, alive=False)
+    bench.send(frame)
+    bench.wait(0.025, alive=False)
+    assert bench.status().state == "HOLD"
 
 
 def test_commands_outside_the_boards_limits_are_refused_and_change_nothing(bench):

@@ -1,0 +1,41 @@
+"""What a plate says: who it is, what it does, what was presented; `hardware.driver` offers them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+ReadbackKind = Literal["measured", "applied", "commanded", "none"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlateIdentity:
+    """Who answers on the line (the four fields of IEEE 488.2 ``*IDN?``)."""
+
+    manufacturer: str
+    model: str
+    serial: str
+    firmware: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Readback:
+    """What the plate says of itself; ``kind`` tells how far it can be trusted.
+
+    "measured" by a sensor; "applied": worked out from the drive that is on; "commanded": only an
+    echo; "none": ``amplitude_um_pp`` is None. ``time_s`` is the host's clock.
+    """
+
+    amplitude_um_pp: float | None
+    kind: ReadbackKind
+    time_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Presentation:
+    """A surface that has settled, and how that is known."""
+
+    commanded_um_pp: float
+    readback: Readback
+    settled_by: Literal["readback", "wait"]
+    settle_time_s: float
