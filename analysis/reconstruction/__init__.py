@@ -1,0 +1,1 @@
+"""Every raw data set that a published table of n, mean and standard deviation allows."""

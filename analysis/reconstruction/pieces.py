@@ -1,0 +1,204 @@
+"""The solutions of one column, cut into pieces that each need no more than n, sum and squares.
+
+A printed extreme or median asks for values that must be present. Cutting by how often such a
+value is present leaves, in each piece, free values in an interval (or in two, below and above
+the median). Every solution lies in exactly one piece, for multisets and ordered samples alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+from math import comb
+
+
+@dataclass(frozen=True)
+class Moments:
+    """What the free values must add up to: how many, their sum, their sum of squares."""
+
+    n: int
+    total: int
+    squares: int
+
+    def without(self, value: int, times: int) -> Moments:
+        """Return what is left when `times` copies of `value` are given."""
+        return Moments(
+            self.n - times, self.total - times * value, self.squares - times * value * value
+        )
+
+    def possible(self, low: int, high: int) -> bool:
+        """Whether bounds on the sum of squares allow such values in [low, high]."""
+        if self.n == 0:
+            return self.total == 0 and self.squares == 0
+        if self.n < 0 or low > high or not self.n * low <= self.total <= self.n * high:
+            return False
+        # (x - low)(x - high) <= 0 for every value.
+        most = (low + high) * self.total - self.n * low * high
+        return self.total**2 <= self.n * self.squares and self.squares <= most
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What a column asks of its values, in steps of the scale above its minimum.
+
+    Parameters
+    ----------
+    moments : Moments
+        Number, sum and sum of squares of all values.
+    low, high : int
+        No value outside.
+    present : tuple of frozenset of int
+        Of each set at least one value must be present; each set holds only ends of the
+        interval: its lowest or highest values, without a gap.
+    medians : tuple of (int, int), optional
+        Allowed pairs of the two middle values (twice the same value if n is odd).
+    """
+
+    moments: Moments
+    low: int
+    high: int
+    present: tuple[frozenset[int], ...] = ()
+    medians: tuple[tuple[int, int], ...] | None = None
+
+
+@dataclass(frozen=True)
+class Split:
+    """Where the free values lie: below in [low, below], above in [above, high]; centre `centre`.
+
+    Distances are taken from the centre, ``below < centre <= above``.
+    """
+
+    low: int
+    below: int
+    centre: int
+    above: int
+    high: int
+
+
+@dataclass(frozen=True)
+class Piece:
+    """Free values that must meet `moments`, beside `given` ones.
+
+    Parameters
+    ----------
+    split : Split
+        Where the free values lie.
+    moments : Moments
+        Of the free values.
+    given : tuple of (int, int)
+        (value, how often) of those that are not free.
+    fewest_below, most_below : int
+        How many of the free values may lie below the split.
+    """
+
+    split: Split
+    moments: Moments
+    given: tuple[tuple[int, int], ...]
+    fewest_below: int
+    most_below: int
+
+    @property
+    def arrangements(self) -> int:
+        """Ways to place the given values among all when the order counts."""
+        ways, n = 1, self.moments.n
+        for _, times in self.given:
+            n += times
+            ways *= comb(n, times)
+        return ways
+
+
+Given = tuple[tuple[int, int], ...]
+
+
+def cut(wanted: Wanted) -> Iterator[Piece]:
+    """Yield the pieces of `wanted`: disjoint, and together all of it."""
+    if wanted.medians is None:
+        for moments, low, high, given in _ends(wanted):
+            if moments.possible(low, high) or moments.n == 0:
+                # Any centre is right; the mean keeps the tables small.
+                centre = min(max(round(moments.total / max(moments.n, 1)), low), max(low, high))
+                split = Split(low, centre - 1, centre, centre, high)
+                yield Piece(split, moments, given, 0, moments.n)
+        return
+    for lower, upper in wanted.medians:
+        yield from _around(wanted, lower, upper)
+
+
+def _ends(wanted: Wanted) -> Iterator[tuple[Moments, int, int, Given]]:
+    """Yield free moments, their interval and the given values at the ends."""
+    yield from _enter(wanted.moments, wanted.low, wanted.high, wanted.present, ())
+
+
+def _enter(
+    moments: Moments, low: int, high: int, present: tuple[frozenset[int], ...], given: Given
+) -> Iterator[tuple[Moments, int, int, Given]]:
+    if not present:
+        if moments.possible(low, high):
+            yield moments, low, high, given
+        return
+    if low > high or any(not wish for wish in present):
+        return
+    at_low = any(low in wish for wish in present)
+    value = low if at_low else high
+    inside = (low + 1, high) if at_low else (low, high - 1)
+    for times in range(moments.n + 1):
+        rest = moments.without(value, times)
+        if rest.squares < 0 and times:
+            return
+        wishes = (
+            tuple(wish for wish in present if value not in wish)
+            if times
+            else tuple(wish - {value} for wish in present)
+        )
+        more = (*given, (value, times)) if times else given
+        yield from _enter(rest, *inside, wishes, more)
+
+
+def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Piece]:
+    """Yield the pieces whose two middle values are `lower` and `upper`.
+
+    Half of n values lie on each side; how many of them equal a middle value is what is cut by.
+    """
+    for moments, low, high, given in _ends(wanted):
+        split = Split(low, min(lower - 1, high), lower, max(upper + 1, low), high)
+        below = sum(times for value, times in given if value < lower)
+        above = sum(times for value, times in given if value > upper)
+        middle = {lower: 0, upper: 0}
+        for value, times in given:
+            if value in middle:
+                middle[value] = times
+        if below + above + sum(middle.values()) < wanted.moments.n - moments.n:
+            continue  # a given value lies between the two middle ones
+        for copies in _copies(middle, moments.n, low, high):
+            rest, more = moments, given
+            for value, times in copies:
+                rest = rest.without(value, times)
+                more = (*more, (value, times)) if times else more
+            if rest.n < 0 or rest.squares < 0:
+                continue
+            if lower == upper:
+                most = (wanted.moments.n - 1) // 2
+                fewest_below, most_below = rest.n - (most - above), most - below
+            else:
+                half = wanted.moments.n // 2
+                at = {value: middle[value] + times for value, times in copies}
+                if not all(at.values()):
+                    continue
+                most_below = fewest_below = half - below - at[lower]
+            fewest_below, most_below = max(fewest_below, 0), min(most_below, rest.n)
+            if fewest_below <= most_below:
+                yield Piece(split, rest, more, fewest_below, most_below)
+
+
+def _copies(middle: dict[int, int], n: int, low: int, high: int) -> Iterator[Given]:
+    """Yield how many free values equal each middle value.
+
+    One that is given, or outside the interval, has its number already.
+    """
+    ranges = [
+        range(n + 1) if low <= value <= high and not held else range(1)
+        for value, held in middle.items()
+    ]
+    for times in product(*ranges):
+        yield tuple(zip(middle, times, strict=True))

@@ -1,0 +1,65 @@
+"""Counts of any size in 64-bit words: residues modulo 2^64 and primes, joined at the end.
+
+Every number that the dynamic programme looks at counts part of the solutions, so none of
+them exceeds the total. Arithmetic modulo M is therefore exact as soon as M exceeds the total,
+whatever wraps around on the way. Up to 2^64 one table of machine words is enough; above it,
+more tables, one a prime, are joined by the Chinese remainder theorem.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from math import isqrt, prod
+
+WORD = 2**64
+
+
+@cache
+def primes(count: int) -> tuple[int, ...]:
+    """Return the `count` largest primes below 2^31.
+
+    Below 2^31 because a product of a residue and a lazily reduced one stays under 2^64.
+    """
+    small = [q for q in range(3, isqrt(2**31) + 1, 2) if all(q % d for d in range(3, isqrt(q) + 1, 2))]
+    found: list[int] = []
+    candidate = 2**31 - 1
+    while len(found) < count:
+        if all(candidate % q for q in small):
+            found.append(candidate)
+        candidate -= 2
+    return tuple(found)
+
+
+def moduli_above(bound: int) -> tuple[int, ...]:
+    """Return moduli whose product exceeds `bound`: 2^64 first, then primes.
+
+    Examples
+    --------
+    >>> moduli_above(10**12) == (2**64,)
+    True
+    >>> len(moduli_above(10**30))
+    3
+    """
+    extra = 0
+    while WORD * prod(primes(extra)) <= bound:
+        extra += 1
+    return (WORD, *primes(extra))
+
+
+@cache
+def weights(moduli: tuple[int, ...]) -> tuple[tuple[int, ...], int]:
+    """Return w with ``sum(residue * w) mod M`` the number itself, and M."""
+    whole = prod(moduli)
+    return tuple(whole // m * pow(whole // m, -1, m) for m in moduli), whole
+
+
+def join(residues: tuple[int, ...], moduli: tuple[int, ...]) -> int:
+    """Return the number below the product of `moduli` that leaves these `residues`.
+
+    Examples
+    --------
+    >>> join((2**80 % 2**64, 2**80 % (2**31 - 1)), (2**64, 2**31 - 1)) == 2**80
+    True
+    """
+    factors, whole = weights(moduli)
+    return sum(r * w for r, w in zip(residues, factors, strict=True)) % whole

@@ -1,0 +1,112 @@
+"""Rounding rules as intervals: which exact values are printed as a given decimal.
+
+All arithmetic is in exact fractions, so a value on the edge of two printed decimals is
+decided by the rule and never by a floating-point error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from fractions import Fraction
+from math import ceil, floor
+
+
+@dataclass(frozen=True)
+class Interval:
+    """Values between two fractions; each end belongs to it or not."""
+
+    low: Fraction
+    high: Fraction
+    low_closed: bool = True
+    high_closed: bool = True
+
+    def __contains__(self, value: Fraction) -> bool:
+        above = value > self.low or (self.low_closed and value == self.low)
+        below = value < self.high or (self.high_closed and value == self.high)
+        return above and below
+
+    def scaled(self, factor: Fraction, shift: Fraction = Fraction(0)) -> Interval:
+        """Return the interval of ``factor * value + shift``; `factor` is positive."""
+        return Interval(
+            self.low * factor + shift, self.high * factor + shift, self.low_closed, self.high_closed
+        )
+
+    def integers(self) -> range:
+        """Return the integers inside."""
+        first, last = ceil(self.low), floor(self.high)
+        if not self.low_closed and first == self.low:
+            first += 1
+        if not self.high_closed and last == self.high:
+            last -= 1
+        return range(first, last + 1)
+
+
+def _nearest(value: Fraction, unit: Fraction) -> Interval:
+    return Interval(value - unit / 2, value + unit / 2)
+
+
+def _half_up(value: Fraction, unit: Fraction) -> Interval:
+    # "Up" is away from zero, as calculators and spreadsheets do it.
+    low, high = value - unit / 2, value + unit / 2
+    return Interval(low, high, low_closed=value >= unit, high_closed=value < 0)
+
+
+def _half_even(value: Fraction, unit: Fraction) -> Interval:
+    even = (value / unit) % 2 == 0
+    return Interval(value - unit / 2, value + unit / 2, low_closed=even, high_closed=even)
+
+
+def _truncated(value: Fraction, unit: Fraction) -> Interval:
+    if value == 0:
+        return Interval(-unit, unit, low_closed=False, high_closed=False)
+    if value < 0:
+        return Interval(value - unit, value, low_closed=False)
+    return Interval(value, value + unit, high_closed=False)
+
+
+# name: the exact values that the rule prints as `value`, in steps of `unit`
+RULES = {
+    "nearest": _nearest,  # both ends: covers every way to round a half
+    "half_up": _half_up,
+    "half_even": _half_even,
+    "truncated": _truncated,
+}
+
+
+@dataclass(frozen=True)
+class Printed:
+    """A number as printed: its decimals count.
+
+    Examples
+    --------
+    >>> Printed("12.50").unit
+    Fraction(1, 100)
+    >>> Printed("12.5").values("nearest").low
+    Fraction(249, 20)
+    """
+
+    text: str
+
+    def __post_init__(self) -> None:
+        try:
+            finite = Decimal(self.text).is_finite()
+        except InvalidOperation:
+            finite = False
+        if not finite:
+            raise ValueError(f"'{self.text}' is not a decimal number")
+
+    @property
+    def value(self) -> Fraction:
+        """The printed number itself, exact."""
+        return Fraction(Decimal(self.text))
+
+    @property
+    def unit(self) -> Fraction:
+        """One in the last printed place."""
+        exponent = Decimal(self.text).as_tuple().exponent
+        return Fraction(10) ** int(exponent)
+
+    def values(self, rule: str) -> Interval:
+        """Return the exact values that `rule` prints so."""
+        return RULES[rule](self.value, self.unit)
