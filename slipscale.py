@@ -19,7 +19,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "check": ("experiments.cli", "before the participant arrives: is all in order?"),
     "analyse": ("analysis.cli", "data set -> tables, figures, report"),
     "reproduce": ("analysis.cli", "the paper's tables and figures beside ours"),
-    "reconstruct": ("analysis.cli", "every raw data set that a published table allows"),
+    "reconstruct": (
+        "analysis.reconstruction.cli",
+        "every raw data set that a published table allows",
+    ),
     "power": ("analysis.cli", "how many participants a study needs"),
     "plate": ("hardware.cli", "the machine: calibrate, emulate, design, list"),
     "study": ("experiments.cli", "study files: new, show, validate"),

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from math import comb, isinf
 
 import numpy as np
 
 from analysis.reconstruction.meeting import Goal, Joint, goals, joints, shapes
-from analysis.reconstruction.pieces import Piece, Split
 from analysis.reconstruction.residues import WORD, join, moduli_above
 from analysis.reconstruction.side import Side, Shape
 from faults import UserError
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from analysis.reconstruction.pieces import Piece, Split
+    from collections.abc import Iterable
 
 # A state table larger than this is refused unless the user allows more.
 MEMORY_GIB = 4.0

@@ -6,15 +6,18 @@ up to D = S - nc and squared distances that add up to V = Q - 2cS + nc².
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import product
 from math import comb
 
 import numpy as np
 
-from analysis.reconstruction.pieces import Piece, Split
 from analysis.reconstruction.side import Array, Shape
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from analysis.reconstruction.pieces import Piece, Split
+    from collections.abc import Iterable, Iterator
 
 
 @dataclass(frozen=True)
@@ -78,7 +81,9 @@ def _reach(
     """
     largest = [(0, 0)]
     if own[1] >= own[0]:
-        numbers = [g.numbers_above if sign < 0 else [g.n - k for k in g.numbers_above] for g in wanted]
+        numbers = [
+            g.numbers_above if sign < 0 else [g.n - k for k in g.numbers_above] for g in wanted
+        ]
         largest += [(0, 0)] * max(max(ks, default=0) for ks in numbers)
     lowest = -other[1] if other[1] >= other[0] else own[0]
     for k, goal in product(range(1, len(largest)), wanted):
@@ -115,8 +120,12 @@ class Joint:
 
 
 def joints(
-    goal: Goal, shape_below: Shape, shape_above: Shape, planes_below: list[Array],
-    planes_above: list[Array], measure: str,
+    goal: Goal,
+    shape_below: Shape,
+    shape_above: Shape,
+    planes_below: list[Array],
+    planes_above: list[Array],
+    measure: str,
 ) -> Iterator[Joint]:
     """Yield the aligned slices of two tables, one for each number of values above."""
     constant = (goal.spread - goal.drift) // 2

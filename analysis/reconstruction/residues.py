@@ -20,7 +20,9 @@ def primes(count: int) -> tuple[int, ...]:
 
     Below 2^31 because a product of a residue and a lazily reduced one stays under 2^64.
     """
-    small = [q for q in range(3, isqrt(2**31) + 1, 2) if all(q % d for d in range(3, isqrt(q) + 1, 2))]
+    small = [
+        q for q in range(3, isqrt(2**31) + 1, 2) if all(q % d for d in range(3, isqrt(q) + 1, 2))
+    ]
     found: list[int] = []
     candidate = 2**31 - 1
     while len(found) < count:

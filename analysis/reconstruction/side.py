@@ -30,8 +30,9 @@ def multiset_ways(_k: int, _j: int) -> int:
     return 1
 
 
+Ways = Callable[[int, int], int]
 # Measure: the ways to place j equal values among k.
-WAYS: dict[str, Callable[[int, int], int]] = {"multisets": multiset_ways, "ordered": comb}
+WAYS: dict[str, Ways] = {"multisets": multiset_ways, "ordered": comb}
 
 
 @dataclass(frozen=True)
@@ -128,7 +129,7 @@ class Side:
         for k in range(top, 0, -1):
             for j in range(1, k + 1):
                 for here, there in self._shifted(k, j, distance):
-                    here += self._times(there, comb(k, j))
+                    here += self.scaled(there, comb(k, j))
                     self._settle(here)
 
     def retreat(self, distance: int) -> None:
@@ -142,7 +143,26 @@ class Side:
         for k in range(1, top + 1):
             for j in range(1, k + 1):
                 for here, there in self._shifted(k, j, distance):
-                    self._subtract(here, self._times(there, comb(k, j)))
+                    self._subtract(here, self.scaled(there, comb(k, j)))
+
+    def pull_back(self, distance: int) -> None:
+        """Turn weights of the states after `distance` entered into weights of those before.
+
+        The adjoint of `advance`: a state before is worth what all states after it, that values
+        at `distance` lead to, are worth together. For a table of weights, not counts.
+        """
+        top = len(self.planes) - 1
+        if self.measure == "multisets":
+            for k in range(top, 0, -1):
+                for here, there in self._shifted(k, 1, distance):
+                    there += here
+                    self._settle(there)
+            return
+        for low in range(top):
+            for j in range(1, top - low + 1):
+                for here, there in self._shifted(low + j, j, distance):
+                    there += self.scaled(here, comb(low + j, j))
+                    self._settle(there)
 
     def _shifted(self, k: int, j: int, distance: int) -> Iterator[tuple[Array, Array]]:
         """Yield cells of k values and the cells that j values at `distance` lead there from.
@@ -170,7 +190,8 @@ class Side:
             self.reduce()
         self._ceiling *= growth
 
-    def _times(self, cells: Array, factor: int) -> Array:
+    def scaled(self, cells: Array, factor: int) -> Array:
+        """Return `cells` times `factor`, below the modulus."""
         if self.modulus is None:
             return cells * float(factor)
         product: Array = cells * np.uint64(factor % self.modulus)

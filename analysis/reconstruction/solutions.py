@@ -7,8 +7,11 @@ from functools import cached_property
 
 from analysis.reconstruction.counting import MEMORY_GIB, Problem, count, problems
 from analysis.reconstruction.pieces import cut
-from analysis.reconstruction.table import Column
 from analysis.reconstruction.targets import Targets, targets
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from analysis.reconstruction.table import Column
 
 MEASURES = ("multisets", "ordered")
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import csv
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, TYPE_CHECKING
 
 from analysis.reconstruction.rounding import RULES, Printed
 from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 CONVENTIONS = ("sample", "population")
 SHIPPED = Path(__file__).parent.parent / "published_tables"
@@ -35,9 +37,7 @@ class Scale:
         if self.step <= 0:
             raise UserError(f"scale: step is {self.step}, expected a number above 0")
         if self.maximum <= self.minimum:
-            raise UserError(
-                f"scale: maximum {self.maximum} is not above minimum {self.minimum}"
-            )
+            raise UserError(f"scale: maximum {self.maximum} is not above minimum {self.minimum}")
         if (self.maximum - self.minimum) % self.step:
             raise UserError(
                 f"scale: step {self.step} does not divide the scale from {self.minimum} to "
@@ -130,9 +130,7 @@ class Column:
         ):
             a, b = getattr(self, smaller), getattr(self, larger)
             if a and b and a.value - a.unit >= b.value + b.unit:
-                raise self._fault(
-                    f"{smaller} {a.text} and {larger} {b.text} contradict each other"
-                )
+                raise self._fault(f"{smaller} {a.text} and {larger} {b.text} contradict each other")
 
     def _fault(self, what: str) -> UserError:
         return UserError(f"column '{self.label}': {what}")
@@ -256,7 +254,5 @@ def _column(entry: Mapping[str, Any], scale: Scale, place: int) -> Column:
     try:
         n = int(str(entry["n"]))
     except ValueError:
-        raise UserError(
-            f"column '{label}': n is '{entry['n']}', expected a whole number"
-        ) from None
+        raise UserError(f"column '{label}': n is '{entry['n']}', expected a whole number") from None
     return Column(**{**values, "label": label, "n": n, "scale": scale})

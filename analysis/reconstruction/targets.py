@@ -13,7 +13,10 @@ from fractions import Fraction
 
 from analysis.reconstruction.pieces import Moments, Wanted
 from analysis.reconstruction.rounding import Interval
-from analysis.reconstruction.table import Column
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from analysis.reconstruction.table import Column
 
 
 @dataclass(frozen=True)

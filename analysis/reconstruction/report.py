@@ -1,0 +1,122 @@
+"""What `slipscale reconstruct` says: records for machines, a table for people."""
+
+from __future__ import annotations
+
+from typing import Any, TYPE_CHECKING
+
+from analysis.reconstruction.marginals import Marginals, marginals
+from analysis.reconstruction.rounding import RULES
+from analysis.reconstruction.table import CONVENTIONS, PublishedTable, Scale
+
+if TYPE_CHECKING:
+    from analysis.reconstruction.solutions import Solutions
+    from collections.abc import Iterable
+
+# A marginal is worth its time on the command line up to so many cells of the table of states.
+MARGINAL_CELLS = 5_000_000
+
+
+def column_record(solutions: Solutions, measure: str) -> dict[str, Any]:
+    """Return one column's answer, counts as strings."""
+    column = solutions.column
+    record: dict[str, Any] = {
+        "label": column.label,
+        "consistent": solutions.consistent,
+        "reason": solutions.reason,
+        "multisets": str(solutions.multisets),
+        "ordered": str(solutions.ordered),
+        "sd_convention": column.sd_convention,
+        "rounding": column.rounding,
+        "grim": solutions.targets.grim,
+        "grimmer": solutions.targets.grimmer,
+        "sums": [
+            {"sum": str(total), "sum_of_squares": str(squares)}
+            for total, squares in moments(solutions)
+        ],
+    }
+    cells = sum(task.below.cells + task.above.cells for task in solutions.problems)
+    if solutions.consistent and cells <= MARGINAL_CELLS:
+        found = marginals(solutions, measure)
+        record["order_statistics"] = order_statistics(found, column.scale)
+    return record
+
+
+def moments(solutions: Solutions) -> list[tuple[Any, Any]]:
+    """Return the admissible sums and sums of squares in the scale's own unit."""
+    low, step = solutions.column.scale.minimum, solutions.column.scale.step
+    return [
+        (
+            m.n * low + step * m.total,
+            m.n * low**2 + 2 * low * step * m.total + step**2 * m.squares,
+        )
+        for m in solutions.targets.moments
+    ]
+
+
+def order_statistics(found: Marginals, scale: Scale) -> list[dict[str, Any]]:
+    """Return for each order statistic its sharp bounds and its mean over all data sets."""
+    rows = []
+    for i in range(1, found.n + 1):
+        chances = found.order_statistic(i)
+        mean = sum(p * scale.value(v) for v, p in chances.items())
+        rows.append(
+            {
+                "rank": i,
+                "minimum": float(scale.value(min(chances))),
+                "maximum": float(scale.value(max(chances))),
+                "mean": float(mean),
+            }
+        )
+    return rows
+
+
+def variants(solutions: Solutions) -> list[dict[str, Any]]:
+    """Return the answer under every SD convention and rounding rule."""
+    rows = []
+    known: dict[Any, tuple[int, str]] = {}
+    for convention in CONVENTIONS:
+        for rule in RULES:
+            other = solutions.under(convention, rule)
+            # Rules that admit the same sums admit the same data sets.
+            if other.targets.wanted not in known or not other.targets.wanted:
+                known[other.targets.wanted] = (other.multisets, other.reason)
+            count, reason = known[other.targets.wanted]
+            rows.append(
+                {
+                    "sd_convention": convention,
+                    "rounding": rule,
+                    "consistent": count > 0,
+                    "reason": reason,
+                    "multisets": str(count),
+                }
+            )
+    return rows
+
+
+def lines(table: PublishedTable, records: Iterable[dict[str, Any]]) -> list[str]:
+    """Return the answer for people, a line each."""
+    said = [table.title or "published table", ""]
+    for record in records:
+        said.append(
+            f"{record['label']}  ({record['sd_convention']} SD, rounding: {record['rounding']})"
+        )
+        if record["consistent"]:
+            said.append(f"  multisets        {int(record['multisets']):,}")
+            said.append(f"  ordered samples  {int(record['ordered']):,}")
+            pairs = "; ".join(f"{p['sum']}, {p['sum_of_squares']}" for p in record["sums"])
+            said.append(f"  sum, sum of squares  {pairs}")
+        else:
+            said.append(f"  inconsistent: {record['reason']}")
+        if "order_statistics" in record:
+            ranges = "  ".join(
+                f"{row['minimum']:g}-{row['maximum']:g}" for row in record["order_statistics"]
+            )
+            said.append(f"  sorted ratings, range over all data sets: {ranges}")
+        for variant in record.get("variants", ()):
+            verdict = f"{int(variant['multisets']):,} multisets"
+            said.append(
+                f"    {variant['sd_convention']:<10} {variant['rounding']:<10} "
+                f"{verdict if variant['consistent'] else variant['reason']}"
+            )
+        said.append("")
+    return said

@@ -1,0 +1,172 @@
+"""Exactly uniform samples of the data sets behind a column, any number, streaming."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from functools import cached_property
+
+import numpy as np
+
+from analysis.reconstruction.counting import largest_possible, require_memory
+from analysis.reconstruction.residues import WORD, moduli_above
+from analysis.reconstruction.unranking import Ranking
+from faults import UserError
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from analysis.reconstruction.solutions import Solutions
+    from analysis.reconstruction.side import Array
+    from collections.abc import Iterator
+
+# Up to so many multisets are listed; to draw more than a fraction of them, listing them once
+# and picking from the list is quicker.
+LISTED = 2**20
+LISTING_PAYS = 4
+# Samples that walk together.
+CHUNK = 2**18
+
+
+class Sampler:
+    """Draws data sets that a column allows, every one equally likely.
+
+    Parameters
+    ----------
+    solutions : Solutions
+        Of the column.
+    measure : {"multisets", "ordered"}
+        What is equally likely: every multiset of ratings (then a data set is a multiset in
+        random order), or every assignment of ratings to participants.
+
+    Raises
+    ------
+    UserError
+        No data set agrees with the column, or the tables need too much memory.
+    """
+
+    def __init__(self, solutions: Solutions, measure: str = "multisets") -> None:
+        if not solutions.consistent:
+            raise UserError(f"column '{solutions.column.label}': {solutions.reason}")
+        self.solutions, self.measure = solutions, measure
+        self.total: int = getattr(solutions, measure)
+
+    @cached_property
+    def listed(self) -> Array:
+        """All multisets, one a row, sorted, in steps above the scale's minimum.
+
+        Raises
+        ------
+        UserError
+            There are more than `LISTED`.
+        """
+        if self.solutions.multisets > LISTED:
+            raise UserError(
+                f"{self.solutions.multisets} data sets are too many to list; draw a sample"
+            )
+        return np.concatenate([part for r in self._rankings("multisets") for part in _runs(r)])
+
+    @cached_property
+    def _ends(self) -> Array:
+        """Running number of ordered samples that the listed multisets stand for."""
+        return np.cumsum(arrangements(self.listed, self.total))
+
+    @cached_property
+    def _ranked(self) -> list[Ranking]:
+        return self._rankings(self.measure)
+
+    def _rankings(self, measure: str) -> list[Ranking]:
+        tasks = self.solutions.problems
+        moduli = moduli_above(largest_possible(tasks, measure))
+        require_memory(tasks, self.solutions.memory_gib, len(moduli))
+        return [Ranking(task, measure, moduli) for task in tasks]
+
+    def draw(self, number: int, generator: np.random.Generator) -> Array:
+        """Return `number` independent data sets.
+
+        Parameters
+        ----------
+        number : int
+            How many.
+        generator : numpy.random.Generator
+            Source of chance; the same state gives the same data sets.
+
+        Returns
+        -------
+        ndarray of int32, shape (number, n)
+            In steps above the scale's minimum. Rows are sorted for the measure "multisets",
+            in the participants' order for "ordered".
+        """
+        ranks = uniform(self.total, number, generator)
+        if self.solutions.multisets > min(LISTED, LISTING_PAYS * number):
+            rows = self._walk(ranks)
+        elif self.measure == "multisets":
+            rows = self.listed[ranks.astype(np.int64)]
+        else:
+            rows = self.listed[np.searchsorted(self._ends, ranks, side="right")]
+        return generator.permuted(rows, axis=1) if self.measure == "ordered" else rows
+
+    def stream(self, number: int, generator: np.random.Generator) -> Iterator[Array]:
+        """Yield `number` data sets in blocks, as `draw` returns them."""
+        while number > 0:
+            block = min(number, CHUNK)
+            yield self.draw(block, generator)
+            number -= block
+
+    def _walk(self, ranks: Array) -> Array:
+        """Unrank in ascending order, which keeps the memory's cache warm."""
+        order = np.argsort(ranks)
+        ranks = ranks[order]
+        out = np.empty((len(ranks), self.solutions.column.n), dtype=np.int32)
+        first = 0
+        for ranking in self._ranked:
+            last = first + ranking.total
+            low, high = (bisect_left(ranks, edge) for edge in (first, last))
+            if low < high:
+                out[order[low:high]] = ranking.solutions(ranks[low:high] - _like(first, ranks))
+            first = last
+        return out
+
+
+def uniform(total: int, number: int, generator: np.random.Generator) -> Array:
+    """Return integers from 0 to `total` - 1, exactly uniform, of any size.
+
+    Returns
+    -------
+    ndarray, shape (number,)
+        uint64, or Python's integers if `total` exceeds 2^64.
+    """
+    if total <= WORD:
+        return generator.integers(0, total, size=number, dtype=np.uint64)
+    bits = (total - 1).bit_length()
+    drawn: list[int] = []
+    while len(drawn) < number:
+        # Rejection: fewer than half are thrown away.
+        value = int.from_bytes(generator.bytes((bits + 7) // 8)) >> (-bits % 8)
+        if value < total:
+            drawn.append(value)
+    return np.array(drawn, dtype=object)
+
+
+def arrangements(rows: Array, total: int) -> Array:
+    """Return in how many orders each sorted row can stand: n! / (c1! c2! ...).
+
+    Built up one value at a time, so that every quotient is a whole number; in Python's
+    integers if n times `total`, a bound on what comes up on the way, exceeds a word.
+    """
+    n = rows.shape[1]
+    kind = np.dtype(np.uint64 if n * total < WORD else object)
+    ways, run = np.ones(len(rows), dtype=kind), np.ones(len(rows), dtype=np.int64)
+    for i in range(1, n):
+        run = np.where(rows[:, i] == rows[:, i - 1], run + 1, 1)
+        ways = ways * np.array(i + 1, dtype=kind) // run.astype(kind)
+    return ways
+
+
+def _like(value: int, ranks: Array) -> object:
+    return value if ranks.dtype == object else np.uint64(value)
+
+
+def _runs(ranking: Ranking) -> Iterator[Array]:
+    """Yield every solution of a ranking, in blocks."""
+    for first in range(0, ranking.total, CHUNK):
+        ranks = np.arange(first, min(first + CHUNK, ranking.total), dtype=np.uint64)
+        yield ranking.solutions(ranks)
