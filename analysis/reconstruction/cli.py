@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, TextIO
 from faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     import argparse
+    from collections.abc import Iterator
+
     from analysis.reconstruction.solutions import Solutions
 
 DONE, NO = 0, 1

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import comb, isinf
+from math import comb, isfinite
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from analysis.reconstruction.meeting import Goal, Joint, goals, joints, shapes
 from analysis.reconstruction.residues import WORD, join, moduli_above
-from analysis.reconstruction.side import Side, Shape
+from analysis.reconstruction.side import Shape, Side
 from faults import UserError
-from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.pieces import Piece, Split
     from collections.abc import Iterable
+
+    from analysis.reconstruction.pieces import Piece, Split
 
 # A state table larger than this is refused unless the user allows more.
 MEMORY_GIB = 4.0
@@ -107,7 +108,7 @@ def largest_possible(tasks: list[Problem], measure: str) -> int:
     """
     bound = 0
     for task in tasks:
-        values = task.split.high - task.split.low + 1
+        values = max(task.split.high - task.split.low + 1, 1)
         for goal in task.goals:
             free = values**goal.n if measure == "ordered" else comb(goal.n + values - 1, goal.n)
             bound += free * (goal.piece.arrangements if measure == "ordered" else 1)
@@ -118,7 +119,7 @@ def largest_possible(tasks: list[Problem], measure: str) -> int:
         for task in tasks:
             for joint in task.joints(*task.sides(measure, None)):
                 estimate += total(joint, None)
-    if isinf(estimate) or estimate != estimate:
+    if not isfinite(estimate):
         return bound
     return int(estimate * SAFETY) + 1
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from analysis.reconstruction.counting import Problem, largest_possible, require_
 from analysis.reconstruction.meeting import Goal, joints
 from analysis.reconstruction.residues import WORD, join, moduli_above
 from analysis.reconstruction.side import Array, Side
-from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from analysis.reconstruction.solutions import Solutions

@@ -9,15 +9,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import product
 from math import comb
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from analysis.reconstruction.side import Array, Shape
-from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.pieces import Piece, Split
     from collections.abc import Iterable, Iterator
+
+    from analysis.reconstruction.pieces import Piece, Split
 
 
 @dataclass(frozen=True)
@@ -81,20 +82,25 @@ def _reach(
     """
     largest = [(0, 0)]
     if own[1] >= own[0]:
-        numbers = [
-            g.numbers_above if sign < 0 else [g.n - k for k in g.numbers_above] for g in wanted
-        ]
-        largest += [(0, 0)] * max(max(ks, default=0) for ks in numbers)
+        most_here = (
+            goal.n - (goal.piece.fewest_below if sign < 0 else goal.n - goal.piece.most_below)
+            for goal in wanted
+        )
+        largest += [(0, 0)] * max(most_here)
     lowest = -other[1] if other[1] >= other[0] else own[0]
-    for k, goal in product(range(1, len(largest)), wanted):
-        if k > goal.n:
+    # Goals that differ in V alone share their bounds, from the smallest V to the largest.
+    spreads: dict[tuple[int, int], list[int]] = {}
+    for goal in wanted:
+        spreads.setdefault((goal.n, goal.drift), []).append(goal.spread)
+    for k, ((n, drift), spread) in product(range(1, len(largest)), spreads.items()):
+        if k > n:
             continue
         a = np.arange(k * own[0], k * own[1] + 1, dtype=np.int64)
-        rest, b = goal.n - k, -sign * goal.drift - a
+        rest, b = n - k, -sign * drift - a
         rest_least = -(-(b * b) // max(rest, 1))
         rest_most = (lowest + own[1]) * b - rest * lowest * own[1]
-        most = np.minimum(sum(own) * a - k * own[0] * own[1], goal.spread - rest_least)
-        least = np.maximum(-(-(a * a) // k), goal.spread - rest_most)
+        most = np.minimum(sum(own) * a - k * own[0] * own[1], max(spread) - rest_least)
+        least = np.maximum(-(-(a * a) // k), min(spread) - rest_most)
         fits = (least <= most) & (b >= rest * lowest) & (b <= rest * own[1])
         if fits.any():
             w = (most + sign * a)[fits] // 2

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from analysis.reconstruction.marginals import Marginals, marginals
 from analysis.reconstruction.rounding import RULES
 from analysis.reconstruction.table import CONVENTIONS, PublishedTable, Scale
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.solutions import Solutions
     from collections.abc import Iterable
+
+    from analysis.reconstruction.solutions import Solutions
 
 # A marginal is worth its time on the command line up to so many cells of the table of states.
 MARGINAL_CELLS = 5_000_000

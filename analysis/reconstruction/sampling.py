@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,12 +12,12 @@ from analysis.reconstruction.counting import largest_possible, require_memory
 from analysis.reconstruction.residues import WORD, moduli_above
 from analysis.reconstruction.unranking import Ranking
 from faults import UserError
-from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.solutions import Solutions
-    from analysis.reconstruction.side import Array
     from collections.abc import Iterator
+
+    from analysis.reconstruction.side import Array
+    from analysis.reconstruction.solutions import Solutions
 
 # Up to so many multisets are listed; to draw more than a fraction of them, listing them once
 # and picking from the list is quicker.

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 from analysis.reconstruction.counting import MEMORY_GIB, Problem, count, problems
 from analysis.reconstruction.pieces import cut
 from analysis.reconstruction.targets import Targets, targets
-from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from analysis.reconstruction.table import Column

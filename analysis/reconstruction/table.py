@@ -7,7 +7,7 @@ import tomllib
 from dataclasses import dataclass, fields
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from analysis.reconstruction.rounding import RULES, Printed
 from faults import UserError

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from analysis.reconstruction.pieces import Moments, Wanted
 from analysis.reconstruction.rounding import Interval
-from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from analysis.reconstruction.table import Column

@@ -7,7 +7,7 @@ turn. Integers only, so ranks drawn uniformly give solutions that are exactly un
 
 from __future__ import annotations
 
-from typing import Any, TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
