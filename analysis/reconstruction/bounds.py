@@ -9,14 +9,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.side import Array
+if TYPE_CHECKING:
+    from analysis.reconstruction.side import Array
 
 # Products of so many pairs of data sets are searched whole.
-SEARCHED = 150_000_000
+SEARCHED = 60_000_000
 BLOCK = 2048
+# Rows with extreme sums that are tried before all.
+CANDIDATES = 200
 
 
 @dataclass(frozen=True)
@@ -42,29 +46,40 @@ def larger(x: Array, y: Array) -> Range:
     by one; the others follow from pairs with y <= x in the same way.
     """
     n = x.shape[1]
-    most = max(r for r in range(n + 1) if _beats(y[:, n - r :], x[:, :r], strictly=True))
-    not_above = max(r for r in range(n + 1) if _beats(x[:, n - r :], y[:, :r], strictly=False))
-    return Range(n - not_above, most, sharp=True)
+    most, sure = _largest(y, x, np.greater)
+    not_above, sure_too = _largest(x, y, np.greater_equal)
+    return Range(n - not_above, most, sharp=sure and sure_too)
 
 
-def _beats(upper: Array, lower: Array, *, strictly: bool) -> bool:
-    """Whether some row of `upper` is above some row of `lower` in every place."""
-    if upper.shape[1] == 0:
+def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, bool]:
+    """Return the largest r for which the r largest `upper` can beat the r smallest `lower`.
+
+    And whether that is sure; if not, it is an upper bound.
+    """
+    n, sure = upper.shape[1], True
+    for r in range(1, n + 1):
+        answer = _beats(upper[:, n - r :], lower[:, :r], compare)
+        if answer is False:
+            return r - 1, sure
+        sure = sure and answer is True
+    return n, sure
+
+
+def _beats(upper: Array, lower: Array, compare: np.ufunc) -> bool | None:
+    """Whether some row of `upper` beats some row of `lower` everywhere; None: too many."""
+    if not compare(upper.max(axis=0), lower.min(axis=0)).all():
+        return False
+    # Most answers are yes, and rows with extreme sums show it.
+    tall = upper[np.argsort(upper.sum(axis=1))[-CANDIDATES:]]
+    small = lower[np.argsort(lower.sum(axis=1))[:CANDIDATES]]
+    if compare(tall[:, None], small[None]).all(axis=2).any():
         return True
-    tall, small = _undominated(upper, 1), _undominated(lower, -1)
-    compare = np.greater if strictly else np.greater_equal
-    return any(bool(compare(tall, row).all(axis=1).any()) for row in small)
-
-
-def _undominated(rows: Array, sign: int) -> Array:
-    """Return the rows that no other row exceeds everywhere (`sign` 1; falls below: -1)."""
-    left = np.unique(rows, axis=0) * sign
-    left = left[np.argsort(-left.sum(axis=1), kind="stable")]
-    kept = []
-    while len(left):
-        kept.append(left[0])
-        left = left[~(left <= left[0]).all(axis=1)]
-    return np.array(kept) * sign
+    tall, small = np.unique(upper, axis=0), np.unique(lower, axis=0)
+    if len(tall) * len(small) > SEARCHED:
+        return None
+    if len(small) <= len(tall):
+        return any(bool(compare(tall, row).all(axis=1).any()) for row in small)
+    return any(bool(compare(row, small).all(axis=1).any()) for row in tall)
 
 
 def paired_t(x: Array, y: Array) -> Range:
@@ -89,9 +104,7 @@ def paired_t(x: Array, y: Array) -> Range:
             found = _extreme(x, y, same=favourable)
         else:
             vx, vy = int(squares[0][-1]) - sx**2 / n, int(squares[1][-1]) - sy**2 / n
-            found = [
-                vx + vy - (2 if favourable else -2) * sqrt(vx * vy) + difference**2 / n
-            ]
+            found = [vx + vy - (2 if favourable else -2) * sqrt(vx * vy) + difference**2 / n]
         ts = []
         for squared in found:
             variance = max(squared - difference**2 / n, 0.0) / (n - 1)
@@ -145,4 +158,4 @@ def repeated_measures_f(columns: list[Array]) -> float:
     low, rest = divmod(grand, n)
     participants = ((n - rest) * low**2 + rest * (low + 1) ** 2) / k - grand**2 / (n * k)
     error = squares - grand**2 / (n * k) - between - participants
-    return between / (k - 1) / (error / ((k - 1) * (n - 1)))
+    return float(between / (k - 1) / (error / ((k - 1) * (n - 1))))

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import combinations
 from math import log
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,8 +22,10 @@ from analysis.reconstruction.bounds import (
     slope,
 )
 from analysis.reconstruction.sampling import Sampler
-from analysis.reconstruction.side import Array
-from analysis.reconstruction.solutions import Solutions
+
+if TYPE_CHECKING:
+    from analysis.reconstruction.side import Array
+    from analysis.reconstruction.solutions import Solutions
 
 LEVEL = 0.05
 
@@ -95,7 +98,8 @@ def _t(names: tuple[str, str], t: Range, degrees: int) -> Conclusion:
         f"paired t({degrees}) of {names[1]} minus {names[0]}",
         t.low,
         t.high,
-        *ps,
+        ps[0],
+        ps[1],
         decided=(ps[0] < LEVEL) == (ps[1] < LEVEL),
         sharp=t.sharp,
     )

@@ -58,7 +58,7 @@ class Problem:
             joint
             for goal in self.goals
             for joint in joints(
-                goal, self.below, self.above, below.planes, above.planes, below.measure
+                goal, (self.below, self.above), (below.planes, above.planes), below.measure
             )
         ]
 

@@ -103,16 +103,17 @@ WHOLE = (-1, None)
 def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
     """Return the tally of one goal's free values, modulo `modulus`."""
     below, above = task.sides(measure, modulus)
-    whole = joints(goal, task.below, task.above, below.planes, above.planes, measure)
+    outlines = (task.below, task.above)
+    whole = joints(goal, outlines, (below.planes, above.planes), measure)
     tally: Tally = {WHOLE: sum(int(total(joint, modulus)) for joint in whole) % modulus}
     for own_below in (True, False):
         own, other = (below, above) if own_below else (above, below)
         worth = Side(own.shape, measure, modulus)
         worth.flat[:] = 0
         pair = (worth.planes, other.planes) if own_below else (other.planes, worth.planes)
-        for joint in joints(goal, task.below, task.above, *pair, measure):
+        for joint in joints(goal, outlines, pair, measure):
             mine, theirs = (joint.below, joint.above) if own_below else (joint.above, joint.below)
-            mine += worth.scaled(theirs, joint.ways)
+            mine[...] += worth.scaled(theirs, joint.ways)
         for distance in reversed(own.distances()):
             value = task.split.centre + (-distance if own_below else distance)
             for k, number in enumerate(_meet(own, worth)):

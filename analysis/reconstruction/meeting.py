@@ -127,13 +127,12 @@ class Joint:
 
 def joints(
     goal: Goal,
-    shape_below: Shape,
-    shape_above: Shape,
-    planes_below: list[Array],
-    planes_above: list[Array],
+    outlines: tuple[Shape, Shape],
+    planes: tuple[list[Array], list[Array]],
     measure: str,
 ) -> Iterator[Joint]:
     """Yield the aligned slices of two tables, one for each number of values above."""
+    (shape_below, shape_above), (planes_below, planes_above) = outlines, planes
     constant = (goal.spread - goal.drift) // 2
     for k in goal.numbers_above:
         m = goal.n - k

@@ -167,10 +167,7 @@ def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Piece]:
         split = Split(low, min(lower - 1, high), lower, max(upper + 1, low), high)
         below = sum(times for value, times in given if value < lower)
         above = sum(times for value, times in given if value > upper)
-        middle = {lower: 0, upper: 0}
-        for value, times in given:
-            if value in middle:
-                middle[value] = times
+        middle = {lower: 0, upper: 0} | {v: t for v, t in given if v in (lower, upper)}
         if below + above + sum(middle.values()) < wanted.moments.n - moments.n:
             continue  # a given value lies between the two middle ones
         for copies in _copies(middle, moments.n, low, high):

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 # and picking from the list is quicker.
 LISTED = 2**20
 LISTING_PAYS = 4
+FEW = 2**12
 # Samples that walk together.
 CHUNK = 2**18
 
@@ -45,10 +46,11 @@ class Sampler:
     """
 
     def __init__(self, solutions: Solutions, measure: str = "multisets") -> None:
-        if not solutions.consistent:
-            raise UserError(f"column '{solutions.column.label}': {solutions.reason}")
         self.solutions, self.measure = solutions, measure
-        self.total: int = getattr(solutions, measure)
+        self._ranked = self._rankings(measure)
+        self.total = sum(ranking.total for ranking in self._ranked)
+        if not self.total:
+            raise UserError(f"column '{solutions.column.label}': {solutions.reason}")
 
     @cached_property
     def listed(self) -> Array:
@@ -63,16 +65,13 @@ class Sampler:
             raise UserError(
                 f"{self.solutions.multisets} data sets are too many to list; draw a sample"
             )
-        return np.concatenate([part for r in self._rankings("multisets") for part in _runs(r)])
+        ranked = self._ranked if self.measure == "multisets" else self._rankings("multisets")
+        return np.concatenate([part for ranking in ranked for part in _runs(ranking)])
 
     @cached_property
     def _ends(self) -> Array:
         """Running number of ordered samples that the listed multisets stand for."""
         return np.cumsum(arrangements(self.listed, self.total))
-
-    @cached_property
-    def _ranked(self) -> list[Ranking]:
-        return self._rankings(self.measure)
 
     def _rankings(self, measure: str) -> list[Ranking]:
         tasks = self.solutions.problems
@@ -97,7 +96,9 @@ class Sampler:
             in the participants' order for "ordered".
         """
         ranks = uniform(self.total, number, generator)
-        if self.solutions.multisets > min(LISTED, LISTING_PAYS * number):
+        if number * LISTING_PAYS < FEW or self.solutions.multisets > min(
+            LISTED, LISTING_PAYS * number
+        ):
             rows = self._walk(ranks)
         elif self.measure == "multisets":
             rows = self.listed[ranks.astype(np.int64)]

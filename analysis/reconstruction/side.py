@@ -114,7 +114,7 @@ class Side:
         divisor = np.uint64(self.modulus or 0)
         for plane in self.planes:
             # Four times quicker than the remainder operator.
-            plane -= plane // divisor * divisor
+            plane[...] -= plane // divisor * divisor
         self._ceiling = (self.modulus or 0) - 1
 
     def advance(self, distance: int) -> None:
@@ -124,12 +124,12 @@ class Side:
             self._make_room(top + 1)
             for k in range(1, top + 1):
                 for here, there in self._shifted(k, 1, distance):
-                    here += there
+                    here[...] += there
             return
         for k in range(top, 0, -1):
             for j in range(1, k + 1):
                 for here, there in self._shifted(k, j, distance):
-                    here += self.scaled(there, comb(k, j))
+                    here[...] += self.scaled(there, comb(k, j))
                     self._settle(here)
 
     def retreat(self, distance: int) -> None:
@@ -155,13 +155,13 @@ class Side:
         if self.measure == "multisets":
             for k in range(top, 0, -1):
                 for here, there in self._shifted(k, 1, distance):
-                    there += here
+                    there[...] += here
                     self._settle(there)
             return
         for low in range(top):
             for j in range(1, top - low + 1):
                 for here, there in self._shifted(low + j, j, distance):
-                    there += self.scaled(here, comb(low + j, j))
+                    there[...] += self.scaled(here, comb(low + j, j))
                     self._settle(there)
 
     def _shifted(self, k: int, j: int, distance: int) -> Iterator[tuple[Array, Array]]:
@@ -193,7 +193,8 @@ class Side:
     def scaled(self, cells: Array, factor: int) -> Array:
         """Return `cells` times `factor`, below the modulus."""
         if self.modulus is None:
-            return cells * float(factor)
+            weighted: Array = cells * float(factor)
+            return weighted
         product: Array = cells * np.uint64(factor % self.modulus)
         return self._remainder(product)
 
@@ -201,7 +202,8 @@ class Side:
         if self.modulus in (None, WORD):
             return cells
         divisor = np.uint64(self.modulus or 0)
-        return cells - cells // divisor * divisor
+        rest: Array = cells - cells // divisor * divisor
+        return rest
 
     def _settle(self, cells: Array) -> None:
         """Keep prime residues below their modulus after an addition of two."""

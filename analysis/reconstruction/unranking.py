@@ -93,9 +93,8 @@ class Ranking:
         rank_below, rank_above = rest // above_count, rest % above_count
         n = self._size()
         out = np.empty((len(ranks), n), dtype=np.int32)
-        centre = self._task.split.centre
-        self._walk(self._below, (k_below, a - drift, constant - w), rank_below, out, centre, -1)
-        self._walk(self._above, (k_above, a, w), rank_above, out, centre, n)
+        self._walk(self._below, (k_below, a - drift, constant - w), rank_below, out)
+        self._walk(self._above, (k_above, a, w), rank_above, out)
         self._give(which, out)
         if any(joint.goal.piece.given for joint in self._joints):
             out.sort(axis=1)
@@ -120,10 +119,10 @@ class Ranking:
         state: tuple[Array, Array, Array],
         rank: Array,
         out: Array,
-        centre: int,
-        end: int,
     ) -> None:
-        """Write one side's values: outward from the middle, ``end`` -1 below and n above."""
+        """Write one side's values, outward from the middle."""
+        centre, end = self._task.split.centre, out.shape[1]
+        sign = -sides[0].shape.sign
         shape, ways = sides[0].shape, WAYS[self.measure]
         rows = np.flatnonzero(state[0] > 0)
         k, a, w, rank = (part[rows] for part in (*state, rank))
@@ -138,9 +137,7 @@ class Ranking:
             while len(now):
                 copies += 1
                 here_k = k[now] - copies
-                out[rows[now], here_k if end < 0 else end - 1 - here_k] = centre + (
-                    distance if end >= 0 else -distance
-                )
+                out[rows[now], here_k if sign < 0 else end - 1 - here_k] = centre + sign * distance
                 here_a = a[now] - copies * distance
                 here_w = w[now] - copies * shape.triangle(distance)
                 factor = _factors(ways, k[now], copies, rank.dtype)

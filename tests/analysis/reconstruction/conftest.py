@@ -12,7 +12,7 @@ from analysis.reconstruction.table import Column, Scale
 NAMES = ("maximum_deviation", "observed_minimum", "observed_maximum", "median")
 
 
-def _column(n, mean, sd, maximum=100, minimum=0, step=1, **more):
+def _column(n, mean, sd, *, maximum=100, minimum=0, step=1, **more):
     printed = {name: Printed(more.pop(name)) for name in NAMES if name in more}
     scale = Scale(minimum=Fraction(minimum), maximum=Fraction(maximum), step=Fraction(step))
     return Column(
