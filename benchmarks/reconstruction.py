@@ -9,19 +9,21 @@ closure-core and unsum, rsprite2, CORVIDS) are not run.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from fractions import Fraction
 from math import isqrt
 from pathlib import Path
-from typing import TypeVar
+from typing import TypeVar, TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.pieces import Wanted
 from analysis.reconstruction.rounding import Printed
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction.solutions import Solutions
 from analysis.reconstruction.table import Column, Scale, read
+
+if TYPE_CHECKING:
+    from analysis.reconstruction.pieces import Wanted
+    from collections.abc import Callable
 
 BUDGET_S = 20.0
 T = TypeVar("T")

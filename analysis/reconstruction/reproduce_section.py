@@ -60,7 +60,6 @@ def section() -> Section:
 
     all_columns = columns()
     moving = {i: log(a) for i, a in enumerate(AMPLITUDES_UM_PP) if a > 0}
-    # The last column has two admissible sums of squares but one sum: its mean is fixed.
     found = pairs(all_columns) + together(all_columns, moving)
     return Section(
         counts(),
