@@ -12,7 +12,7 @@ import time
 from fractions import Fraction
 from math import isqrt
 from pathlib import Path
-from typing import TypeVar, TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -22,8 +22,9 @@ from analysis.reconstruction.solutions import Solutions
 from analysis.reconstruction.table import Column, Scale, read
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.pieces import Wanted
     from collections.abc import Callable
+
+    from analysis.reconstruction.pieces import Wanted
 
 BUDGET_S = 20.0
 T = TypeVar("T")

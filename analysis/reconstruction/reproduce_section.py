@@ -55,7 +55,7 @@ def counts() -> tuple[Count, ...]:
 
 
 def section() -> Section:
-    """Return the whole section; about ten seconds."""
+    """Return the whole section; some 20 seconds."""
     from analysis.reconstruction.conclusions import pairs, together  # noqa: PLC0415
 
     all_columns = columns()
