@@ -21,9 +21,9 @@ from analysis.reconstruction.bounds import (
     repeated_measures_f,
     slope,
 )
-from analysis.reconstruction.sampling import Sampler
 
 if TYPE_CHECKING:
+    from analysis.reconstruction.sampling import Sampler
     from analysis.reconstruction.side import Array
     from analysis.reconstruction.solutions import Solutions
 
@@ -60,15 +60,18 @@ class Conclusion:
     sharp: bool
 
 
-def pairs(columns: list[Solutions]) -> list[Conclusion]:
+def pairs(columns: list[Sampler]) -> list[Conclusion]:
     """Return sign test and paired t of every two columns, whatever the pairing."""
-    listed = [Sampler(column).listed for column in columns]
+    listed = [column.listed for column in columns]
     found = []
     for i, j in combinations(range(len(columns)), 2):
-        names = columns[i].column.label, columns[j].column.label
+        names = (
+            columns[i].solutions.column.label,
+            columns[j].solutions.column.label,
+        )
         found += [
-            _sign(names, larger(listed[i], listed[j]), columns[i].column.n),
-            _t(names, paired_t(listed[i], listed[j]), columns[i].column.n - 1),
+            _sign(names, larger(listed[i], listed[j]), columns[i].solutions.column.n),
+            _t(names, paired_t(listed[i], listed[j]), columns[i].solutions.column.n - 1),
         ]
     return found
 
@@ -105,23 +108,23 @@ def _t(names: tuple[str, str], t: Range, degrees: int) -> Conclusion:
     )
 
 
-def together(columns: list[Solutions], log_amplitude: dict[int, float]) -> list[Conclusion]:
+def together(columns: list[Sampler], log_amplitude: dict[int, float]) -> list[Conclusion]:
     """Return the repeated-measures F's lower bound and the exponents.
 
     Parameters
     ----------
-    columns : list of Solutions
+    columns : list of Sampler
         With the same n.
     log_amplitude : dict of int to float
         For the columns (by place) that enter the power law: log of the amplitude.
     """
     from scipy.stats import f as fisher  # noqa: PLC0415
 
-    listed = [Sampler(column).listed for column in columns]
+    listed = [column.listed for column in columns]
     k, n = len(listed), listed[0].shape[1]
     least, degrees = repeated_measures_f(listed), (k - 1, (k - 1) * (n - 1))
     p = float(fisher.sf(least, *degrees))
-    chosen = [values_of(columns[i], listed[i]) for i in log_amplitude]
+    chosen = [values_of(columns[i].solutions, listed[i]) for i in log_amplitude]
     x = list(log_amplitude.values())
     geometric = slope([log_mean(c) for c in chosen], x)
     means = [Range(m, m, sharp=True) for m in (log(float(c[0].mean())) for c in chosen)]

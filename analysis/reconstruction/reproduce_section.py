@@ -58,9 +58,9 @@ def section() -> Section:
     """Return the whole section; some 20 seconds."""
     from analysis.reconstruction.conclusions import pairs, together  # noqa: PLC0415
 
-    all_columns = columns()
+    samplers = [Sampler(solutions) for solutions in columns()]
     moving = {i: log(a) for i, a in enumerate(AMPLITUDES_UM_PP) if a > 0}
-    found = pairs(all_columns) + together(all_columns, moving)
+    found = pairs(samplers) + together(samplers, moving)
     return Section(
         counts(),
         tuple(c for c in found if c.decided),
