@@ -72,6 +72,7 @@ class Board:
         self._frequency_hz: float | None = None  # None follows the resonance
         self._heard_s = 0.0
         self._commanded_s = 0.0
+        self._arrived_s: float | None = None  # when the end of the ramp was put on the plate
         self._buffer = b""
         self._last: tuple[tuple[int, str], bytes] | None = None
         self._errors: deque[int] = deque(maxlen=ERROR_QUEUE)
@@ -177,7 +178,7 @@ class Board:
         self._require_cool(now_s)
         self._from_um_pp = self.target_um_pp if self.state != "OPEN" else 0.0
         self.target_um_pp = amplitude_um_pp
-        self._frequency_hz, self._commanded_s = None, now_s
+        self._frequency_hz, self._commanded_s, self._arrived_s = None, now_s, None
         if amplitude_um_pp == self._from_um_pp == 0:
             self.silence(now_s)
         else:
@@ -206,15 +207,19 @@ class Board:
             raise Refusal(wire.TOO_HOT)
 
     def _ramp(self, now_s: float) -> None:
-        elapsed_s = now_s - self._commanded_s
-        share = 0.5 - 0.5 * math.cos(math.pi * min(elapsed_s / RAMP_S, 1))
-        target_um_pp = self._from_um_pp + share * (self.target_um_pp - self._from_um_pp)
-        self.twin.set_drive(Drive(target_um_pp=target_um_pp), now_s)
-        if elapsed_s >= RAMP_S + SETTLE_S:
-            if self.target_um_pp == 0:
-                self.silence(now_s)
-            else:
-                self._note_saturation(now_s)
+        """Go on along the ramp; settling counts from when its end was really put on the plate."""
+        part = min((now_s - self._commanded_s) / RAMP_S, 1)
+        if self._arrived_s is None:
+            share = 0.5 - 0.5 * math.cos(math.pi * part)
+            target_um_pp = self._from_um_pp + share * (self.target_um_pp - self._from_um_pp)
+            self.twin.set_drive(Drive(target_um_pp=target_um_pp), now_s)
+            self._arrived_s = now_s if part == 1 else None
+        elif now_s - self._arrived_s < SETTLE_S:
+            return
+        elif self.target_um_pp == 0:
+            self.silence(now_s)
+        else:
+            self._note_saturation(now_s)
 
     def _note_saturation(self, now_s: float) -> None:
         saturated = self.twin.voltage_v(now_s) >= self.twin.voltage_limit_v

@@ -23,8 +23,8 @@ from hardware.plate_faults import (
     WrongDevice,
 )
 
-REPLY_TIMEOUT_S = 0.05
-ATTEMPTS = 4  # in all less than half of the board's watchdog
+REPLY_TIMEOUT_S = 0.08
+ATTEMPTS = 4  # in all less than the board's watchdog takes
 GREETING_S = 3.0  # many boards restart when their port is opened
 FOREIGN_LINES = 3  # so many lines that are no replies: this is another kind of device
 

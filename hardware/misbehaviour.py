@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-LATE_S = 0.08  # later than a host waits for one answer
+LATE_S = 0.12  # later than a host waits for one answer
 TRICKLE_S = 0.02  # a byte
 GARBAGE = b"\x00\xff#\x7f<7 \xc3("
 

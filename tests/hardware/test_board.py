@@ -59,6 +59,16 @@ def test_an_amplitude_is_ramped_settled_and_held(bench):
     assert status.voltage_v == pytest.approx(15, abs=0.01)
 
 
+def test_a_board_that_was_kept_from_its_ramp_does_not_take_it_for_done(bench):
+    bench.ask("AMPL 2.3")
+    bench.now_s += 0.3  # nothing ran meanwhile
+    assert bench.status().state == "RAMP"
+    bench.wait(0.02)
+    status = bench.status()
+    assert status.state == "HOLD"
+    assert status.amplitude_um_pp == pytest.approx(2.3, abs=0.03)
+
+
 def test_zero_amplitude_ramps_down_and_is_output_off(bench):
     bench.present(2.3)
     bench.ask("AMPL 0")

@@ -103,7 +103,7 @@ void Board::tick(uint32_t now_ms) {
   } else if (hal_.temperature_c() > settings_.hottest_c) {
     stop(State::kHot);
   } else if (state_ == State::kRamp) {
-    ramp(now_ms - commanded_ms_);
+    ramp(now_ms);
   } else if (state_ != State::kOpen && now_ms - corrected_ms_ >= kCorrectMs) {
     corrected_ms_ = now_ms;
     hold();
@@ -214,6 +214,7 @@ int Board::set_amplitude(const char* text, uint32_t now_ms) {
   from_um_pp_ = state_ == State::kOpen ? 0 : target_um_pp_;
   target_um_pp_ = amplitude_um_pp;
   commanded_ms_ = now_ms;
+  arrived_ = false;
   if (amplitude_um_pp == 0 && from_um_pp_ == 0) {
     silence();
   } else {
@@ -245,19 +246,27 @@ int Board::set_open_loop(char* text, uint32_t now_ms) {
   return kOk;
 }
 
-void Board::ramp(uint32_t elapsed_ms) {
+// Settling counts from when the end of the ramp was really put on the plate: a late call of tick
+// must not pass for a settled plate.
+void Board::ramp(uint32_t now_ms) {
+  if (arrived_) {
+    if (now_ms - arrived_ms_ < kSettleMs) return;
+    if (target_um_pp_ == 0) {
+      silence();
+    } else {
+      hold();
+    }
+    return;
+  }
+  const uint32_t elapsed_ms = now_ms - commanded_ms_;
   const float part = elapsed_ms >= kRampMs ? 1 : static_cast<float>(elapsed_ms) / kRampMs;
   const float share = 0.5F - 0.5F * cosf(kPi * part);
   const float now_um_pp = from_um_pp_ + share * (target_um_pp_ - from_um_pp_);
   frequency_hz_ = hal_.resonance_hz();
   voltage_v_ = fminf(now_um_pp / settings_.gain_um_pp_per_v, settings_.limits.voltage_v);
   hal_.drive(frequency_hz_, voltage_v_);
-  if (elapsed_ms < kRampMs + kSettleMs) return;
-  if (target_um_pp_ == 0) {
-    silence();
-  } else {
-    hold();
-  }
+  arrived_ = elapsed_ms >= kRampMs;
+  arrived_ms_ = now_ms;
 }
 
 // Follow the resonance and correct the voltage a little towards the amplitude that is due.

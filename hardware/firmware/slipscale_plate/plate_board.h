@@ -17,7 +17,7 @@ class Hal {
   virtual void drive(float frequency_hz, float voltage_v) = 0;
   // The vibration sensor's amplitude, µm peak to peak.
   virtual float amplitude_um_pp() = 0;
-  // The frequency at which the plate resonates now; called once a millisecond while it vibrates.
+  // The frequency at which the plate resonates now; called often while it vibrates.
   virtual float resonance_hz() = 0;
   virtual float temperature_c() = 0;
 
@@ -64,7 +64,7 @@ class Board {
   int obey(char* body, char* value, uint32_t now_ms);
   int set_amplitude(const char* text, uint32_t now_ms);
   int set_open_loop(char* text, uint32_t now_ms);
-  void ramp(uint32_t elapsed_ms);
+  void ramp(uint32_t now_ms);
   void hold();
   void write_status(char* value);
   void write_limits(char* value) const;
@@ -75,7 +75,8 @@ class Board {
   const uint32_t boot_;
   State state_ = State::kOff;
   float target_um_pp_ = 0, from_um_pp_ = 0, voltage_v_ = 0, frequency_hz_ = 0;
-  uint32_t heard_ms_ = 0, commanded_ms_ = 0, corrected_ms_ = 0;
+  uint32_t heard_ms_ = 0, commanded_ms_ = 0, arrived_ms_ = 0, corrected_ms_ = 0;
+  bool arrived_ = false;  // the end of the ramp is on the plate, since arrived_ms_
   char buffer_[kLongest + 1] = {};
   size_t length_ = 0;
   char last_command_[kLongest + 1] = {};
