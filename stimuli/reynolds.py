@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
+from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -100,7 +101,8 @@ def sweep(
     cases = list(points)
     if workers == 1:
         return list(_shown((solve(case, resolution) for case in cases), len(cases), show_progress))
-    with ProcessPoolExecutor(max_workers=workers) as pool:
+    # Spawned, for a fork of a process with BLAS threads may hang (Python 3.12 warns of it).
+    with ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn")) as pool:
         done = pool.map(solve, cases, [resolution] * len(cases))
         return list(_shown(done, len(cases), show_progress))
 
