@@ -59,8 +59,8 @@ class Resolution:
 # film's layers under a ridge and at the edge grow thinner as the squeeze number grows.
 RESOLUTIONS = (
     (300.0, Resolution()),
-    (5_000.0, Resolution(cells_per_ridge=96)),
-    (np.inf, Resolution(cells_per_ridge=192)),
+    (5_000.0, Resolution(cells_per_ridge=96, cells_min=320)),
+    (np.inf, Resolution(cells_per_ridge=192, cells_min=640)),
 )
 
 
@@ -228,7 +228,7 @@ def _block_tridiagonal_step(
 
 def _grid(wave_number: float, delta: float, resolution: Resolution) -> tuple[Array, Array]:
     """Return the cells' faces and middles in X, smoothly finer at the ridges and at the edge."""
-    ridges = wave_number / (4 * np.pi)  # in half the contact
+    ridges = wave_number / (4 * np.pi) if delta else 0.0  # in half the contact
     cells = max(resolution.cells_min, round(resolution.cells_per_ridge * ridges))
     s = np.linspace(0, 1, 2 * cells + 1)
     graded = (1 + _EDGE_GRADING) * s - _EDGE_GRADING * s**2

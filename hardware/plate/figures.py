@@ -142,7 +142,7 @@ def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = No
         edgecolor="#55555560",
         antialiased=True,
         shade=False,
-        rasterized=True,  # 16,000 faces: an SVG of them takes half a minute to write
+        rasterized=True,  # 10,000 faces: an SVG of them takes half a minute to write
     )
     drawn.set_clip_on(False)
     upper.set_box_aspect((np.ptp(x), np.ptp(y), 2 * height), zoom=1.3)
@@ -179,7 +179,7 @@ def _surface(found: Modes, index: int) -> tuple[Any, Any, Any]:
         w = np.concatenate([w, across * w, w, across * w])
         at, unique = np.unique(np.round(at, 6), axis=1, return_index=True)
         w = w[unique]
-    x, y = np.meshgrid(np.linspace(-half[0], half[0], 167), np.linspace(-half[1], half[1], 99))
+    x, y = np.meshgrid(np.linspace(-half[0], half[0], 131), np.linspace(-half[1], half[1], 77))
     smooth = griddata(at.T, w, (x, y), method="cubic")
     return x, y, smooth / np.nanmax(np.abs(smooth))
 
