@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -285,7 +286,7 @@ def _eccentric(angle: float, delta: Array) -> Array:
 
 def _ridge_integral(psi_end: Array, eps: Array, delta: Array) -> Array:
     """Integrate 1/sqrt(1 - ε²/H²) - 1 over φ, from the ridge's top to ψ."""
-    nodes, weights = np.polynomial.legendre.leggauss(_NODES)
+    nodes, weights = _quadrature()
     half = psi_end[..., None] / 2
     psi = half * (1 + nodes)
     bulge = 1 + delta[..., None] * np.cos(psi)
@@ -293,3 +294,9 @@ def _ridge_integral(psi_end: Array, eps: Array, delta: Array) -> Array:
     ratio = (eps[..., None] * bulge / shrink) ** 2
     excess = 1 / np.sqrt(1 - ratio) - 1
     return np.asarray(np.sum(weights * half * excess * np.sqrt(shrink) / bulge, axis=-1))
+
+
+@cache
+def _quadrature() -> tuple[Array, Array]:
+    """Return the Gauss-Legendre rule, which costs more to find than to use."""
+    return np.polynomial.legendre.leggauss(_NODES)

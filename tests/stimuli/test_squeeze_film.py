@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from faults import UserError
@@ -74,6 +74,7 @@ def test_without_ridges_the_mean_pressure_is_that_of_two_plates():
     assert float(mean_overpressure(1.15, 0.6, flat)) == pytest.approx(expected, rel=1e-12)
 
 
+@settings(deadline=None)
 @given(
     amplitude=st.floats(0.01, 5),
     roughness=st.floats(0.05, 3),
@@ -86,6 +87,7 @@ def test_more_vibration_and_less_roughness_carry_more(amplitude, roughness, fact
     assert mean_overpressure(amplitude, roughness * factor, finger) < base
 
 
+@settings(deadline=None)
 @given(force=st.floats(0.1, 2.0), share=st.floats(0.1, 0.9))
 def test_the_missing_friction_is_inverse_to_the_force(force, share):
     light = relative_friction(1.15, 0.6, 30_500, normal_force_n=share * force).relative_friction

@@ -2,7 +2,7 @@ import math
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from faults import UserError
@@ -18,6 +18,7 @@ def grating(**changes):
     return Grating(**given_ | changes)
 
 
+@settings(deadline=None)
 @given(
     wave=st.sampled_from(WAVES),
     mean=st.floats(0, 2),
@@ -45,6 +46,7 @@ def test_square_grating_switches_twice_a_period():
     assert [s.time_s for s in steps] == pytest.approx([0, 0.05, 0.1, 0.15])
 
 
+@settings(deadline=None)
 @given(
     wave=st.sampled_from(WAVES),
     speed=st.floats(1, 150) | st.floats(-150, -1),

@@ -3,7 +3,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
@@ -73,6 +73,7 @@ def test_half_wave_frequencies_of_an_independent_calculation(half_wave, euler, t
     assert found == pytest.approx(timoshenko, abs=0.006)
 
 
+@settings(deadline=None)
 @given(section=sections)
 def test_neutral_line_carries_no_net_force(section):
     z0 = section.neutral_ratio * section.ceramic_thickness_mm * 1e-3
@@ -80,6 +81,7 @@ def test_neutral_line_carries_no_net_force(section):
     assert abs(through(section, lambda z, e: e * (z - z0))) < 1e-9 * scale
 
 
+@settings(deadline=None)
 @given(section=sections)
 def test_rigidity_is_the_integral_over_the_height(section):
     z0 = section.neutral_ratio * section.ceramic_thickness_mm * 1e-3
@@ -87,6 +89,7 @@ def test_rigidity_is_the_integral_over_the_height(section):
     assert section.rigidity_n_m == pytest.approx(direct, rel=1e-9)
 
 
+@settings(deadline=None)
 @given(section=sections, half_wave=st.floats(2, 30), voltage=st.floats(0.1, 16))
 def test_static_deflection_balances_the_moments(section, half_wave, voltage):
     # Equation (22) solved directly: curvature = moment of the active stress over the rigidity.
@@ -101,6 +104,7 @@ def test_static_deflection_balances_the_moments(section, half_wave, voltage):
     assert found == pytest.approx(deflection * 1e6, rel=1e-6, abs=1e-12)
 
 
+@settings(deadline=None)
 @given(section=sections)
 def test_amplification_is_the_ratio_of_strain_energies(section):
     hp = section.ceramic_thickness_mm * 1e-3
@@ -110,6 +114,7 @@ def test_amplification_is_the_ratio_of_strain_energies(section):
     assert section.quality_factor == pytest.approx(expected, rel=1e-7)
 
 
+@settings(deadline=None)
 @given(section=sections, half_wave=st.floats(3, 30))
 def test_inverses_are_inverse(section, half_wave):
     frequency = float(section.frequency_hz(half_wave))
@@ -118,6 +123,7 @@ def test_inverses_are_inverse(section, half_wave):
     assert section.timoshenko_half_wave_mm(slow) == pytest.approx(half_wave)
 
 
+@settings(deadline=None)
 @given(section=sections)
 def test_timoshenko_goes_over_into_euler_bernoulli_for_long_waves(section):
     thickness = section.ceramic_thickness_mm + section.resonator_thickness_mm
