@@ -178,7 +178,10 @@ class Section:
         return self.ceramic.quality_factor * share
 
     def static_deflection_um(self, half_wave_mm: npt.ArrayLike, voltage_v: npt.ArrayLike) -> Array:
-        """Return the deflection at mid-span under a constant voltage, equation (28), µm.
+        """Return the deflection at mid-span under a constant voltage, equation (28), µm, up.
+
+        With the other sign than printed: by (18), S = (z0 - z) w'', a ceramic that shortens
+        under the resonator lifts mid-span; (17) gives the curvature the opposite sign.
 
         Raises
         ------
@@ -188,7 +191,7 @@ class Section:
         half_wave = positive("half_wave_mm", half_wave_mm, "mm") * MILLI
         voltage = not_negative("voltage_v", voltage_v, "V", maximum=SAFE_VOLTAGE_V)
         hp = self.ceramic_thickness_mm * MILLI
-        bent = -3 * self.ceramic.d31_m_v * voltage * half_wave**2 * self.inverse_a / (16 * hp**2)
+        bent = 3 * self.ceramic.d31_m_v * voltage * half_wave**2 * self.inverse_a / (16 * hp**2)
         return np.asarray(bent / MICRO)
 
     def dynamic_deflection_um_peak(

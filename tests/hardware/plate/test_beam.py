@@ -98,7 +98,7 @@ def test_static_deflection_balances_the_moments(section, half_wave, voltage):
     field = voltage / hp
     active = section.ceramic.d31_m_v * section.ceramic.modulus_pa * field
     moment = quad(lambda z: active * (z - z0), 0, hp)[0]
-    curvature = moment / section.rigidity_n_m
+    curvature = -moment / section.rigidity_n_m  # S = (z0 - z) w'', equation (18)
     deflection = -curvature * (half_wave * 1e-3) ** 2 / 8
     found = float(section.static_deflection_um(half_wave, voltage))
     assert found == pytest.approx(deflection * 1e6, rel=1e-6, abs=1e-12)

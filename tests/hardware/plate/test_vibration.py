@@ -10,7 +10,7 @@ from faults import UserError
 from hardware.plate.beam import Section
 from hardware.plate.finite_elements import assemble
 from hardware.plate.layout import HALF_WAVE, QUICK, Density, Layout
-from hardware.plate.materials import Isotropic, Piezoceramic
+from hardware.plate.materials import P1_91, BeamCeramic, Isotropic, Piezoceramic
 from hardware.plate.numerical_study import (
     half_wave_for_frequency_mm,
     half_wave_frequency_hz,
@@ -202,6 +202,32 @@ def test_superposed_modes_give_the_direct_solution():
     direct = motion[2 * parts.nodes.shape[1] + node] * 1e6
     superposed = response_um(found, frequency, 15.0, 1 / 60, (0.0, 5.0))
     assert superposed == pytest.approx(direct, rel=0.01)
+
+
+def test_static_deflection_is_that_of_the_composite_beam():
+    # A narrow strip bends in plane stress: equation (28) with 1/s11 and d31 of Appendix B.
+    length_mm, voltage_v = 60.0, 15.0
+    layout = Layout(length_mm=length_mm, width_mm=1.5, ends="supported")
+    parts = assemble(layout, Density(along_ceramic=12, across_ceramic=1))
+    system = support(parts)
+    matrix = sparse.bmat(
+        [[system.stiffness, system.coupling], [system.coupling.T, -system.capacitance]],
+        format="csc",
+    )
+    load = np.zeros(matrix.shape[0])
+    load[: system.free.size] = system.force * voltage_v
+    motion = np.zeros(3 * parts.nodes.shape[1])
+    motion[system.free] = splu(matrix).solve(load)[: system.free.size]
+    found = motion[2 * parts.nodes.shape[1] + nearest_node(parts, (0.0, 0.0))] * 1e6
+    ceramic = BeamCeramic(
+        name="plane stress",
+        modulus_pa=1 / np.linalg.inv(P1_91.stiffness)[0, 0],
+        d31_m_v=P1_91.d31_m_v,
+        density_kg_m3=7410.0,
+        quality_factor=60.0,
+    )
+    expected = float(Section.printed(ceramic).static_deflection_um(length_mm, voltage_v))
+    assert found == pytest.approx(expected, rel=0.02)
 
 
 def test_power_put_in_is_power_lost():
