@@ -74,3 +74,72 @@ def cousineau_morey(values: NDArray[np.float64], confidence: float = 0.95) -> ND
 def complete(cells: pd.DataFrame) -> pd.DataFrame:
     """Return the participants who have a value at every amplitude."""
     return cells.dropna()
+
+
+def describe(
+    cells: pd.DataFrame,
+    logs: pd.DataFrame,
+    *,
+    confidence: float = 0.95,
+    resamples: int = 5000,
+    seed: int = 2007,
+) -> pd.DataFrame:
+    """Return all descriptive statistics per amplitude.
+
+    Parameters
+    ----------
+    cells : DataFrame, shape (participants, amplitudes)
+        Participants' mean estimates.
+    logs : DataFrame, shape (participants, amplitudes)
+        Participants' mean natural logarithms, for the geometric means.
+    confidence : float
+        Of the intervals.
+    resamples, seed : int
+        Of the bootstrap over participants.
+
+    Returns
+    -------
+    DataFrame
+        ``amplitude_um_pp n mean geometric_mean median sd_sample sd_population
+        maximum_deviation within_low within_high bootstrap_low bootstrap_high``. Within:
+        Cousineau-Morey around the mean of all; bootstrap: percentile interval of the mean.
+    """
+    table = table3(cells).rename(columns={"standard_deviation": "sd_sample"})
+    whole = complete(cells).to_numpy(float)
+    half = cousineau_morey(whole, confidence) if len(whole) else np.full(cells.shape[1], np.nan)
+    low, high = bootstrap_means(cells, confidence, resamples, seed)
+    geometric = np.exp(logs.mean()).reindex(cells.columns).to_numpy(float)
+    return table.assign(
+        sd_population=cells.std(ddof=0).to_numpy(float),
+        geometric_mean=geometric,
+        median=cells.median().to_numpy(float),
+        within_low=table["mean"] - half,
+        within_high=table["mean"] + half,
+        bootstrap_low=low,
+        bootstrap_high=high,
+    )
+
+
+def bootstrap_means(
+    cells: pd.DataFrame, confidence: float, resamples: int, seed: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return percentile intervals of the means, participants resampled; NaN for fewer than two."""
+    from scipy import stats  # noqa: PLC0415 - a second's import
+
+    low = np.full(cells.shape[1], np.nan)
+    high = low.copy()
+    for place, column in enumerate(cells.to_numpy(float).T):
+        values = column[~np.isnan(column)]
+        if len(values) < 2 or np.ptp(values) == 0:  # noqa: PLR2004
+            continue
+        found = stats.bootstrap(
+            (values,),
+            np.mean,
+            n_resamples=resamples,
+            batch=max(1, 1_000_000 // len(values)),
+            confidence_level=confidence,
+            method="percentile",
+            rng=np.random.default_rng(seed),
+        ).confidence_interval
+        low[place], high[place] = found.low, found.high
+    return low, high

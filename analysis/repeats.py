@@ -1,0 +1,136 @@
+"""What order and repetition tell: drift, carry-over, test-retest reliability."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.inference import Result, mean_with_interval, reason
+from analysis.normalisation import KEY
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from analysis.prepared import Prepared
+
+#: Sums of squares below this are rounding.
+TINY = 1e-12
+#: Reliability is computed on at most this many targets (participant x amplitude).
+TARGETS_AT_MOST = 2000
+
+
+def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
+    """Return log estimates less participants' and amplitudes' means, one a trial.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        With ``log``.
+    logs : DataFrame, shape (participants, amplitudes)
+        Mean logarithms.
+    """
+    who = logs.index.get_indexer(pd.Index(trials[KEY]))
+    what = logs.columns.get_indexer(pd.Index(trials["amplitude_um_pp"]))
+    table = logs.to_numpy(float)
+    with warnings.catch_warnings():
+        # A participant or amplitude without any logarithm has no mean; its trials have none too.
+        warnings.filterwarnings("ignore", "Mean of empty slice", RuntimeWarning)
+        rows, columns = np.nanmean(table, axis=1), np.nanmean(table, axis=0)
+    grand = np.nanmean(columns) if np.isfinite(columns).any() else np.nan
+    return np.asarray(trials["log"].to_numpy(float) - rows[who] - columns[what] + grand)
+
+
+def slopes_per_participant(
+    who: NDArray[Any], x: NDArray[np.float64], y: NDArray[np.float64], people: int
+) -> NDArray[np.float64]:
+    """Return each participant's least-squares slope of y on x; NaN where x does not vary.
+
+    Parameters
+    ----------
+    who : int array, shape (trials,)
+        0 to ``people`` - 1.
+    """
+    here = np.isfinite(x) & np.isfinite(y)
+    who, x, y = who[here], x[here], y[here]
+
+    def total(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(np.bincount(who, values, people), float)
+
+    count = np.maximum(total(np.ones_like(x)), 1)
+    dx, dy = x - (total(x) / count)[who], y - (total(y) / count)[who]
+    squares = total(dx * dx)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(squares > TINY, total(dx * dy) / squares, np.nan)
+
+
+def order(data: Prepared) -> Result:
+    """Test whether estimates drift with the trial's position, or follow the surface before.
+
+    Each participant's slope of the residual (log estimate less participants' and amplitudes'
+    means) on the position and on the previous amplitude; the mean slope against 0, Student's t.
+    """
+    if data.refused:
+        return reason(data.zero_sentence)
+    trials = data.trials
+    left = residuals(trials, data.logs)
+    codes = data.logs.index.get_indexer(pd.Index(trials[KEY]))
+    people = len(data.logs)
+    before = trials.groupby([KEY, "session", "run"], observed=True)["amplitude_um_pp"].shift()
+    found: dict[str, Any] = {}
+    for name, unit, x in (
+        ("position", "natural logarithm per trial", trials["position"].to_numpy(float)),
+        ("carry_over", "natural logarithm per um_pp", before.to_numpy(float)),
+    ):
+        slopes = slopes_per_participant(codes, x, left, people)
+        found[name] = {"unit": unit, **mean_with_interval(slopes, data.choices.confidence)}
+    return found
+
+
+def reliability(data: Prepared) -> Result:
+    """Intraclass correlations of log estimates over repetitions (Shrout and Fleiss 1979).
+
+    Targets are participant-amplitude pairs, raters are repetitions; pingouin's. Participants
+    with different numbers of repetitions are cut to the smallest.
+    """
+    import pingouin  # noqa: PLC0415 - a second's import
+
+    if data.refused:
+        return reason(data.zero_sentence)
+    usable = data.trials[data.trials["log"].notna()]
+    counts = usable.groupby([KEY, "amplitude_um_pp"], observed=True).size()
+    repeated = counts[counts >= 2]  # noqa: PLR2004
+    if len(repeated) < 2:  # noqa: PLR2004
+        return reason("no repetitions: reliability needs two estimates of a surface or more")
+    fewest = int(repeated.min())
+    wide = (
+        usable.assign(target=usable[KEY].astype(str) + "@" + usable["amplitude_um_pp"].astype(str))
+        .pivot_table(index="target", columns="repetition", values="log", observed=True)
+        .iloc[:, :fewest]
+        .dropna()
+        .iloc[:TARGETS_AT_MOST]
+    )
+    if len(wide) < 5 or np.ptp(wide.to_numpy()) == 0:  # noqa: PLR2004
+        return reason("too few repeated estimates, or all the same")
+    long = wide.reset_index().melt(id_vars="target", var_name="repetition", value_name="log")
+    long["repetition"] = long["repetition"].astype(int)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
+        table = pingouin.intraclass_corr(
+            data=long, targets="target", raters="repetition", ratings="log"
+        )
+    names = ("ICC1", "ICC2", "ICC3", "ICC1k", "ICC2k", "ICC3k")
+    interval = next(name for name in table.columns if name.startswith("CI"))
+    return {
+        "icc": {
+            name: {
+                "value": float(row["ICC"]),
+                "ci95": [float(bound) for bound in row[interval]],
+            }
+            for name, (_, row) in zip(names, table.iterrows(), strict=True)
+        },
+        "targets": len(wide),
+        "repetitions": fewest,
+    }
