@@ -51,6 +51,15 @@ def number(value: Any, decimals: int = 2) -> str:
     return f"{value:,.{decimals}f}".replace(",", " ").replace("-", "−")
 
 
+def counted(count: int, one: str, many: str) -> str:
+    """Return a count with its noun.
+
+    >>> counted(1, "participant", "participants"), counted(0, "trial", "trials")
+    ('1 participant', '0 trials')
+    """
+    return f"{number(count, 0)} {one if count == 1 else many}"
+
+
 def interval(low: float | None, high: float | None, decimals: int = 2) -> str:
     """Return "[low, high]", or a dash.
 

@@ -392,10 +392,19 @@ def _sidecars(
             modes.append((str(mode), path))
         for key in ("study", "study_hash", "seed", "language", "plate"):
             if key in own:
-                found.setdefault(key, set()).add(str(own[key]))
+                found.setdefault(key, set()).add(_in_words(own[key]))
         for name, version in dict(own.get("software") or {}).items():
             found.setdefault("software", set()).add(f"{name} {version}")
     return {key: tuple(sorted(values)) for key, values in found.items()}, modes, sources
+
+
+def _in_words(value: Any) -> str:
+    """Return a sidecar's entry as text; of a plate's description only who made what."""
+    if isinstance(value, dict):
+        identity = value.get("identity", {})
+        named = [identity.get(key) for key in ("manufacturer", "model", "serial")]
+        return " ".join(str(part) for part in named if part) or str(value.get("backend", "plate"))
+    return str(value)
 
 
 def _refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:

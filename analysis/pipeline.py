@@ -1,24 +1,28 @@
 """From a data set to everything `slipscale analyse` writes.
 
 Each stage is a function of data, usable by itself in a notebook; this module calls them in
-order, under the study's frozen choices, and writes what they say.
+order, under the study's frozen choices. Exclusion comes first, by the study's rule, before
+anything is described or tested.
 """
 
 from __future__ import annotations
 
-import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis import descriptives, normalisation
+from analysis import conclude, descriptives, normalisation, quality
 from analysis.loading import Dataset, load
+from analysis.prepared import Prepared, prepare
 from faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     import pandas as pd
+
+#: Where a list of participants is cut.
+LISTED = 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -28,15 +32,23 @@ class Analysis:
     Parameters
     ----------
     dataset : Dataset
-        As read.
+        What was analysed: as read, less the participants excluded.
     rule : str
         The normalisation, a key of `analysis.normalisation.RULES`.
     estimates : DataFrame
-        Analysed trials with their ``normalised`` estimate.
+        Analysed trials with their ``normalised`` estimate, ``log``, ``position``, ``repetition``.
     cells : DataFrame, shape (participants, amplitudes)
         Participants' mean normalised estimates.
-    table3 : DataFrame
-        See `analysis.descriptives.table3`.
+    table3, description : DataFrame
+        See `analysis.descriptives`.
+    inference : Mapping
+        What ``inference.json`` holds, see `analysis.conclude`.
+    sensitivity, robustness : list
+        Results under other normalisations, and without flagged participants.
+    measures, flags : DataFrame
+        Data quality of every participant read, see `analysis.quality`.
+    excluded : Mapping
+        Participant -> the flags that excluded them.
     problems : tuple of str
         What was wrong with the data or could not be computed, one sentence each.
     out : Path or None
@@ -48,7 +60,15 @@ class Analysis:
     estimates: pd.DataFrame
     cells: pd.DataFrame
     table3: pd.DataFrame
-    problems: tuple[str, ...]
+    description: pd.DataFrame
+    prepared: Prepared | None
+    inference: Mapping[str, Any]
+    sensitivity: list[dict[str, Any]]
+    robustness: list[dict[str, Any]]
+    measures: pd.DataFrame
+    flags: pd.DataFrame
+    excluded: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    problems: tuple[str, ...] = ()
     out: Path | None = None
 
     @property
@@ -89,25 +109,93 @@ def analyse(
     tell = progress or (lambda _: None)
     tell("reading the data")
     data = dataset if isinstance(dataset, Dataset) else load(dataset)
+    target = None if not write else Path(out) if out else default_out(data, dataset)
     if not len(data.estimates) and not len(data.differences):
         raise UserError(f"{data.name}: no answered trials; nothing to analyse")
+    tell("checking data quality")
+    measures = quality.measures(data, data.choices.thresholds)
+    flags = quality.flags(measures, data.choices.thresholds)
+    data, excluded = exclude(data, flags)
     tell("describing")
     rule, notes = _choose_rule(data, normalise)
     estimates = data.estimates.assign(normalised=normalisation.normalise(data.estimates, rule))
+    prepared = prepare(estimates, data.choices) if len(estimates) else None
     cells = normalisation.cell_means(estimates, "normalised")
+    choices = data.choices
+    description = descriptives.describe(
+        cells,
+        prepared.logs if prepared else cells,
+        confidence=choices.confidence,
+        resamples=choices.bootstrap_resamples,
+        seed=choices.bootstrap_seed,
+    )
+    tell("testing")
     analysis = Analysis(
         dataset=data,
         rule=rule,
-        estimates=estimates,
+        estimates=prepared.trials if prepared else estimates,
         cells=cells,
-        table3=descriptives.table3(cells, data.choices.standard_deviation),
-        problems=(*data.problems, *notes, *_what_is_thin(cells)),
-        out=None if not write else Path(out) if out else default_out(data, dataset),
+        table3=descriptives.table3(cells, choices.standard_deviation),
+        description=description,
+        prepared=prepared,
+        inference=conclude.conclude(data, prepared, rule if prepared else None),
+        sensitivity=conclude.sensitivity(data.estimates, rule) if prepared else [],
+        robustness=conclude.robustness(estimates, set(flags.index[flags.any(axis=1)]), choices)
+        if prepared
+        else [],
+        measures=measures,
+        flags=flags,
+        excluded=excluded,
+        problems=(*data.problems, *notes, *_what_is_thin(cells), *_unequal(prepared)),
+        out=target,
     )
-    if analysis.out is not None:
+    if target is not None:
         tell("writing tables, figures and the report")
-        _write(analysis, analysis.out)
+        # Matplotlib takes a second to load: not before something is to be drawn.
+        from analysis.outputs import write_all  # noqa: PLC0415
+
+        write_all(analysis, target)
     return analysis
+
+
+def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tuple[str, ...]]]:
+    """Return the data without the participants whom the study's rule excludes, and why."""
+    rules: list[str] = list(data.choices.exclusions)
+    if not rules:
+        return data, {}
+    out = flags.index[flags[rules].any(axis=1)]
+    why = {str(who): tuple(name for name in rules if bool(flags.loc[who, name])) for who in out}
+    if why and len(why) == len(flags):
+        raise UserError(
+            f"{data.name}: the study's exclusions ({', '.join(rules)}) leave no participant"
+        )
+
+    def keep(rows: pd.DataFrame) -> pd.DataFrame:
+        if not why or not len(rows):
+            return rows
+        kept = rows[~rows[normalisation.KEY].astype(str).isin(list(why))].reset_index(drop=True)
+        people = kept[normalisation.KEY].astype("category").cat.remove_unused_categories()
+        return kept.assign(**{normalisation.KEY: people})
+
+    return (
+        replace(
+            data,
+            estimates=keep(data.estimates),
+            answers=keep(data.answers),
+            differences=keep(data.differences),
+        ),
+        why,
+    )
+
+
+def default_out(data: Dataset, source: str | Path | Dataset) -> Path:
+    """Return where the output goes when the user does not say."""
+    if data.folder is not None:
+        return data.folder / "derivatives" / "slipscale"
+    if isinstance(source, Dataset):
+        raise UserError(f"{data.name}: a table by hand; say where the output goes (--out)")
+    path = Path(source)
+    return path.with_name(f"{path.stem}-slipscale")
 
 
 def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
@@ -131,20 +219,12 @@ def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
     return rule, []
 
 
-def default_out(data: Dataset, source: str | Path | Dataset) -> Path:
-    """Return where the output goes when the user does not say."""
-    if data.folder is not None:
-        return data.folder / "derivatives" / "slipscale"
-    if isinstance(source, Dataset):
-        raise UserError(f"{data.name}: a table by hand; say where the output goes (--out)")
-    path = Path(source)
-    return path.with_name(f"{path.stem}-slipscale")
-
-
 def _what_is_thin(cells: pd.DataFrame) -> list[str]:
     """Say what so few data cannot tell."""
     notes = []
     participants, amplitudes = cells.shape
+    if not participants:
+        return ["No magnitude estimates: only the descending difference is analysed."]
     if participants == 1:
         notes.append(
             "One participant: means are shown; standard deviations, intervals and tests need "
@@ -156,7 +236,7 @@ def _what_is_thin(cells: pd.DataFrame) -> list[str]:
         notes.append("All estimates are zero: no spread, no growth and no tests.")
     missing = cells.index[cells.isna().any(axis=1)].astype(str)
     if len(missing):
-        listed = ", ".join(missing[:6]) + (" and more" if len(missing) > 6 else "")  # noqa: PLR2004
+        listed = ", ".join(missing[:LISTED]) + (" and more" if len(missing) > LISTED else "")
         notes.append(
             f"{len(missing)} of {participants} participants lack an estimate at some amplitude "
             f"({listed}); means use all, within-participant intervals and tests the complete ones."
@@ -164,46 +244,15 @@ def _what_is_thin(cells: pd.DataFrame) -> list[str]:
     return notes
 
 
-def _write(analysis: Analysis, out: Path) -> None:
-    # Matplotlib takes a second to load: not before something is to be drawn.
-    from analysis import figures, report  # noqa: PLC0415
-
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        analysis.table3.to_csv(out / "table3.csv", index=False, lineterminator="\n")
-        columns = [
-            name
-            for name in (
-                "participant_id",
-                "session",
-                "run",
-                "trial",
-                "amplitude_um_pp",
-                "estimate",
-                "normalised",
-                "response_time",
-            )
-            if not analysis.estimates[name].isna().all()
-        ]
-        analysis.estimates[columns].to_csv(
-            out / "estimates.csv", index=False, na_rep="n/a", lineterminator="\n"
-        )
-        fig15 = figures.fig15(
-            analysis.cells,
-            unit=normalisation.RULES[analysis.rule].unit,
-            confidence=analysis.dataset.choices.confidence,
-        )
-        figures.save(fig15, out / "fig15")
-        (out / "report.html").write_text(
-            report.render(analysis, figures.svg(fig15)), encoding="utf-8", newline="\n"
-        )
-        description: dict[str, Any] = {
-            "Name": f"Slipscale's analysis of {analysis.dataset.name}",
-            "BIDSVersion": "1.10.0",
-            "DatasetType": "derivative",
-            "GeneratedBy": [{"Name": "Slipscale", "Version": report.VERSION}],
-        }
-        text = json.dumps(description, indent=2) + "\n"
-        (out / "dataset_description.json").write_text(text, encoding="utf-8", newline="\n")
-    except OSError as error:
-        raise UserError(f"{out}: cannot be written ({error.strerror})") from error
+def _unequal(prepared: Prepared | None) -> list[str]:
+    """Say where participants had unequal repetitions."""
+    if prepared is None:
+        return []
+    counts = prepared.trials.groupby([normalisation.KEY, "amplitude_um_pp"], observed=True).size()
+    if counts.min() == counts.max():
+        return []
+    sentence = (
+        f"Unequal repetitions: {counts.min()} to {counts.max()} estimates of a surface per "
+        "participant; each participant's mean counts once, whatever its repetitions."
+    )
+    return [sentence]

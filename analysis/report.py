@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from analysis import html, normalisation, published
+from analysis import apa, html, report_sections
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from collections.abc import Mapping
 
     from analysis.pipeline import Analysis
 
@@ -24,8 +24,16 @@ except PackageNotFoundError:  # a checkout that was never installed
 MODES = {"pilot": "pilot", "participant": "participants", "unknown": "not recorded"}
 
 
-def render(analysis: Analysis, fig15_svg: str) -> str:
-    """Return the page."""
+def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, str]) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    svgs : Mapping
+        Figure's name -> SVG element, as `analysis.figures.svg` makes it.
+    software : Mapping
+        Name -> version of what took part.
+    """
     environment = Environment(
         loader=PackageLoader("analysis"),
         autoescape=True,
@@ -41,7 +49,7 @@ def render(analysis: Analysis, fig15_svg: str) -> str:
         css=Markup(css),  # noqa: S704 - our own file
         pilot=analysis.dataset.mode == "pilot",
         facts=facts(analysis),
-        sections=[estimates_section(analysis, fig15_svg), data_section(analysis)],
+        sections=sections(analysis, svgs, software),
         sha256=analysis.dataset.sha256,
     )
 
@@ -49,87 +57,51 @@ def render(analysis: Analysis, fig15_svg: str) -> str:
 def facts(analysis: Analysis) -> list[tuple[str, str]]:
     """Return what stands at the top: name and value."""
     data = analysis.dataset
-    details = data.details
-    found = [
-        ("Participants", str(len(analysis.cells))),
-        ("Trials analysed", html.number(len(analysis.estimates), 0)),
-        ("Amplitudes", ", ".join(f"{a:g}" for a in analysis.cells.columns) + " µm p-p"),
-        ("Normalisation", analysis.rule),
-        ("Records of", MODES.get(data.mode, data.mode)),
-    ]
+    excluded = f" ({len(analysis.excluded)} excluded)" if analysis.excluded else ""
+    people = len(analysis.flags) - len(analysis.excluded)
+    found = [("Participants", f"{people}{excluded}")]
+    if analysis.prepared is not None:
+        amplitudes = ", ".join(f"{a:g}" for a in analysis.cells.columns)
+        found += [
+            ("Estimates analysed", html.number(len(analysis.estimates), 0)),
+            ("Amplitudes", f"{amplitudes} µm (peak to peak)"),
+            ("Normalisation", analysis.rule),
+        ]
+    found.append(("Records of", MODES.get(data.mode, data.mode)))
     found += [
-        (title, ", ".join(details[key]))
+        (title, ", ".join(data.details[key]))
         for key, title in (("study", "Study"), ("plate", "Plate"), ("language", "Language"))
-        if key in details
+        if key in data.details
     ]
     return found
 
 
-def estimates_section(analysis: Analysis, fig15_svg: str) -> html.Section:
-    """Return Fig. 15 and Table III."""
-    choices = analysis.dataset.choices
-    rule = normalisation.RULES[analysis.rule]
-    section = html.Section("Magnitude estimates")
-    section.blocks.append(
-        html.figure(
-            fig15_svg,
-            f"Perceived slipperiness against vibration amplitude. Thick: means of "
-            f"{len(analysis.cells)} participants with {100 * choices.confidence:g} % "
-            "within-participant confidence intervals (Cousineau-Morey). Thin: each participant's "
-            f"means. Normalisation: {analysis.rule} ({rule.formula}).",
-        )
-    )
-    section.blocks.append(table3(analysis.table3, choices.standard_deviation))
-    return section
-
-
-def table3(table: pd.DataFrame, standard_deviation: str) -> Markup:
-    """Return Table III, beside the paper's where the amplitudes are the paper's."""
-    paper = {float(row.amplitude_um_pp): row for row in published.TABLE3}
-    beside = any(amplitude in paper for amplitude in table["amplitude_um_pp"])
-    columns = [
-        html.Column(title="Amplitude", unit="µm, p-p"),
-        html.Column(title="n"),
-        html.Column(title="Mean"),
-        html.Column(title="Max. dev."),
-        html.Column(title="SD"),
+def sections(
+    analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, str]
+) -> list[html.Section]:
+    """Return the page's sections, in reading order; empty ones are left out."""
+    found = [
+        report_sections.estimates(analysis, svgs),
+        results(analysis),
+        report_sections.comparisons(analysis),
+        report_sections.growth(analysis, svgs),
+        report_sections.difference(analysis, svgs),
+        report_sections.assumptions(analysis, svgs),
+        report_sections.quality(analysis),
+        report_sections.normalisations(analysis),
+        report_sections.methods(analysis, software),
     ]
-    if beside:
-        columns += [html.Column(title=t, paper=True) for t in ("Mean", "Max. dev.", "SD")]
-    rows = []
-    for amplitude, n, *values in table.itertuples(index=False):
-        row = [f"{amplitude:g}", str(n), *(html.number(value) for value in values)]
-        if beside:
-            known = paper.get(amplitude)
-            row += [getattr(known, name) if known else "–" for name in published.STATISTICS]
-        rows.append(row)
-    return html.table(
-        columns,
-        rows,
-        "Normalised estimates over participants, each participant's mean being one value. "
-        "Max. dev.: largest distance of a value from the mean. SD: "
-        f"{standard_deviation} standard deviation "
-        f"({'n − 1' if standard_deviation == 'sample' else 'n'} in the denominator)."
-        + (f" The paper's: Table III, n = {published.PARTICIPANTS}." if beside else ""),
-        over=[("", 2), ("this study", 3), ("the paper", 3)] if beside else (),
-    )
+    return [section for section in found if section.blocks]
 
 
-def data_section(analysis: Analysis) -> html.Section:
-    """Return what was read, what was left out, and why."""
-    section = html.Section("Data")
-    data = analysis.dataset
-    counts = data.counts
-    section.blocks.append(
-        html.paragraph(
-            f"{html.number(counts.get('estimation_rows', 0), 0)} rows of magnitude estimation "
-            f"were read: {counts.get('practice', 0)} practice and {counts.get('voided', 0)} "
-            f"voided trials are not analysed, {counts.get('unanswered', 0)} main trials have no "
-            f"usable answer ({counts.get('timed_out', 0)} timed out), "
-            f"{html.number(counts.get('analysed', 0), 0)} were analysed."
-        )
-    )
+def results(analysis: Analysis) -> html.Section:
+    """Return the sentences that a results section is written from."""
+    level = analysis.dataset.choices.confidence
+    texts: list[Any] = apa.sentences(dict(analysis.inference), level)
+    texts += apa.difference_sentences(analysis.inference["difference"], level)
+    section = html.Section("Results, in sentences")
+    section.blocks += [html.paragraph(text, "sentence") for text in texts]
     if analysis.problems:
-        section.blocks.append(html.heading("To be looked at"))
+        section.blocks.append(html.heading("To be looked at first"))
         section.blocks.append(html.bullets(analysis.problems, "problem"))
     return section

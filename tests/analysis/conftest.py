@@ -149,3 +149,11 @@ def table_by_hand(tmp_path):
         return path
 
     return make
+
+
+@pytest.fixture
+def page():
+    """Render an analysis's report, all figures but an empty Fig. 15 left out: they take seconds."""
+    from analysis.report import render  # noqa: PLC0415
+
+    return lambda analysis: render(analysis, {"fig15": "<svg></svg>"}, {"slipscale": "0"})

@@ -1,6 +1,8 @@
 """`slipscale analyse`, whole."""
 
 import hashlib
+import json
+import re
 
 import pandas as pd
 import pytest
@@ -27,37 +29,62 @@ def test_analyse_writes_what_the_contract_says_where_it_says(dataset, capsys):
     assert {"participant_id", "amplitude_um_pp", "estimate", "normalised"} <= set(estimates)
     assert {"fig15.svg", "fig15.png", "report.html"} <= set(digests(out))
     assert "Table III" in capsys.readouterr().out
-
-
-def test_a_second_run_gives_the_same_bytes(dataset):
-    folder = dataset()
-    first = digests(analyse(folder).out)
+    # A second run gives the same bytes, file by file.
+    first = digests(out)
     assert digests(analyse(folder).out) == first
-    assert "http" not in (folder / "derivatives/slipscale/report.html").read_text().replace(
-        "http://www.w3.org", ""
-    )
+    page = (out / "report.html").read_text().replace("http://www.w3.org", "")
+    assert "http" not in page
+    assert page.count("<svg") == 3
+    identifiers = re.findall(r' id="([^"]+)"', page)
+    assert len(identifiers) == len(set(identifiers))
+    found = json.loads((out / "inference.json").read_text())
+    assert set(found["rm_anova"]) >= {
+        "scale",
+        "F",
+        "df1",
+        "df2",
+        "p",
+        "epsilon_gg",
+        "p_gg",
+        "epsilon_hf",
+        "eta2_generalised",
+    }
+    assert found["rm_anova"]["scale"] == "log"
+    assert set(found["friedman"]) >= {"chi2", "df", "p"}
+    assert set(found["power_law"]) >= {"exponent", "ci95", "n"}
+    assert found["normalisation"]["rule"] == "scale_top"
+    assert "reason" in found["difference"]
+    assert len(found["pairwise"]) == 6
+    wide = pd.read_csv(out / "wide.csv")
+    assert list(wide.columns[:5]) == [
+        "participant_id",
+        "estimate_0",
+        "estimate_0_5",
+        "estimate_1_2",
+        "estimate_2_3",
+    ]
+    assert r"\toprule" in (out / "table3.tex").read_text()
 
 
-def test_a_pilot_s_report_bears_a_banner(dataset):
-    assert "PILOT DATA" in analyse(dataset(mode="pilot")).report.read_text()
-
-
-def test_a_participant_s_report_bears_none(dataset):
-    assert "PILOT DATA" not in analyse(dataset()).report.read_text()
+@pytest.mark.parametrize("mode,banner", [("pilot", True), ("participant", False)])
+def test_only_a_pilot_s_report_bears_a_banner(dataset, page, mode, banner):
+    text = page(analyse(dataset(mode=mode), write=False))
+    assert ("PILOT DATA" in text) is banner
 
 
 def test_the_user_s_rule_wins_over_the_study_s_and_both_are_said(dataset):
-    analysis = analyse(dataset(choices='normalisation = "top_stimulus"'), normalise="scale_top")
+    folder = dataset(choices='normalisation = "top_stimulus"')
+    analysis = analyse(folder, normalise="scale_top", write=False)
     assert analysis.rule == "scale_top"
     assert any("top_stimulus" in sentence for sentence in analysis.problems)
 
 
-def test_what_the_user_typed_cannot_become_markup(dataset):
+def test_what_the_user_typed_cannot_become_markup(dataset, page):
     rows = dataset.default_estimates(1)
     rows[0] |= {"estimate": "<script>alert(1)</script>"}
-    page = analyse(dataset(rows={"01": rows})).report.read_text()
-    assert "<script>" not in page
-    assert "&lt;script&gt;" in page
+    text = page(analyse(dataset(rows={"01": rows}), write=False))
+    assert "<script>" not in text
+    assert "&lt;script&gt;" in text
 
 
 @pytest.mark.parametrize(
@@ -69,17 +96,17 @@ def test_what_the_user_typed_cannot_become_markup(dataset):
         ("a,0,1\na,1,5\nb,0,2\nb,1,3\nc,1,4\n", "1 of 3 participants lack an estimate"),
     ],
 )
-def test_poor_data_gets_a_sentence_and_what_can_be_computed(table_by_hand, text, sentence):
+def test_poor_data_gets_a_sentence_and_what_can_be_computed(table_by_hand, page, text, sentence):
     path = table_by_hand("participant_id,amplitude_um_pp,estimate\n" + text)
-    analysis = analyse(path, normalise="none")
+    analysis = analyse(path, normalise="none", write=False)
     assert any(sentence in problem for problem in analysis.problems), analysis.problems
     assert analysis.table3["mean"].notna().all()
-    assert sentence in analysis.report.read_text()
+    assert sentence in page(analysis)
 
 
 def test_all_zeros_under_the_default_rule_still_give_a_table(table_by_hand):
     path = table_by_hand("participant_id,amplitude_um_pp,estimate\na,0,0\na,1,0\nb,0,0\nb,1,0\n")
-    analysis = analyse(path)
+    analysis = analyse(path, write=False)
     assert analysis.rule == "none"
     assert list(analysis.table3["mean"]) == [0, 0]
 
@@ -88,3 +115,21 @@ def test_nothing_answered_is_refused(table_by_hand):
     path = table_by_hand("participant_id,amplitude_um_pp,estimate\na,0,n/a\n")
     with pytest.raises(UserError, match="no answered trials"):
         analyse(path)
+
+
+def test_a_data_set_of_descending_differences_alone_is_analysed(dataset):
+    row = dataset.difference_row
+    people = {f"{n:02d}": [row(1, 2.3, 1.2, "yes"), row(2, 1.2, 1.2, "no")] for n in range(1, 7)}
+    folder = dataset(differences=people)
+    for path in folder.glob("sub-*/beh/*magnitude*"):
+        path.unlink()
+    analysis = analyse(folder)
+    assert analysis.inference["difference"]["steps"][0]["yes"] == 6
+    assert analysis.inference["rm_anova"] == {"reason": "no magnitude estimates"}
+    assert "felt a difference" in analysis.report.read_text()
+
+
+def test_tests_that_the_study_did_not_choose_are_not_run(dataset):
+    analysis = analyse(dataset(choices='tests = ["friedman"]'), write=False)
+    assert "chi2" in analysis.inference["friedman"]
+    assert analysis.inference["rm_anova"] == {"reason": "not chosen in the study file"}

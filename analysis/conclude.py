@@ -1,0 +1,140 @@
+"""All that is concluded from a data set, as one plain structure: what the JSON files hold."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from analysis import inference, repeats, scaling
+from analysis.codebook import SHIPPED, agreement, load_codebook
+from analysis.difference import analyse_differences
+from analysis.inference import Result, reason
+from analysis.normalisation import KEY, RULES, applicable, cell_means, normalise
+from analysis.prepared import Prepared, prepare
+from analysis.tables import read_tables, require
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import pandas as pd
+
+    from analysis.loading import Dataset
+    from experiments.analysis_choices import AnalysisChoices
+
+#: Everything that is concluded from magnitude estimates, by its name in inference.json.
+TESTS: dict[str, Callable[[Prepared], Any]] = {
+    **inference.TESTS,
+    "power_law": scaling.power_law,
+    "growth": scaling.growth,
+    "order": repeats.order,
+    "reliability": repeats.reliability,
+}
+
+
+def conclude(data: Dataset, prepared: Prepared | None, rule: str | None) -> Result:
+    """Return what ``inference.json`` holds: each test's numbers, or the reason why there are none.
+
+    Parameters
+    ----------
+    data : Dataset
+        After exclusions.
+    prepared : Prepared or None
+        Magnitude estimates; None where there are none.
+    rule : str or None
+        How they were normalised.
+    """
+    chosen = data.choices.tests
+    found: Result = {}
+    for name, test in TESTS.items():
+        if chosen is not None and name not in chosen:
+            found[name] = reason("not chosen in the study file")
+        elif prepared is None:
+            found[name] = reason("no magnitude estimates")
+        else:
+            found[name] = test(prepared)
+    found["normalisation"] = {
+        "rule": rule,
+        "zero_rule": data.choices.zero_rule,
+        "zeros": prepared.zeros if prepared else 0,
+        "standard_deviation": data.choices.standard_deviation,
+    }
+    found["difference"] = (
+        reason("not chosen in the study file")
+        if chosen is not None and "difference" not in chosen
+        else difference(data)
+    )
+    return found
+
+
+def difference(data: Dataset) -> Result:
+    """Return the descending difference, with the data set's own code book and coders."""
+    folder, name = data.folder, data.choices.codebook
+    book = load_codebook(folder / name if folder and name else SHIPPED)
+    found = analyse_differences(data.differences, book, data.choices.confidence)
+    codes = folder / "code" / "verbal_codes.tsv" if folder else None
+    if "reason" not in found and codes is not None and codes.is_file():
+        frame, _ = read_tables([codes], codes.parent)
+        require(frame, ("verbal_report", "coder", "category"), str(codes))
+        found["coders"] = agreement(frame)
+    return found
+
+
+def sensitivity(trials: pd.DataFrame, used: str) -> list[Result]:
+    """Return Table III's means and spreads under every rule that the data allows.
+
+    The exponent and every test within participants on logarithms are the same under all of them.
+    """
+    rows = []
+    for name in applicable(trials):
+        cells = cell_means(trials.assign(normalised=normalise(trials, name)), "normalised")
+        rows.append(
+            {
+                "rule": name,
+                "used": name == used,
+                "unit": RULES[name].unit,
+                "mean": {f"{a:g}": float(m) for a, m in cells.mean().items()},
+                "sd_sample": {f"{a:g}": float(s) for a, s in cells.std(ddof=1).items()},
+            }
+        )
+    return rows
+
+
+def robustness(
+    estimates: pd.DataFrame, flagged: set[str], choices: AnalysisChoices
+) -> list[Result]:
+    """Return the chief results with and without the participants who carry a flag."""
+    kept = ~estimates[KEY].astype(str).isin(flagged)
+    sets = [("all analysed", estimates)]
+    if flagged and kept.any():
+        sets.append(("without the flagged", estimates[kept]))
+    rows = []
+    for name, trials in sets:
+        data = prepare(trials.reset_index(drop=True), choices)
+        exponent, friedman = scaling.power_law(data), inference.friedman(data)
+        rows.append(
+            {
+                "participants": name,
+                "n": len(data.cells),
+                "exponent": exponent.get("exponent"),
+                "exponent_ci": exponent.get("ci95", exponent.get("ci")),
+                "friedman_chi2": friedman.get("chi2"),
+                "friedman_p": friedman.get("p"),
+                "means": {f"{a:g}": float(m) for a, m in data.cells.mean().items()},
+            }
+        )
+    return rows
+
+
+def plain(value: Any) -> Any:
+    """Return a structure as JSON can hold it: no NaN (null instead), no numpy scalars."""
+    if isinstance(value, dict):
+        return {str(key): plain(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(inner) for inner in value]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
