@@ -94,7 +94,95 @@ def run_reproduce(args: Namespace) -> int:
     return ANSWER_IS_NO if any(comparison.failed for comparison in comparisons) else DONE
 
 
+def add_power(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale power``."""
+    parser.add_argument(
+        "study",
+        metavar="STUDY",
+        nargs="?",
+        default="biet2007",
+        help="a TOML file or a shipped study's name, for its amplitudes and repetitions",
+    )
+    parser.add_argument(
+        "--sizes",
+        metavar="N",
+        type=int,
+        nargs="+",
+        default=[6, 8, 10, 12, 16, 20, 24, 32],
+        help="numbers of participants to try (default: 6 to 32)",
+    )
+    parser.add_argument("--repetitions", type=int, metavar="N", help="default: the study's")
+    parser.add_argument("--studies", type=int, default=1000, metavar="N", help="default: 1000")
+    parser.add_argument("--seed", type=int, default=2007, metavar="N", help="default: 2007")
+    parser.add_argument("--alpha", type=float, default=0.05, help="level of tests, default: 0.05")
+    parser.add_argument("--target", type=float, default=0.8, help="power asked for, default: 0.8")
+    parser.add_argument(
+        "--trial-to-trial",
+        type=float,
+        metavar="SHARE",
+        help="share of the variance that repetitions average out (default: the population's)",
+    )
+    parser.add_argument("--json", action="store_true", help="print the table as JSON")
+
+
+def run_power(args: Namespace) -> int:
+    """Simulate studies of several sizes; 1 where none reaches the power asked for."""
+    from analysis.power import fewest, power_curve  # noqa: PLC0415
+    from analysis.terminal import print_power  # noqa: PLC0415
+    from experiments.participants.population import Population  # noqa: PLC0415
+    from experiments.study import read_study  # noqa: PLC0415
+    from faults import UserError  # noqa: PLC0415
+
+    study, _ = read_study(args.study)
+    if not 0 < args.alpha < 1 or not 0 < args.target < 1 or args.studies < 1:
+        raise UserError(
+            "--alpha and --target: expected shares above 0 and below 1; --studies: 1 up"
+        )
+    estimation = [task for task in study.tasks if task.protocol == "magnitude_estimation"]
+    if not estimation:
+        raise UserError(f"{study.name}: no magnitude_estimation among its tasks; nothing to plan")
+    repetitions = args.repetitions or int(getattr(estimation[0], "repetitions", 1))
+    try:
+        population = (
+            Population()
+            if args.trial_to_trial is None
+            else Population(trial_to_trial=args.trial_to_trial)
+        )
+    except ValueError as error:
+        raise UserError(f"--trial-to-trial {args.trial_to_trial}: {error}") from error
+    with telling() as progress:
+        curve = power_curve(
+            study.amplitudes_um_pp,
+            sorted(set(args.sizes)),
+            repetitions=repetitions,
+            studies=args.studies,
+            seed=args.seed,
+            alpha=args.alpha,
+            population=population,
+            progress=progress,
+        )
+    enough = fewest(curve, args.target)
+    if args.json:
+        rows = [
+            {
+                "participants": point.participants,
+                "omnibus": point.omnibus,
+                "steps": [
+                    {"from_um_pp": low, "to_um_pp": high, "power": share}
+                    for (low, high), share in point.steps.items()
+                ],
+                "exponent_half_width": point.exponent_half_width,
+            }
+            for point in curve
+        ]
+        print(json.dumps({"enough": enough, "target": args.target, "sizes": rows}, indent=2))
+    else:
+        print_power(curve, args.target, enough, repetitions)
+    return ANSWER_IS_NO if enough is None else DONE
+
+
 COMMANDS: dict[str, tuple[Callable[[ArgumentParser], None], Callable[[Namespace], int]]] = {
     "analyse": (add_analyse, run_analyse),
     "reproduce": (add_reproduce, run_reproduce),
+    "power": (add_power, run_power),
 }

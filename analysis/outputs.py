@@ -116,9 +116,10 @@ def wide(analysis: Analysis) -> pd.DataFrame:
 
 def quality_table(analysis: Analysis) -> pd.DataFrame:
     """Return every participant's measures, flags and exclusion."""
+    names = list(analysis.flags.columns)
     raised = [
-        ";".join(name for name in analysis.flags.columns if row[name])
-        for _, row in analysis.flags.iterrows()
+        ";".join(name for name, on in zip(names, row, strict=True) if on)
+        for row in analysis.flags.to_numpy(bool).tolist()
     ]
     table = analysis.measures.assign(
         flags=raised, excluded=analysis.measures.index.isin(list(analysis.excluded))

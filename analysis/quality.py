@@ -48,10 +48,7 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
     """
     answers, trials = data.answers, data.estimates
     people = pd.Index(
-        sorted(
-            set(answers[KEY].astype(str))
-            | set(data.differences[KEY].astype(str) if len(data.differences) else ())
-        ),
+        sorted(_names(answers) | _names(data.differences)),
         name=KEY,
     )
     found = pd.DataFrame(index=people)
@@ -70,6 +67,10 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
     if catches is not None and len(catches):
         found["false_alarms"] = _share(catches, catches["difference_felt"] == 1)
     return found.reindex(columns=list(MEANINGS), index=people)
+
+
+def _names(rows: pd.DataFrame) -> set[str]:
+    return {str(name) for name in rows[KEY].unique()}
 
 
 def _indexed(values: np.ndarray, like: pd.DataFrame) -> pd.Series[float]:

@@ -1,0 +1,132 @@
+"""A million rows through `analyse`, beside what reading the same files with pandas costs.
+
+    .venv/bin/python benchmarks/analyse_scale.py [--participants 4000] [--rows 1000000]
+
+Three runs of one data set of thousands of participants, each in a fresh process: pandas reading
+every file (`pandas.read_csv`, the plain loop a user would write), pandas reading them plus the
+figures alone, and `slipscale analyse` whole: reading with every check, all tests, figures, report.
+Wall and processor time and peak memory of each; the ratio of `analyse` less figures to the plain
+reading is the number to watch (at most 2).
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+HEADER = (
+    "trial\tblock\tphase\tsurface\tamplitude_um_pp\tamplitude_readback_um_pp\testimate\tscale_top\t"
+    "modulus\tresponse_time\tonset\tduration\texploration_time\tresponse_time_source\t"
+    "rejected_entries\trepeats\tflag\n"
+)
+
+READ = """
+import pandas as pd
+paths = sorted(folder.glob("sub-*/beh/*.tsv"))
+frames = [pd.read_csv(path, sep="\\t", na_values=["n/a"]) for path in paths]
+table = pd.concat(frames, ignore_index=True)
+assert len(table) == rows, len(table)
+"""
+
+FIGURES = """
+from analysis.loading import load
+from analysis.pipeline import analyse
+from analysis import outputs
+analysis = analyse(folder, write=False)
+start, spent = time.perf_counter(), time.process_time()
+from analysis import figures
+for name, figure in outputs.draw(analysis).items():
+    figures.svg(figure, salt=name)
+    figures.save(figure, folder.parent / name, (".png", ".pdf"))
+"""
+
+ANALYSE = """
+from analysis.pipeline import analyse
+analyse(folder, folder.parent / "out")
+"""
+
+WRAP = """
+import json, resource, sys, time
+from pathlib import Path
+folder, rows = Path(sys.argv[1]), int(sys.argv[2])
+start, spent = time.perf_counter(), time.process_time()
+{body}
+wall, spent = time.perf_counter() - start, time.process_time() - spent
+peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+print(json.dumps({{"wall_s": wall, "cpu_s": spent, "peak_mb": peak}}))
+"""
+
+
+def write_dataset(folder: Path, participants: int, rows: int) -> None:
+    """Write a data set of simulated estimates: a power function, own scales, some noise."""
+    rng = np.random.default_rng(2007)
+    amplitudes = np.array([0.0, 0.5, 1.2, 2.3])
+    each = rows // participants
+    for number in range(1, participants + 1):
+        beh = folder / f"sub-{number:05d}" / "beh"
+        beh.mkdir(parents=True)
+        shown = rng.permutation(np.resize(amplitudes, each))
+        logs = np.log(40) + rng.normal(0.8, 0.15) * np.log(shown + 0.15) + rng.normal(0, 0.25, each)
+        estimates = np.round(np.clip(np.exp(logs + rng.normal(0, 0.1)), 0.1, 100), 1)
+        times = np.round(rng.lognormal(0.7, 0.4, each), 4)
+        lines = [
+            f"{k + 1}\t1\tmain\tS\t{a:g}\t{a:g}\t{e}\t100\tn/a\t{t}\t{5 * k}\t4\t2\tsimulated"
+            "\tn/a\tn/a\tn/a"
+            for k, (a, e, t) in enumerate(zip(shown, estimates, times, strict=True))
+        ]
+        stem = beh / f"sub-{number:05d}_task-magnitudeestimation_run-01_beh"
+        stem.with_suffix(".tsv").write_text(HEADER + "\n".join(lines) + "\n")
+        sidecar = {"Slipscale": {"study": "scale", "seed": number, "mode": "pilot"}}
+        stem.with_suffix(".json").write_text(json.dumps(sidecar))
+
+
+def measure(body: str, folder: Path, rows: int) -> dict[str, float]:
+    """Run a piece in a fresh process; return its wall time and peak memory."""
+    done = subprocess.run(
+        [sys.executable, "-c", WRAP.format(body=body), str(folder), str(rows)],
+        check=True,
+        capture_output=True,
+        text=True,
+    )
+    found: dict[str, float] = json.loads(done.stdout.splitlines()[-1])
+    return found
+
+
+def main() -> None:
+    """Write the data set, measure, print."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--participants", type=int, default=4000)
+    parser.add_argument("--rows", type=int, default=1_000_000)
+    args = parser.parse_args()
+    rows = args.rows // args.participants * args.participants
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(scratch) / "data"
+        write_dataset(folder, args.participants, rows)
+        found = {
+            name: measure(body, folder, rows)
+            for name, body in (
+                ("pandas reads", READ),
+                ("figures alone", FIGURES),
+                ("analyse", ANALYSE),
+            )
+        }
+    print(f"{rows:,} rows, {args.participants:,} participants")
+    for name, values in found.items():
+        print(
+            f"  {name:<14} {values['wall_s']:7.2f} s   CPU {values['cpu_s']:7.2f} s   "
+            f"peak {values['peak_mb']:7.0f} MB"
+        )
+    for kind in ("wall_s", "cpu_s"):
+        spent = found["analyse"][kind] - found["figures alone"][kind]
+        ratio = spent / found["pandas reads"][kind]
+        print(f"  analyse less figures, over reading, {kind}: {ratio:.2f}")
+
+
+if __name__ == "__main__":
+    main()
