@@ -149,7 +149,7 @@ def friedman(values: NDArray[np.float64]) -> NDArray[np.float64]:
     tied = 1 - (equal**2 - 1).sum(axis=(1, 2)) / (n * k * (k**2 - 1))
     chi2 = 12 / (n * k * (k + 1)) * (ranks.sum(axis=1) ** 2).sum(axis=1) - 3 * n * (k + 1)
     with np.errstate(invalid="ignore"):
-        return np.nan_to_num(stats.chi2.sf(chi2 / tied, k - 1), nan=1.0)
+        return np.asarray(np.nan_to_num(stats.chi2.sf(chi2 / tied, k - 1), nan=1.0))
 
 
 def holm(p: NDArray[np.float64]) -> NDArray[np.float64]:
