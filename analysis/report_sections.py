@@ -182,8 +182,16 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
         section.blocks.append(html.paragraph(f"Growth functions: {found['reason']}.", "note"))
         return section
     against = [("amplitude", "Against amplitude (µm, peak to peak)")]
-    if "friction" in found and "reason" not in found["friction"]:
-        against.append(("friction", "Against the predicted reduction of friction, 1 − µ′/µ"))
+    if "reason" not in found["friction"]:
+        against.append(
+            (
+                "friction",
+                (
+                    "Against the reduction of friction that the film predicts, 1 − µ′/µ (Reynolds' "
+                    "equation, h_r 0.6 µm, 30.5 kHz, 0.5 N)"
+                ),
+            )
+        )
     section.blocks += [_models(found[key], title) for key, title in against]
     if "reason" not in found["individual"]:
         best = ", ".join(

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+#: A predicted reduction of friction below this is the rounding of none.
+NO_REDUCTION = 1e-9
 #: Individual model comparisons are listed for studies up to this many participants.
 INDIVIDUALS_AT_MOST = 200
 
@@ -261,13 +263,16 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
 
 
 def growth(data: Prepared) -> Result:
-    """Compare growth functions against amplitude, for the group and for each participant."""
+    """Compare growth functions against amplitude and predicted friction, and for participants."""
     if data.refused:
         return reason(data.zero_sentence)
     found = compare(data.logs)
     if "reason" in found:
         return found
-    against: dict[str, Any] = {"amplitude": found}
+    against: dict[str, Any] = {
+        "amplitude": found,
+        "friction": against_friction(data.logs, data.choices.confidence),
+    }
     if len(data.logs) <= INDIVIDUALS_AT_MOST:
         winners = individual_winners(data.trials)
         against["individual"] = {
@@ -279,3 +284,40 @@ def growth(data: Prepared) -> Result:
             f"listed for studies of up to {INDIVIDUALS_AT_MOST} participants"
         )
     return against
+
+
+def predicted_reduction(amplitude_um_pp: float) -> float:
+    """Return the reduction of friction, 1 - µ'/µ, that the film predicts for an amplitude.
+
+    Reynolds' equation (3) in full and eq. (15), at the working point of the paper's Section IV
+    (h_r = 0.6 µm, 30.5 kHz) and 0.5 N; see `VirtualSurface.predicted_relative_friction`.
+    """
+    from stimuli.surface import VirtualSurface  # noqa: PLC0415
+
+    return 1.0 - VirtualSurface(amplitude_um_pp=amplitude_um_pp).predicted_relative_friction()
+
+
+def against_friction(logs: pd.DataFrame, confidence: float = 0.95) -> Result:
+    """Compare growth functions against the reduction of friction that the film predicts.
+
+    Parameters
+    ----------
+    logs : DataFrame, shape (participants, amplitudes)
+        As for `exponents`; amplitudes whose prediction is no reduction are left out.
+    confidence : float
+        Of the exponent's interval.
+    """
+    amplitudes = logs.columns.to_numpy(float)
+    reductions = np.array([predicted_reduction(float(value)) for value in amplitudes])
+    above = reductions > NO_REDUCTION
+    if len(np.unique(reductions[above])) < above.sum():
+        return reason("two amplitudes have the same predicted friction")
+    table = logs.loc[:, above].set_axis(reductions[above], axis=1)
+    found = compare(table)
+    if "reason" not in found:
+        slopes = exponents(table)["exponent"].to_numpy(float)
+        found["exponent"] = mean_with_interval(slopes, confidence)
+        found["reduction"] = {
+            f"{a:g}": float(r) for a, r in zip(amplitudes, reductions, strict=True)
+        }
+    return found

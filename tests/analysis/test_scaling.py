@@ -117,3 +117,13 @@ def test_single_participants_need_enough_trials_to_be_told_apart():
     winners = scaling.individual_winners(rows)
     assert winners["a"] in ("power", "linear")
     assert winners["b"] is None
+
+
+def test_a_power_of_predicted_friction_is_recovered_against_friction():
+    reductions = np.array([scaling.predicted_reduction(a) for a in STIMULI])
+    logs = table(lambda _: reductions**1.3, noise=0.01)
+    logs.insert(0, 0.0, 0.0)
+    found = scaling.against_friction(logs)
+    assert found["exponent"]["mean"] == pytest.approx(1.3, abs=0.02)
+    assert found["reduction"]["0"] == pytest.approx(0, abs=1e-9)
+    assert list(found["reduction"].values()) == sorted(found["reduction"].values())
