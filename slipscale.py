@@ -7,6 +7,7 @@ arguments and returns the exit status.
 
 from __future__ import annotations
 
+import os
 import sys
 
 VERSION = "0.1.0"
@@ -60,7 +61,18 @@ def main(arguments: list[str] | None = None) -> int:
     int
         0 done; 1 it ran and the answer is no; 2 wrong input; 3 the rig failed; 130 interrupted.
     """
-    words = sys.argv[1:] if arguments is None else arguments
+    try:
+        status = dispatch(sys.argv[1:] if arguments is None else arguments)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # Whoever read our output (head, a pager) has had enough; so have we, without complaint.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return DONE
+    return status
+
+
+def dispatch(words: list[str]) -> int:
+    """Answer what needs no command, or call the command; return the exit status."""
     if not words or words[0] in ("-h", "--help", "help"):
         print(usage())
         return DONE if words else USER_FAULT

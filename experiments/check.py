@@ -142,12 +142,16 @@ def check_plate(setting: Setting) -> Finding:
     ):
         made = plate.present(VirtualSurface(amplitude_um_pp=largest))
         plate.silence()
-        who = plate.identity
+        who, notes = plate.identity, plate.notes
     reading = made.readback.amplitude_um_pp
     told = "no readback" if reading is None else f"reads {reading:.2f} of {largest:g} µm p-p"
     name = f"{who.manufacturer} {who.model} {who.serial}" if who else setting.plate
     return Finding(
-        name="plate", passed=True, detail=f"{name}; {told}; {made.settle_time_s * 1000:.0f} ms"
+        name="plate",
+        # A note (an old calibration, say) is no reason not to begin, but must be read.
+        passed=None if notes else True,
+        detail=f"{name}; {told}; {made.settle_time_s * 1000:.0f} ms",
+        remedy="; ".join(notes),
     )
 
 

@@ -120,7 +120,7 @@ def columns(protocol: Protocol) -> dict[str, Column]:
 def cell(value: Value) -> str:
     r"""Return a value as it stands in a table.
 
-    >>> cell(None), cell(2.0), cell(12.345678901), cell("a\\tb")
+    >>> cell(None), cell(2.0), cell(12.345678901), cell("a\tb")
     ('n/a', '2', '12.345679', 'a b')
     """
     if value is None:
