@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from analysis.inference import Result, reason
-from analysis.tables import read_bytes
+from analysis.tables import faults_of, read_bytes
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -135,11 +135,7 @@ def load_codebook(path: Path = SHIPPED) -> Codebook:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UserError(f"{path}: not a TOML file ({error})") from error
     except ValidationError as error:
-        faults = "; ".join(
-            f"{'.'.join(str(part) for part in fault['loc'])}: {fault['msg']}"
-            for fault in error.errors()
-        )
-        raise UserError(f"{path}: not a code book: {faults}") from error
+        raise UserError(f"{path}: not a code book: {faults_of(error)}") from error
 
 
 def code_reports(changes: pd.DataFrame, book: Codebook) -> Result:

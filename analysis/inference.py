@@ -71,6 +71,15 @@ def _log_table(data: Prepared, conditions: int = 2) -> tuple[pd.DataFrame, str |
     return table, lacking(table, conditions)
 
 
+def _rank_table(data: Prepared) -> tuple[pd.DataFrame, str | None]:
+    """Return the complete table of mean estimates, and why it allows no test on ranks."""
+    table = data.whole
+    why = lacking(table, 3)
+    if why is None and (np.ptp(table.to_numpy(float), axis=1) == 0).all():
+        why = "every participant's estimates are all the same"
+    return table, why
+
+
 def _dropped(data: Prepared, table: pd.DataFrame) -> dict[str, int]:
     return {"n": len(table), "n_incomplete": len(data.cells) - len(table)}
 
@@ -177,12 +186,10 @@ def friedman(data: Prepared) -> Result:
     """Friedman's rank test and Kendall's W, on mean estimates: zeros and scales do not matter."""
     from scipy import stats  # noqa: PLC0415
 
-    table = data.whole
-    if why := lacking(table, 3):
+    table, why = _rank_table(data)
+    if why:
         return reason(why)
     values = table.to_numpy(float)
-    if (np.ptp(values, axis=1) == 0).all():
-        return reason("every participant's estimates are all the same")
     found = stats.friedmanchisquare(*values.T)
     n, k = values.shape
     return {
@@ -198,12 +205,10 @@ def page_trend(data: Prepared) -> Result:
     """Page's test of an ordered trend: estimates grow with amplitude. One-sided by nature."""
     from scipy import stats  # noqa: PLC0415
 
-    table = data.whole
-    if why := lacking(table, 3):
+    table, why = _rank_table(data)
+    if why:
         return reason(why)
     values = table.to_numpy(float)
-    if (np.ptp(values, axis=1) == 0).all():
-        return reason("every participant's estimates are all the same")
     found = stats.page_trend_test(values)
     return {
         "L": float(found.statistic),

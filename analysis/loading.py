@@ -18,12 +18,17 @@ import numpy as np
 import pandas as pd
 from pydantic import ValidationError
 
+from analysis.cleaning import (
+    clean_differences,
+    clean_estimates,
+    empty_differences,
+    empty_estimates,
+)
 from analysis.tables import (
     Problems,
     Source,
     digest,
-    numbers,
-    places,
+    faults_of,
     read_bytes,
     read_tables,
     require,
@@ -43,7 +48,6 @@ REQUIRED = {
     ESTIMATION: ("amplitude_um_pp", "estimate"),
     DIFFERENCE: ("amplitude_before_um_pp", "amplitude_um_pp", "difference_felt"),
 }
-TRUE, FALSE = {"yes", "true", "1", "1.0"}, {"no", "false", "0", "0.0"}
 #: Separators of a tidy table, tried in this order on its header line.
 SEPARATORS = ("\t", ";", ",")
 
@@ -186,14 +190,14 @@ def _load_table(path: Path) -> Dataset:
         )
         frame = frame[~unnamed].reset_index(drop=True)
     frame["participant_id"] = frame["participant_id"].astype(str)
-    answers_read = _clean_estimates(frame, sources, problems)
+    answers_read = clean_estimates(frame, sources, problems)
     counts: dict[str, int] = {}
     answers = _keep_main_trials(answers_read, counts)
     return Dataset(
         name=path.stem,
         estimates=_answered(answers, counts),
         answers=answers,
-        differences=_empty_differences(),
+        differences=empty_differences(),
         participants=pd.DataFrame(
             {"participant_id": sorted(answers["participant_id"].astype(str).unique())}
         ),
@@ -207,7 +211,7 @@ def _read_task(
     task: str, entries: Sequence[tuple[Path, re.Match[str]]], folder: Path, problems: Problems
 ) -> tuple[pd.DataFrame, list[Source]]:
     if not entries:
-        return (_empty_estimates() if task == ESTIMATION else _empty_differences()), []
+        return (empty_estimates() if task == ESTIMATION else empty_differences()), []
     frame, sources = read_tables([path for path, _ in entries], folder)
     where = sources[0].name if len(sources) == 1 else f"{folder} (task {task})"
     require(frame, REQUIRED[task], where)
@@ -222,103 +226,8 @@ def _read_task(
         codes = np.array([categories.index(value) for value in values])[place]
         frame[name] = pd.Categorical.from_codes(codes, categories=pd.Index(categories))
     if task == ESTIMATION:
-        return _clean_estimates(frame, sources, problems), sources
-    return _clean_differences(frame, sources, problems), sources
-
-
-def _clean_estimates(
-    frame: pd.DataFrame, sources: Sequence[Source], problems: Problems
-) -> pd.DataFrame:
-    """Return rows with every column of the tidy table, numbers as numbers."""
-    clean = pd.DataFrame(
-        {
-            "participant_id": frame["participant_id"].astype("category"),
-            "session": _labels(frame, "session", ""),
-            "run": _labels(frame, "run", "1"),
-            "file": frame["file"],
-            "line": frame["line"],
-        }
-    )
-    for column in ("amplitude_um_pp", "estimate"):
-        clean[column] = numbers(frame, column, sources, problems, minimum=0.0)
-    for column in ("trial", "block", "response_time", "scale_top", "modulus"):
-        clean[column] = (
-            numbers(frame, column, sources, problems, minimum=0.0)
-            if column in frame and frame[column].notna().any()
-            else np.nan
-        )
-    clean["phase"] = _labels(frame, "phase", "main")
-    clean["flag"] = _labels(frame, "flag", "")
-    return _without_doubles(clean, sources, problems)
-
-
-def _clean_differences(
-    frame: pd.DataFrame, sources: Sequence[Source], problems: Problems
-) -> pd.DataFrame:
-    clean = pd.DataFrame(
-        {name: frame[name] for name in ("participant_id", "session", "run", "file", "line")}
-    )
-    for column in ("amplitude_before_um_pp", "amplitude_um_pp"):
-        clean[column] = numbers(frame, column, sources, problems, minimum=0.0)
-    for column in ("trial", "series", "step", "confidence", "response_time"):
-        clean[column] = (
-            numbers(frame, column, sources, problems)
-            if column in frame and frame[column].notna().any()
-            else np.nan
-        )
-    felt = frame["difference_felt"].astype("object").map(lambda v: str(v).strip().lower())
-    clean["difference_felt"] = felt.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
-    wrong = clean["difference_felt"].isna() & frame["difference_felt"].notna()
-    problems.add_many(
-        [
-            f"{place}, column difference_felt: '{value}' where yes or no was expected; "
-            "the step is left out"
-            for place, value in zip(
-                places(frame[wrong], sources), frame.loc[wrong, "difference_felt"], strict=True
-            )
-        ],
-        "column difference_felt",
-    )
-    catch = frame["catch"] if "catch" in frame else pd.Series("false", index=frame.index)
-    clean["catch"] = catch.astype("object").map(lambda v: str(v).strip().lower() in TRUE)
-    clean["verbal_report"] = _labels(frame, "verbal_report", "")
-    clean["phase"] = _labels(frame, "phase", "main")
-    clean["flag"] = _labels(frame, "flag", "")
-    return _without_doubles(clean, sources, problems)
-
-
-def _labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
-    if column not in frame:
-        return pd.Series(pd.Categorical([missing] * len(frame)), index=frame.index)
-    values = frame[column].astype("category")
-    values = values.cat.rename_categories([str(name) for name in values.cat.categories])
-    if missing not in values.cat.categories:
-        values = values.cat.add_categories(missing)
-    return values.fillna(missing)
-
-
-def _without_doubles(
-    clean: pd.DataFrame, sources: Sequence[Source], problems: Problems
-) -> pd.DataFrame:
-    """Drop and name rows that give the same trial of the same run once more."""
-    if clean["trial"].isna().all():
-        return clean
-    key = ["participant_id", "session", "run", "phase", "trial"]
-    doubled = clean["trial"].notna() & clean.duplicated(key, keep="first")
-    doubled &= ~clean["flag"].astype(str).str.contains("voided") if doubled.any() else doubled
-    problems.add_many(
-        [
-            f"{place}: trial {trial:g} of {who} is there a second time; the first is kept"
-            for place, trial, who in zip(
-                places(clean[doubled], sources),
-                clean.loc[doubled, "trial"],
-                clean.loc[doubled, "participant_id"],
-                strict=True,
-            )
-        ],
-        "doubled trials",
-    )
-    return clean[~doubled].reset_index(drop=True) if doubled.any() else clean
+        return clean_estimates(frame, sources, problems), sources
+    return clean_differences(frame, sources, problems), sources
 
 
 def _has_flag(frame: pd.DataFrame, *codes: str) -> pd.Series[bool]:
@@ -442,11 +351,7 @@ def _choices(folder: Path, sources: list[Source]) -> tuple[AnalysisChoices, tupl
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UserError(f"{path}: not a TOML file ({error})") from error
     except ValidationError as error:
-        faults = "; ".join(
-            f"[analysis] {'.'.join(str(part) for part in fault['loc'])}: {fault['msg']}"
-            for fault in error.errors()
-        )
-        raise UserError(f"{path}: {faults}") from error
+        raise UserError(f"{path}: [analysis] {faults_of(error)}") from error
     return choices, tuple(sorted(table))
 
 
@@ -456,19 +361,3 @@ def _title(folder: Path) -> str:
         return str(json.loads(path.read_text(encoding="utf-8"))["Name"])
     except (OSError, ValueError, KeyError, TypeError):
         return folder.resolve().name
-
-
-def _empty_estimates() -> pd.DataFrame:
-    text = ("participant_id", "session", "run", "phase", "flag")
-    values = ("trial", "block", "amplitude_um_pp", "estimate", "response_time", "scale_top")
-    columns: dict[str, Any] = {name: pd.Categorical([]) for name in text}
-    columns |= {name: np.array([], float) for name in (*values, "modulus", "file", "line")}
-    return pd.DataFrame(columns)
-
-
-def _empty_differences() -> pd.DataFrame:
-    text = ("participant_id", "session", "run", "phase", "flag", "verbal_report")
-    values = ("trial", "series", "step", "amplitude_before_um_pp", "amplitude_um_pp")
-    columns: dict[str, Any] = {name: pd.Categorical([]) for name in text}
-    columns |= {name: np.array([], float) for name in (*values, "difference_felt", "confidence")}
-    return pd.DataFrame(columns | {"catch": np.array([], bool)})

@@ -226,7 +226,8 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
             f"normalisation '{rule}' needs {RULES[rule].needs}; missing for {listed}. "
             "Other rules: --normalise " + ", ".join(name for name in RULES if name != rule)
         )
-    return trials["estimate"] / below * RULES[rule].top
+    # Times first: 58 on a scale of 100 stays 58.
+    return trials["estimate"] * RULES[rule].top / below
 
 
 def applicable(trials: pd.DataFrame) -> list[str]:

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from pathlib import Path
 
+    from pydantic import ValidationError
+
 MISSING = ["n/a", ""]
 LISTED_PROBLEMS = 12
 
@@ -231,3 +233,11 @@ def numbers(
             f"column {column}",
         )
     return values.mask(outside)
+
+
+def faults_of(error: ValidationError) -> str:
+    """Return every fault that pydantic found: where, and what was expected."""
+    return "; ".join(
+        f"{'.'.join(str(part) for part in fault['loc'])}: {fault['msg']}"
+        for fault in error.errors()
+    )

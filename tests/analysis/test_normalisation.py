@@ -5,7 +5,7 @@ from typing import get_args
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from analysis.loading import load
@@ -76,6 +76,7 @@ def test_modulus_equalisation_keeps_the_group_s_geometric_means():
     assert np.ptp(after.mean(axis=1)) == pytest.approx(0, abs=1e-12)
 
 
+@settings(max_examples=25, deadline=None)
 @given(st.floats(0.01, 1000), st.sampled_from(["participant_maximum", "top_stimulus"]))
 def test_a_participant_s_own_unit_does_not_matter(unit, rule):
     values = RANDOM.copy()
