@@ -100,8 +100,15 @@ def results(analysis: Analysis) -> html.Section:
     texts: list[Any] = apa.sentences(dict(analysis.inference), level)
     texts += apa.difference_sentences(analysis.inference["difference"], level)
     section = html.Section("Results, in sentences")
-    section.blocks += [html.paragraph(text, "sentence") for text in texts]
+    section.blocks += [html.paragraph(_unbroken(text), "sentence") for text in texts]
     if analysis.problems:
         section.blocks.append(html.heading("To be looked at first"))
         section.blocks.append(html.bullets(analysis.problems, "problem"))
     return section
+
+
+def _unbroken(text: str) -> str:
+    """Keep a statistic and its value on one line."""
+    for sign in ("=", "<", ">"):
+        text = text.replace(f" {sign} ", f"\N{NO-BREAK SPACE}{sign}\N{NO-BREAK SPACE}")
+    return text
