@@ -10,7 +10,7 @@ SUBCOMMANDS: dict[str, tuple[str, str]] = {
     "list": ("hardware.port_cli", "the backends, and the ports on which a plate may be"),
     "calibrate": ("hardware.calibration_cli", "sweep, fit and write a calibration file"),
     "emulate": ("hardware.emulator_cli", "a driver board on a pseudo-terminal, to try things on"),
-    "design": ("hardware.plate.design_cli", "models of a plate"),
+    "design": ("hardware.plate.design_cli", "from requirements to plate sizes"),
 }
 
 

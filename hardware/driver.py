@@ -32,6 +32,7 @@ from hardware.plate_faults import (
     WrongDevice,
 )
 from hardware.plate_records import PlateIdentity, Presentation, Readback, ReadbackKind
+from stimuli.modulation import DEFAULT_MODULATOR
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -39,7 +40,8 @@ if TYPE_CHECKING:
 
     from hardware.calibration import Calibration
     from hardware.clock import Clock
-    from stimuli.surface import VirtualSurface
+    from stimuli.modulation import Loop, Modulator
+    from stimuli.surface import Surface
 
 __all__ = [
     "BACKENDS",
@@ -85,9 +87,12 @@ class PlateDriver(ABC):
     ----------
     notes : tuple of str
         After `connect`: what the operator should know (calibration old, or of another plate).
+    modulator : Modulator or None
+        How fast plate and line follow a texture; None: this backend cannot modulate.
     """
 
     name: ClassVar[str]
+    modulator: Modulator | None = None
 
     def __init__(
         self,
@@ -122,22 +127,45 @@ class PlateDriver(ABC):
         self._on_time.command(self.clock.now(), vibrates=False)
         return self.identity
 
-    def present(self, surface: VirtualSurface) -> Presentation:
+    def admit(self, surface: Surface) -> Loop | None:
+        """Return what the plate plays to make a texture, None for a plain surface; do nothing.
+
+        Raises
+        ------
+        OverLimit
+            The largest amplitude is outside the limits.
+        UserError
+            A texture, and this backend cannot modulate, or not as fast as that.
+        """
+        self.limits.check_amplitude(surface.amplitude_um_pp)
+        loop = surface.loop(self.modulator or DEFAULT_MODULATOR)
+        if loop and self.modulator is None:
+            raise UserError(
+                f"plate: backend '{self.name}' cannot present the texture '{surface.label}': it "
+                "holds one amplitude at a time; present it on a backend that modulates (mock), "
+                "or take the textures out of the study"
+            )
+        return loop
+
+    def present(self, surface: Surface) -> Presentation:
         """Make the surface: ramp to its amplitude and return once that has settled.
 
-        An amplitude of 0 switches the output off.
+        An amplitude of 0 switches the output off. A texture settles at its mean amplitude, which
+        is what the presentation tells; then it is played until the next command.
 
         Raises
         ------
         OverLimit
             The amplitude or the duty is outside the limits; the plate was left as it was.
+        UserError
+            A texture that this backend cannot play, see `admit`; the plate was left as it was.
         NotReached
             The plate measures another amplitude than commanded; it was silenced.
         PlateFault
             Any other fault of the rig; the plate was silenced.
         """
-        amplitude_um_pp = surface.amplitude_um_pp
-        self.limits.check_amplitude(amplitude_um_pp)
+        loop = self.admit(surface)
+        amplitude_um_pp = loop.mean_um_pp if loop else surface.amplitude_um_pp
         if amplitude_um_pp > 0:
             self._check_duty()
         with self._silent_on_fault():
@@ -146,6 +174,8 @@ class PlateDriver(ABC):
             measured_um_pp = presentation.readback.amplitude_um_pp
             if presentation.readback.kind == "measured" and measured_um_pp is not None:
                 self.limits.check_reached(amplitude_um_pp, measured_um_pp)
+            if loop:
+                self._play(loop)
         return presentation
 
     def excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
@@ -268,6 +298,10 @@ class PlateDriver(ABC):
 
     def _check(self) -> None:  # noqa: B027 - most backends learn of faults by commands alone
         """Raise the fault that has come up since the last command, if any; cheaply."""
+
+    def _play(self, loop: Loop) -> None:
+        """Modulate the settled plate until the next command; a backend with a `modulator` only."""
+        raise NotImplementedError
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         """Drive at a checked frequency and voltage; return when it has settled."""

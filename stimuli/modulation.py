@@ -22,6 +22,33 @@ class AmplitudeStep(NamedTuple):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Loop:
+    """One period of commands, played over and over.
+
+    Parameters
+    ----------
+    amplitudes_um_pp : tuple of float
+        Amplitudes commanded, µm peak to peak, each for the same time.
+    step_s : float
+        That time.
+    mean_um_pp : float
+        Where the plate settles before it plays.
+    """
+
+    amplitudes_um_pp: tuple[float, ...]
+    step_s: float
+    mean_um_pp: float
+
+    def step_at(self, time_s: float) -> int:
+        """Return the number of the step at a time, counted from time 0 through all periods."""
+        return math.floor(time_s / self.step_s)
+
+    def amplitude_um_pp(self, step: int) -> float:
+        """Return the amplitude commanded in a step."""
+        return self.amplitudes_um_pp[step % len(self.amplitudes_um_pp)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Modulator:
     """A plate and its line, as far as modulation goes.
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Protocol, TypeVar
 
 from faults import UserError
-from stimuli.modulation import DEFAULT_MODULATOR, AmplitudeStep, Modulator
+from stimuli.modulation import DEFAULT_MODULATOR, AmplitudeStep, Loop, Modulator
 
 if TYPE_CHECKING:
     from stimuli.quantities import Array
@@ -47,10 +47,17 @@ class Surface(Protocol):
     def amplitude_um_pp(self) -> float:
         """Largest amplitude in µm, peak to peak: what the plate's limits are checked against."""
 
+    @property
+    def lowest_um_pp(self) -> float:
+        """Smallest amplitude in µm, peak to peak."""
+
     def envelope(
         self, finger_speed_mm_s: float, duration_s: float, modulator: Modulator = DEFAULT_MODULATOR
     ) -> tuple[AmplitudeStep, ...]:
         """Return the commands that make the surface under a finger of constant speed."""
+
+    def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
+        """Return what a plate plays that does not track the finger; None: one amplitude."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,6 +100,18 @@ class VirtualSurface:
     ) -> tuple[AmplitudeStep, ...]:
         """Return the one command that makes this surface."""
         return (AmplitudeStep(0.0, self.amplitude_um_pp),)
+
+    @property
+    def lowest_um_pp(self) -> float:
+        """The amplitude: it does not change."""
+        return self.amplitude_um_pp
+
+    def loop(
+        self,
+        modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - the same on any plate
+    ) -> Loop | None:
+        """Return None: there is nothing to play."""
+        return None
 
     def predicted_relative_friction(
         self,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 from faults import UserError
-from stimuli.modulation import DEFAULT_MODULATOR, AmplitudeStep, Modulator
+from stimuli.modulation import DEFAULT_MODULATOR, AmplitudeStep, Loop, Modulator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,11 +53,15 @@ class Grating:
         How the amplitude goes along a period.
     label : str
         A code that does not tell the texture.
+    name : str
+        What the study calls it, for the data.
+    finger_speed_mm_s : float
+        Speed of the finger that is assumed where the plate does not track it; above 0.
 
     Raises
     ------
     UserError
-        A length or amplitude is out of range, or no such wave form is known.
+        A length, amplitude or speed is out of range, or no such wave form is known.
     """
 
     spatial_period_mm: float
@@ -65,9 +69,11 @@ class Grating:
     depth_um_pp: float
     waveform: Waveform = "sine"
     label: str = ""
+    name: str = ""
+    finger_speed_mm_s: float = 50.0
 
     def __post_init__(self) -> None:
-        where = f"texture '{self.label}'"
+        where = self._where
         if not (math.isfinite(self.spatial_period_mm) and self.spatial_period_mm > 0):
             raise UserError(
                 f"{where}: spatial_period_mm is {self.spatial_period_mm}, expected above 0 mm"
@@ -84,11 +90,24 @@ class Grating:
         if self.waveform not in _WAVES:
             known = ", ".join(get_args(Waveform))
             raise UserError(f"{where}: waveform is '{self.waveform}', expected one of: {known}")
+        if not (math.isfinite(self.finger_speed_mm_s) and self.finger_speed_mm_s > 0):
+            raise UserError(
+                f"{where}: finger_speed_mm_s is {self.finger_speed_mm_s}, expected above 0 mm/s"
+            )
+
+    @property
+    def _where(self) -> str:
+        return f"texture '{self.name or self.label}'"
 
     @property
     def amplitude_um_pp(self) -> float:
         """The largest amplitude, µm peak to peak."""
         return self.mean_um_pp + self.depth_um_pp
+
+    @property
+    def lowest_um_pp(self) -> float:
+        """The smallest amplitude, µm peak to peak."""
+        return self.mean_um_pp - self.depth_um_pp
 
     def amplitude_at_um_pp(self, position_mm: float) -> float:
         """Return the amplitude at a place of the stroke, µm peak to peak."""
@@ -125,13 +144,11 @@ class Grating:
         """
         if not math.isfinite(finger_speed_mm_s):
             raise UserError(
-                f"texture '{self.label}': finger_speed_mm_s is {finger_speed_mm_s}, "
+                f"{self._where}: finger_speed_mm_s is {finger_speed_mm_s}, "
                 "expected a finite number of mm/s"
             )
         if not (math.isfinite(duration_s) and duration_s > 0):
-            raise UserError(
-                f"texture '{self.label}': duration_s is {duration_s}, expected above 0 s"
-            )
+            raise UserError(f"{self._where}: duration_s is {duration_s}, expected above 0 s")
         rate = self.modulation_hz(finger_speed_mm_s)
         if rate == 0 or self.depth_um_pp == 0:
             return (AmplitudeStep(0.0, self.amplitude_at_um_pp(0.0)),)
@@ -139,7 +156,7 @@ class Grating:
         fastest = modulator.fastest_hz(fewest)
         if rate > fastest:
             raise UserError(
-                f"texture '{self.label}': a finger at {abs(finger_speed_mm_s):g} mm/s crosses "
+                f"{self._where}: a finger at {abs(finger_speed_mm_s):g} mm/s crosses "
                 f"{rate:.3g} periods a second, the plate and its line follow {fastest:.3g} at "
                 f"most: expected a finger up to {fastest * self.spatial_period_mm:.3g} mm/s or a "
                 f"period from {abs(finger_speed_mm_s) / fastest:.3g} mm"
@@ -153,4 +170,22 @@ class Grating:
                 i * step_s, self.amplitude_at_um_pp((i + 0.5) * step_s * finger_speed_mm_s)
             )
             for i in range(count)
+        )
+
+    def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
+        """Return one period under a finger of the assumed speed; None for a grating of no depth.
+
+        Raises
+        ------
+        UserError
+            The finger crosses the grating faster than plate or line can follow.
+        """
+        if self.depth_um_pp == 0:
+            return None
+        period_s = 1 / self.modulation_hz(self.finger_speed_mm_s)
+        steps = self.envelope(self.finger_speed_mm_s, period_s, modulator)
+        return Loop(
+            amplitudes_um_pp=tuple(step.amplitude_um_pp for step in steps),
+            step_s=period_s / len(steps),
+            mean_um_pp=self.mean_um_pp,
         )

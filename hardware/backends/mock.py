@@ -35,17 +35,18 @@ from hardware.driver import (
 )
 from hardware.injection import Injection, Schedule, parse_injections
 from hardware.plate.dynamics import Finger, Resonator
-from hardware.plate.twin import OFF, Drive, Twin
+from hardware.plate.twin import OFF, SETTLING_TIME_CONSTANTS, Drive, Twin
+from stimuli.modulation import Modulator
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from hardware.calibration import Calibration
     from hardware.clock import Clock
+    from stimuli.modulation import Loop
 
 RAMP_S = 0.025  # raised cosine: no click
 RAMP_STEPS = 16
-SETTLING_TIME_CONSTANTS = 40  # e^-40: to the last digit, nothing is left of the surface before
 
 PHASES = ("connect", "present", "read_back", "silence", "check")
 OPTIONS: dict[str, Callable[[str], Any]] = {
@@ -96,6 +97,10 @@ class MockPlate(PlateDriver):
     ) -> None:
         super().__init__(clock=clock, limits=limits, calibration=calibration)
         self.twin = twin or Twin(voltage_limit_v=self.limits.voltage_v)
+        resonator = self.twin.resonator
+        self.modulator = Modulator(
+            resonance_hz=resonator.resonance_hz, quality_factor=resonator.quality_factor
+        )
         self.log: list[Command] = []
         self._schedule = Schedule(injections)
         self._connected = False
@@ -137,6 +142,11 @@ class MockPlate(PlateDriver):
             settled_by="readback",
             settle_time_s=readback.time_s - begun_s,
         )
+
+    def _play(self, loop: Loop) -> None:
+        frequency_hz = self.twin.resonator.resonance_hz
+        self._set(Drive(frequency_hz=frequency_hz, target_um_pp=loop.mean_um_pp, played=loop))
+        self._settle()
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         self._hear("present")

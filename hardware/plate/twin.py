@@ -8,13 +8,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hardware.plate.dynamics import NO_FINGER, Conditions, Finger, Resonator, conditions
 
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from stimuli.modulation import Loop
+
 TEMPERATURE_PERIODS_S = (2_700.0, 1_130.0, 470.0)  # air conditioning, doors, people
 WORD = (1 << 64) - 1  # a Philox key has two 64-bit words
+SETTLING_TIME_CONSTANTS = 40  # e^-40: to the last digit, nothing is left of what was before
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,12 +50,14 @@ class Drive:
 
     Either a voltage (``target_um_pp`` is None), or an amplitude that the board's control loop
     holds as long as its voltage suffices; the loop is taken as ideal. ``frequency_hz`` None
-    follows the resonance.
+    follows the resonance. ``played`` modulates the amplitude, about ``target_um_pp``: where in
+    its period it is depends on the time alone.
     """
 
     frequency_hz: float | None = None
     voltage_v: float = 0.0
     target_um_pp: float | None = None
+    played: Loop | None = None
 
 
 OFF = Drive()
@@ -126,28 +135,45 @@ class Twin:
 
     def voltage_v(self, now_s: float) -> float:
         """Return the drive voltage, V peak."""
-        return self._applied(self.conditions(now_s))[1]
+        target_um_pp = self.drive.target_um_pp
+        if played := self.drive.played:
+            target_um_pp = played.amplitude_um_pp(played.step_at(now_s))
+        return self._applied(self.conditions(now_s), target_um_pp)[1]
 
     def _advance(self, now_s: float) -> complex:
         """Let the envelope run to ``now_s``; conditions change far slower than it does."""
         now = self.conditions(now_s)
-        frequency_hz, voltage_v = self._applied(now)
-        self._envelope_um_pp = now.step(
-            self._envelope_um_pp,
-            max(now_s - self._time_s, 0.0),
-            voltage_v=voltage_v,
-            frequency_hz=frequency_hz,
-        )
+        for duration_s, target_um_pp in self._targets(now, now_s):
+            frequency_hz, voltage_v = self._applied(now, target_um_pp)
+            self._envelope_um_pp = now.step(
+                self._envelope_um_pp, duration_s, voltage_v=voltage_v, frequency_hz=frequency_hz
+            )
         self._time_s = now_s
         return self._envelope_um_pp
 
-    def _applied(self, now: Conditions) -> tuple[float, float]:
+    def _targets(self, now: Conditions, now_s: float) -> Iterator[tuple[float, float | None]]:
+        """Yield what was to be held up to ``now_s``, as (for how many seconds, µm p-p).
+
+        Of what is played only the last time constants are gone through: nothing is left of what
+        was before, and so the amplitude depends on the time and not on when one last looked.
+        """
+        played = self.drive.played
+        if played is None:
+            yield max(now_s - self._time_s, 0.0), self.drive.target_um_pp
+            return
+        begin_s = now_s - SETTLING_TIME_CONSTANTS * now.time_constant_s
+        for step in range(played.step_at(begin_s), played.step_at(now_s) + 1):
+            since_s = max(step * played.step_s, begin_s)
+            until_s = min((step + 1) * played.step_s, now_s)
+            yield max(until_s - since_s, 0.0), played.amplitude_um_pp(step)
+
+    def _applied(self, now: Conditions, target_um_pp: float | None) -> tuple[float, float]:
         """Return the frequency in Hz and the voltage in V that are on the plate."""
         drive = self.drive
         frequency_hz = now.resonance_hz if drive.frequency_hz is None else drive.frequency_hz
-        if drive.target_um_pp is None:
+        if target_um_pp is None:
             return frequency_hz, drive.voltage_v
-        needed_v = drive.target_um_pp / abs(now.response_um_pp_per_v(frequency_hz))
+        needed_v = target_um_pp / abs(now.response_um_pp_per_v(frequency_hz))
         return frequency_hz, min(needed_v, self.voltage_limit_v)
 
     def _random(self, counter: int) -> np.random.Generator:

@@ -135,3 +135,31 @@ def test_impossible_stroke_is_refused(speed, duration):
 def test_impossible_modulator_is_refused(name):
     with pytest.raises(UserError, match=f"{name} is 0"):
         Modulator(**{name: 0.0})
+
+
+@pytest.mark.parametrize("wave", WAVES)
+def test_a_loop_goes_on_as_the_envelope_does(wave):
+    surface = grating(waveform=wave, finger_speed_mm_s=40.0)
+    loop = surface.loop()
+    for i, step in enumerate(surface.envelope(40.0, 10 * 5.0 / 40.0)):
+        assert loop.amplitude_um_pp(i) == pytest.approx(step.amplitude_um_pp)
+        assert loop.step_at(step.time_s + loop.step_s / 2) == i
+    assert sum(loop.amplitudes_um_pp) / len(loop.amplitudes_um_pp) == pytest.approx(loop.mean_um_pp)
+    assert max(loop.amplitudes_um_pp) <= surface.amplitude_um_pp
+    assert min(loop.amplitudes_um_pp) >= surface.lowest_um_pp
+
+
+def test_a_surface_of_one_amplitude_has_nothing_to_play():
+    assert VirtualSurface(amplitude_um_pp=1.5).loop() is None
+    assert grating(depth_um_pp=0.0).loop() is None
+
+
+@pytest.mark.parametrize("speed", [0.0, -50.0, math.nan])
+def test_a_texture_is_played_for_a_finger_that_moves_forward(speed):
+    with pytest.raises(UserError, match="finger_speed_mm_s is"):
+        grating(finger_speed_mm_s=speed)
+
+
+def test_a_loop_faster_than_the_plate_is_refused():
+    with pytest.raises(UserError, match=r"texture 'ridges'.*a period from 16 mm"):
+        grating(name="ridges", finger_speed_mm_s=500.0).loop()
