@@ -133,13 +133,18 @@ def check_participant(setting: Setting) -> Finding:
 
 
 def check_plate(setting: Setting) -> Finding:
-    """Have the plate answer, make the study's largest amplitude, and fall silent."""
+    """Have the plate answer, make the study's largest amplitude, and fall silent.
+
+    Textures are not played, but it must be able to.
+    """
     study, _ = read_study(setting.study)
     largest = max(study.amplitudes_um_pp)
     with (
         open_plate(setting.plate, clock=SystemClock(), seed=study.seed) as plate,
         silent_on_signals(plate),
     ):
+        for texture in study.gratings:
+            plate.admit(texture)
         made = plate.present(VirtualSurface(amplitude_um_pp=largest))
         plate.silence()
         who, notes = plate.identity, plate.notes

@@ -36,7 +36,9 @@ def columns(protocol: Protocol) -> dict[str, Column]:
     before = [name for name in own if name in ("block", "series", "step")]
     after = [name for name in own if name not in before]
     amplitude_first = [name for name in after if name.startswith("amplitude")]
-    answers = [name for name in after if name not in amplitude_first]
+    texture = [name for name in after if name == "texture"]
+    answers = [name for name in after if name not in (*amplitude_first, *texture)]
+    modulated = ("; of a texture the largest", "; of a texture its mean") if texture else ("", "")
     common = {
         "trial": Column(
             value=lambda record: record.trial.number,
@@ -49,16 +51,18 @@ def columns(protocol: Protocol) -> dict[str, Column]:
         ),
         "surface": Column(
             value=lambda record: record.surface.label if record.surface else None,
-            description="Code of the virtual surface, S1, S2, ... in the order of the study file",
+            description="Code of the virtual surface, S1, S2, ... in the order of the study file"
+            + ("; T1, T2, ... for textures" if texture else ""),
         ),
         "amplitude_um_pp": Column(
             value=lambda record: record.surface.amplitude_um_pp if record.surface else None,
-            description="Vibration amplitude commanded, peak to peak",
+            description=f"Vibration amplitude commanded, peak to peak{modulated[0]}",
             units="um",
         ),
         "amplitude_readback_um_pp": Column(
             value=lambda record: record.readback_um_pp,
-            description="Vibration amplitude read back from the plate once settled, peak to peak",
+            description="Vibration amplitude read back from the plate once settled, peak to peak"
+            + modulated[1],
             units="um",
         ),
         "response_time": Column(
@@ -108,7 +112,7 @@ def columns(protocol: Protocol) -> dict[str, Column]:
         ),
     }
     order = [
-        *("trial", *before, "phase", "surface", *amplitude_first),
+        *("trial", *before, "phase", "surface", *texture, *amplitude_first),
         *("amplitude_um_pp", "amplitude_readback_um_pp", *answers),
         *("response_time", "onset", "duration", "exploration_time"),
         *("response_time_source", "rejected_entries", "repeats", "flag"),

@@ -197,10 +197,12 @@ def _readme(plan: RunPlan) -> str:
         else "Recorded from participants."
     )
     amplitudes = ", ".join(f"{amplitude:g}" for amplitude in study.amplitudes_um_pp)
+    names = ", ".join(texture.name for texture in study.textures)
+    textures = f"; textures {names}" if names else ""
     return (
         f"# {study.title}\n\n{kind}\n\n"
         f"Study `{study.name}`, recorded with Slipscale; plate amplitudes {amplitudes} µm peak to "
-        "peak.\n\n"
+        f"peak{textures}.\n\n"
         "`sourcedata/` holds the journals, from which all tables here were made and can be made "
         "again; `code/` holds the study file. The JSON file beside a table says what its columns "
         "mean. Rows flagged `voided` and rows of the phase `practice` are not to be analysed.\n"

@@ -130,6 +130,8 @@ def _conduct(
     with ExitStack() as stack:
         stack.enter_context(signals_raise())
         plate = stack.enter_context(open_plate(room.plate, clock=clock, seed=plan.seed))
+        for texture in plan.study.gratings:
+            plate.admit(texture)
         noise = _noise(plan)
         person = stack.enter_context(
             PsychoPyWindow(

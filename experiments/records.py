@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from experiments.steps import Answer, Presented, Reply, Trial, Voided
 from stimuli.surface import VirtualSurface
+from stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from experiments.steps import Step
+    from stimuli.surface import Surface
 
 ANSWERS: dict[str, Callable[..., Answer]] = {
     "Reply": Reply,
@@ -55,9 +57,9 @@ def answer_from(record: dict[str, Any] | None) -> Answer:
     return ANSWERS[str(fields.pop("type"))](**fields)
 
 
-def surface_from(record: dict[str, Any]) -> VirtualSurface:
-    """Return the surface that a record holds."""
-    return VirtualSurface(**record)
+def surface_from(record: dict[str, Any]) -> Surface:
+    """Return the surface that a record holds: a texture is known by its period."""
+    return Grating(**record) if "spatial_period_mm" in record else VirtualSurface(**record)
 
 
 def trial_from(record: dict[str, Any]) -> Trial:

@@ -106,6 +106,7 @@ class RunPlan:
             row=self.row,
             amplitudes_um_pp=self.study.amplitudes_um_pp,
             texts=self.texts(),
+            textures=self.study.gratings,
         )
 
     def tasks(self) -> list[tuple[Protocol, Options]]:

@@ -116,6 +116,7 @@ class Session:
         self._stage = Stage(plate, clock, lambda step: participant.perform(step, self._watch))
         self._progress = Progress(operator, clock, planned)
         self._voids = _unheard_voids(journal.records)
+        self._presented_s = 0.0  # when the staged surface was, for one that is taken up again
         self._perform: Mapping[type, Callable[[Any], Answer]] = {
             Instruct: self._show,
             Rest: self._show,
@@ -177,9 +178,9 @@ class Session:
 
     # From the journal -----------------------------------------------------------------------
 
-    def _replay(self, step: Step, recorded: dict[str, Any], done: Record) -> Answer:
+    def _replay(self, step: Step, begun: Record, done: Record) -> Answer:
         """Take a step's answer from the journal; keep in mind what must stand on the plate."""
-        if not same_step(recorded, step_record(step)):
+        if not same_step(begun.data["what"], step_record(step)):
             raise UserError(
                 f"journal {self._journal.path}, line {done.number + 1}: the protocol now takes "
                 "another step than the one recorded; resume with the version of Slipscale that "
@@ -187,6 +188,7 @@ class Session:
             )
         if isinstance(step, Present):
             self._stage.remember(step)
+            self._presented_s = begun.time_s
         elif isinstance(step, Explore):
             self._stage.explored(step)
         elif isinstance(step, Silence):
@@ -197,13 +199,16 @@ class Session:
         """Go from replay to life: the surface that stood must stand again."""
         self._progress.replayed()
         began_s = self._clock.now()
-        virtual = isinstance(self._clock, VirtualClock)
-        self._journal.write("take_up", virtual=virtual)
+        virtual = self._clock if isinstance(self._clock, VirtualClock) else None
+        self._journal.write("take_up", virtual=virtual is not None)
+        # A resumed pilot goes on as if it had never stopped: nobody felt the wait, and a texture,
+        # which changes with time, is explored at the time at which it was.
+        if virtual and self._stage.broken:
+            virtual.set(self._presented_s)
         if not isinstance(step, Silence):
             self._attempt(lambda: self._mend(step))
-        if isinstance(self._clock, VirtualClock):
-            # A resumed pilot goes on as if it had never stopped: nobody felt the wait.
-            self._clock.set(began_s)
+        if virtual:
+            virtual.set(began_s)
 
     # Live -----------------------------------------------------------------------------------
 
@@ -367,9 +372,9 @@ class Session:
             self._participant.hold(self._texts["session.hold"], answered)
 
 
-def _past(records: list[Record]) -> list[tuple[dict[str, Any], Record]]:
-    """Return the steps that are over: what was begun, and the record of its answer."""
-    begun = {r.data["step"]: r.data["what"] for r in records if r.kind == "begin"}
+def _past(records: list[Record]) -> list[tuple[Record, Record]]:
+    """Return the steps that are over: the records of their beginning and of their answer."""
+    begun = {r.data["step"]: r for r in records if r.kind == "begin"}
     return [(begun[r.data["step"]], r) for r in records if r.kind == "done"]
 
 

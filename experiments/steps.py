@@ -24,7 +24,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from stimuli.surface import VirtualSurface
+    from stimuli.surface import Surface
 
 Phase = Literal["practice", "main"]
 Value = str | float | bool | None
@@ -126,7 +126,7 @@ class Present:
     asked for, the session performs it unless the plate presents just that surface.
     """
 
-    surface: VirtualSurface
+    surface: Surface
     trial: Trial | None = None
     lead_in: tuple[Present, Explore] | None = None
 
@@ -208,6 +208,7 @@ class Reply:
 class Presented:
     """What the plate did: commanded and read back are kept apart.
 
+    Of a texture both are the mean, where the plate settles before it plays.
     ``readback_kind`` says how far the readback can be trusted (see `hardware.driver.Readback`).
     """
 

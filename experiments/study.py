@@ -27,6 +27,7 @@ from experiments.protocols.base import (
     AtLeastOne,
     Count,
     Flag,
+    Label,
     Options,
     Positive,
     Seconds,
@@ -35,15 +36,17 @@ from experiments.protocols.base import (
     protocol_names,
 )
 from experiments.texts import languages, load_texts
+from experiments.textures import Texture
 from faults import UserError
 from hardware.driver import PlateLimits
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from stimuli.texture import Grating
+
 # Where a fault is in the file, and pydantic's own record of it.
 Fault = tuple[tuple[Any, ...], dict[str, Any]]
-Label = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 # Columns of participants.tsv that Slipscale fills itself.
 TAKEN = ("participant_id", "mode", "complete")
 
@@ -104,6 +107,8 @@ class Study(BaseModel):
         How many are planned; a pilot runs as many.
     amplitudes_um_pp : tuple of float
         The surfaces, µm peak to peak.
+    textures : tuple of Texture
+        Surfaces that are modulated, for the protocols that present them.
     tasks : tuple of Options
         The protocols, in order, each with its options.
     task_order : {"fixed", "counterbalanced"}
@@ -130,6 +135,7 @@ class Study(BaseModel):
     participants: AtLeastOne = 12
     plate: PlateSettings = PlateSettings()
     amplitudes_um_pp: Annotated[tuple[Amplitude, ...], Field(min_length=1)]
+    textures: tuple[Texture, ...] = ()
     tasks: Annotated[tuple[SerializeAsAny[Options], ...], Field(min_length=1)]
     task_order: Literal["fixed", "counterbalanced"] = "fixed"
     about_you: tuple[PersonQuestion, ...] = ()
@@ -152,6 +158,15 @@ class Study(BaseModel):
         # Without a valid [plate] its own fault is told, and nothing can be said here.
         if isinstance(plate := info.data.get("plate"), PlateSettings):
             _within(plate, value)
+        return value
+
+    @field_validator("textures")
+    @classmethod
+    def _playable(cls, value: tuple[Texture, ...], info: ValidationInfo) -> tuple[Texture, ...]:
+        if len({texture.name for texture in value}) < len(value):
+            raise ValueError("expected names that are all different")
+        if isinstance(plate := info.data.get("plate"), PlateSettings):
+            _within(plate, [texture.grating().amplitude_um_pp for texture in value])
         return value
 
     @field_validator("tasks", mode="before")
@@ -186,7 +201,14 @@ class Study(BaseModel):
         for task in self.tasks:
             for key in ("standard_um_pp", "start_um_pp"):
                 _within(self.plate, [getattr(task, key, None) or 0.0])
+        if self.textures and not any(load_protocol(t.protocol).textures for t in self.tasks):
+            raise ValueError("textures: no task presents them; magnitude_estimation would")
         return self
+
+    @property
+    def gratings(self) -> tuple[Grating, ...]:
+        """The textures as surfaces, labelled T1, T2, ... in the order of the study file."""
+        return tuple(t.grating(f"T{number}") for number, t in enumerate(self.textures, start=1))
 
 
 def _within(plate: PlateSettings, amplitudes_um_pp: Iterable[float]) -> None:

@@ -8,6 +8,7 @@ from experiments.run import RunPlan
 from experiments.steps import EndTrial, Present, Reply, Voided
 from experiments.study import read_study, study_text
 from faults import UserError
+from stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -30,7 +31,11 @@ def new(path: Path, template: str) -> str:
 def validate(name: str) -> str:
     """Return what to say of a study without fault; UserError tells every fault."""
     study, _ = read_study(name)
-    return f"{name}: no fault ({len(study.tasks)} tasks, {len(study.amplitudes_um_pp)} amplitudes)"
+    textures = f", {len(study.textures)} textures" if study.textures else ""
+    return (
+        f"{name}: no fault ({len(study.tasks)} tasks, {len(study.amplitudes_um_pp)} amplitudes"
+        f"{textures})"
+    )
 
 
 def show(name: str, participant: str) -> str:
@@ -52,6 +57,13 @@ def show(name: str, participant: str) -> str:
         f"language {study.language}, seed {study.seed}, {study.participants} participants planned",
         f"amplitudes {', '.join(f'{a:g}' for a in study.amplitudes_um_pp)} µm p-p",
     ]
+    lines += [
+        f"texture {grating.name} ({grating.label}): {grating.waveform}, "
+        f"{grating.lowest_um_pp:g} to {grating.amplitude_um_pp:g} µm p-p, "
+        f"period {grating.spatial_period_mm:g} mm, "
+        f"for a finger at {grating.finger_speed_mm_s:g} mm/s"
+        for grating in study.gratings
+    ]
     for protocol, options in plan.tasks():
         lines += ["", f"{protocol.title} ({protocol.task})"]
         lines += [f"  {key} = {value}" for key, value in options if key != "protocol"]
@@ -61,15 +73,16 @@ def show(name: str, participant: str) -> str:
 
 
 def orders(plan: RunPlan) -> dict[str, str]:
-    """Return each task's amplitudes in order of presentation, practice in brackets."""
+    """Return each task's surfaces in order of presentation, practice in brackets."""
     found: dict[str, list[str]] = {}
     steps = plan.steps()
     answer: Answer = None
     step = next(steps)
     while True:
         if isinstance(step, Present) and step.trial:
-            amplitude = f"{step.surface.amplitude_um_pp:g}"
-            word = f"({amplitude})" if step.trial.phase == "practice" else amplitude
+            surface = step.surface
+            what = surface.name if isinstance(surface, Grating) else f"{surface.amplitude_um_pp:g}"
+            word = f"({what})" if step.trial.phase == "practice" else what
             found.setdefault(step.trial.task, []).append(word)
         # Nobody is there: every question is answered with "yes", and no trial is voided.
         answer = Voided() if isinstance(step, EndTrial) else Reply(value=True)

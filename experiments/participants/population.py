@@ -25,6 +25,8 @@ noticing a difference  d' = change of mean     our assumption, so that each step
                        criterion 1.6           subjects feel clearly the difference")
 exploration            log-normal, 3 s, 0.3    our assumption (median, sigma of the logarithm)
 time to answer         log-normal, 2 s, 0.4    our assumption
+textures               the mean amplitude      our assumption
+                       over a stroke
 words                  "less slippery", ...    Biet 2007, Section IV-B: "less slippery"
 ====================== ======================= ==============================================
 """

@@ -7,6 +7,7 @@ something was called: an interrupted and resumed pilot gives the same data as an
 from __future__ import annotations
 
 import math
+from statistics import fmean
 from typing import TYPE_CHECKING, ClassVar, Self
 
 from experiments.participants.population import Population, mean_sensation, sensation
@@ -15,6 +16,7 @@ from experiments.steps import (
     Ask,
     ChoiceQuestion,
     Explore,
+    Instruct,
     NumberQuestion,
     Reply,
     Rest,
@@ -52,6 +54,9 @@ READING_S = 4.0
 # The plate reads a fraction of a micrometre differently from moment to moment; a finger does not
 # tell 2.298 from 2.302 µm, and answers must not hang on the last digit.
 FELT_DIGITS = 2
+# A texture changes under the finger: it is felt at so many moments of the stroke, and rated as
+# the mean. A plain surface is the same at each.
+TOUCHES = 32
 
 
 class SimulatedParticipant:
@@ -98,14 +103,11 @@ class SimulatedParticipant:
         """Read, explore, answer or rest; see `experiments.participants.base.Participant`."""
         watch()
         onset_s = self._clock.now()
-        if isinstance(step, Ask):
-            reply = self._answer(step)
-        elif isinstance(step, Explore):
+        if isinstance(step, Explore):
             reply = self._explore(step)
         else:
-            minimum_s = step.minimum_s if isinstance(step, Rest) else 0.0
-            reply = Reply(response_time_s=max(READING_S, minimum_s))
-        self._clock.sleep(reply.response_time_s or 0.0)
+            reply = self._answer(step) if isinstance(step, Ask) else self._read(step)
+            self._clock.sleep(reply.response_time_s or 0.0)
         watch()
         return Reply(
             value=reply.value,
@@ -120,14 +122,27 @@ class SimulatedParticipant:
         while not until():
             self._clock.sleep(0.1)
 
+    def _read(self, step: Instruct | Rest) -> Reply:
+        minimum_s = step.minimum_s if isinstance(step, Rest) else 0.0
+        return Reply(response_time_s=max(READING_S, minimum_s))
+
     def _explore(self, step: Explore) -> Reply:
         """Stroke the surface for a while and remember how it felt."""
-        self._felt = (self._felt[1], round(self._feel(), FELT_DIGITS))
         stream = self._for(step, "explore")
         people = self._population
         wish_s = people.exploration_s * math.exp(people.exploration_sigma * stream.normal())
         longest_s = math.inf if step.maximum_s is None else step.maximum_s
-        return Reply(response_time_s=min(max(wish_s, step.minimum_s), longest_s))
+        duration_s = min(max(wish_s, step.minimum_s), longest_s)
+        moments = self._for(step, "touch")
+        begun_s = self._clock.now()
+        touches = []
+        for touch in range(TOUCHES):
+            share = (touch + moments.uniform()) / TOUCHES
+            self._clock.sleep(begun_s + share * duration_s - self._clock.now())
+            touches.append(round(self._feel(), FELT_DIGITS))
+        self._clock.sleep(begun_s + duration_s - self._clock.now())
+        self._felt = (self._felt[1], round(fmean(touches), FELT_DIGITS))
+        return Reply(response_time_s=duration_s)
 
     def _answer(self, step: Ask) -> Reply:
         stream = self._for(step, step.name, "time")

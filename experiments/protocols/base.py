@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
     from experiments.steps import Steps, Trial, Value
     from experiments.texts import Texts
+    from stimuli.surface import Surface
+    from stimuli.texture import Grating
 
 PROTOCOLS = "slipscale.protocols"
 
@@ -32,6 +34,7 @@ Seconds = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
 Amplitude = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 Words = Annotated[str, Field(strict=True, min_length=1)]
+Label = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 
 
 class Options(BaseModel):
@@ -58,6 +61,8 @@ class Context:
         The study's surfaces, µm peak to peak.
     texts : Mapping
         What the participant reads, by key.
+    textures : tuple of Grating
+        The study's textures.
     """
 
     seed: int
@@ -65,6 +70,12 @@ class Context:
     row: int
     amplitudes_um_pp: tuple[float, ...]
     texts: Texts
+    textures: tuple[Grating, ...] = ()
+
+    @property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """All there is to present: the plain surfaces, then the textures."""
+        return (*(self.surface(amplitude) for amplitude in self.amplitudes_um_pp), *self.textures)
 
     def stream(self, *purpose: str | int) -> Stream:
         """Return random numbers of this participant's own for one purpose."""
@@ -82,8 +93,8 @@ class TrialRecord:
     """A trial as the journal tells it, gathered for one row of the data set."""
 
     trial: Trial
-    surface: VirtualSurface | None = None
-    before: VirtualSurface | None = None
+    surface: Surface | None = None
+    before: Surface | None = None
     readback_um_pp: float | None = None
     onset_s: float = 0.0
     end_s: float = 0.0
@@ -130,6 +141,8 @@ class Protocol:
         The protocol's own columns, in order, between the trial's number and its answers.
     instructions : str
         The key of the text that instructs the participant (quoted in the data set).
+    textures : bool
+        Whether it presents the study's textures; then ``texture`` is one of its columns.
     """
 
     task: str
@@ -141,6 +154,7 @@ class Protocol:
     answer: str
     columns: Mapping[str, Column]
     instructions: str
+    textures: bool = False
 
 
 @cache

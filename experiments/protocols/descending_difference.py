@@ -2,7 +2,8 @@
 
 The amplitude steps down; after each step the participant says whether they feel a difference
 and, if so, what has been removed. In a catch step nothing changes: without such steps "yes"
-cannot be told from a habit of saying yes.
+cannot be told from a habit of saying yes. A study's textures are no part of it: they do not
+stand on the ladder of amplitudes that is stepped down.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ from experiments.steps import (
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from stimuli.surface import VirtualSurface
+    from stimuli.surface import Surface
 
 TASK = "descendingdifference"
 
@@ -194,7 +195,7 @@ class _Run:
             )
 
 
-def _amplitude(surface: VirtualSurface | None) -> float | None:
+def _amplitude(surface: Surface | None) -> float | None:
     return None if surface is None else surface.amplitude_um_pp
 
 

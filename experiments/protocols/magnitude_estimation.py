@@ -1,8 +1,8 @@
 """Magnitude estimation of slipperiness (Biet 2007, Section IV-B, second experiment).
 
-The surfaces come in random order; after exploring each, the participant types how slippery it
-is. A trial that the operator voids, or (where the study says so) that times out, is repeated at
-the end of its block under a number of its own.
+The surfaces, textures among them, come in random order; after exploring each, the participant
+types how slippery it is. A trial that the operator voids, or (where the study says so) that times
+out, is repeated at the end of its block under a number of its own.
 """
 
 from __future__ import annotations
@@ -42,9 +42,12 @@ from experiments.steps import (
     Trial,
     Voided,
 )
+from stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Generator
+
+    from stimuli.surface import Surface
 
 TASK = "magnitudeestimation"
 
@@ -104,14 +107,14 @@ class MagnitudeEstimation(Options):
 
 def trials(options: MagnitudeEstimation, context: Context) -> int:
     """Return how many trials a run has, practice included."""
-    return len(context.amplitudes_um_pp) * (options.practice + options.repetitions)
+    return len(context.surfaces) * (options.practice + options.repetitions)
 
 
-def blocks(options: MagnitudeEstimation, context: Context) -> list[tuple[Phase, list[float]]]:
-    """Return the order of amplitudes, block by block, practice first."""
-    surfaces = context.amplitudes_um_pp
+def blocks(options: MagnitudeEstimation, context: Context) -> list[tuple[Phase, list[Surface]]]:
+    """Return the order of surfaces, block by block, practice first."""
+    surfaces = context.surfaces
 
-    def order(phase: Phase, repetitions: int) -> list[tuple[Phase, list[float]]]:
+    def order(phase: Phase, repetitions: int) -> list[tuple[Phase, list[Surface]]]:
         rule: Rule = "blocked" if phase == "practice" else options.randomisation
         drawn = presentation_order(
             len(surfaces),
@@ -143,13 +146,13 @@ def steps(options: MagnitudeEstimation, context: Context) -> Steps:
         yield Ask(name="scale_top", question=question, task=TASK)
     run = _Run(options, context)
     phase: Phase | None = None
-    for block, (next_phase, amplitudes) in enumerate(blocks(options, context), start=1):
+    for block, (next_phase, surfaces) in enumerate(blocks(options, context), start=1):
         if options.practice and next_phase != phase:
             yield Instruct(text=texts[f"magnitude_estimation.{next_phase}"])
         elif block > 1 and options.rest_every_trials is None:
             yield run.rest()
         phase = next_phase
-        yield from run.block(block, phase, amplitudes)
+        yield from run.block(block, phase, surfaces)
 
 
 class _Run:
@@ -160,7 +163,7 @@ class _Run:
         self.context = context
         self.total = trials(options, context)
         self.number = 0
-        self.presented: dict[int, float] = {}
+        self.presented: dict[int, Surface] = {}
 
     def rest(self) -> Rest:
         """Return the break screen for now."""
@@ -168,14 +171,14 @@ class _Run:
         minimum_s = self.options.rest_minimum_s
         return Rest(text=text, done=self.number, total=self.total, minimum_s=minimum_s)
 
-    def block(self, block: int, phase: Phase, amplitudes: list[float]) -> Steps:
+    def block(self, block: int, phase: Phase, surfaces: list[Surface]) -> Steps:
         """Yield a block: the standard if there is one, its trials, and what must be repeated."""
         if self.options.standard_um_pp is not None:
             yield from self.standard(self.options.standard_um_pp)
-        queue: deque[tuple[float, int | None]] = deque((a, None) for a in amplitudes)
+        queue: deque[tuple[Surface, int | None]] = deque((each, None) for each in surfaces)
         while queue:
-            amplitude, repeats = queue.popleft()
-            again = yield from self.trial(block, phase, amplitude, repeats)
+            surface, repeats = queue.popleft()
+            again = yield from self.trial(block, phase, surface, repeats)
             for number in again:
                 self.total += 1
                 queue.append((self.presented[number], number))
@@ -191,12 +194,12 @@ class _Run:
         yield Silence()
 
     def trial(
-        self, block: int, phase: Phase, amplitude_um_pp: float, repeats: int | None
+        self, block: int, phase: Phase, surface: Surface, repeats: int | None
     ) -> Generator[Step, Answer, list[int]]:
         """Yield one trial; return the numbers of the trials to be repeated."""
         options, texts = self.options, self.context.texts
         self.number += 1
-        self.presented[self.number] = amplitude_um_pp
+        self.presented[self.number] = surface
         trial = Trial(
             task=TASK,
             number=self.number,
@@ -205,7 +208,7 @@ class _Run:
             factors={"block": block, "modulus": options.modulus},
             repeats=repeats,
         )
-        yield Present(surface=self.context.surface(amplitude_um_pp), trial=trial)
+        yield Present(surface=surface, trial=trial)
         yield Explore(
             text=texts["magnitude_estimation.explore"],
             trial=trial,
@@ -242,7 +245,14 @@ PROTOCOL = Protocol(
     steps=steps,
     answer="estimate",
     instructions="magnitude_estimation.instructions",
+    textures=True,
     columns={
+        "texture": Column(
+            value=lambda r: r.surface.name if isinstance(r.surface, Grating) else None,
+            description=(
+                "Name of the texture in the study file; n/a for a surface of one amplitude"
+            ),
+        ),
         "block": Column(
             value=lambda record: record.trial.factors["block"],
             description="Block of presentation, practice included, from 1",
