@@ -42,6 +42,7 @@ def clean_estimates(
         )
     clean["phase"] = _labels(frame, "phase", "main")
     clean["flag"] = _labels(frame, "flag", "")
+    clean["texture"] = _labels(frame, "texture", "")
     return _without_doubles(clean, sources, problems)
 
 
@@ -117,7 +118,7 @@ def _without_doubles(
 
 def empty_estimates() -> pd.DataFrame:
     """Return the columns of `clean_estimates`, without a row."""
-    text = ("participant_id", "session", "run", "phase", "flag")
+    text = ("participant_id", "session", "run", "phase", "flag", "texture")
     values = ("trial", "block", "amplitude_um_pp", "estimate", "response_time", "scale_top")
     columns: dict[str, Any] = {name: pd.Categorical([]) for name in text}
     columns |= {name: np.array([], float) for name in (*values, "modulus", "file", "line")}

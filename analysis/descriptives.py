@@ -34,13 +34,19 @@ def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFr
         is max |value - mean| over participants. The standard deviation of one value is NaN
         (sample) or 0 (population).
     """
+    found = over_participants(cells, standard_deviation)
+    found.insert(0, "amplitude_um_pp", cells.columns.to_numpy(float))
+    return found
+
+
+def over_participants(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFrame:
+    """Return ``n mean maximum_deviation standard_deviation``, one row a column of the cells."""
     values = cells.to_numpy(float)
     count = np.sum(~np.isnan(values), axis=0)
     mean = cells.mean().to_numpy(float)
     deviation = np.abs(values - mean)
     return pd.DataFrame(
         {
-            "amplitude_um_pp": cells.columns.to_numpy(float),
             "n": count,
             "mean": mean,
             "maximum_deviation": np.nanmax(deviation, axis=0) if len(values) else mean,

@@ -67,6 +67,9 @@ class Dataset:
     answers : DataFrame
         All main trials of magnitude estimation that were not voided, answered or not: what data
         quality is judged by.
+    textures : DataFrame
+        Answered main trials of textures, which ``estimates`` and ``answers`` do not hold; with
+        their ``texture``.
     differences : DataFrame
         Steps of the descending difference, answered ones.
     participants : DataFrame
@@ -102,6 +105,7 @@ class Dataset:
     problems: tuple[str, ...] = ()
     sources: tuple[Source, ...] = ()
     folder: Path | None = None
+    textures: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def sha256(self) -> str:
@@ -151,7 +155,8 @@ def _load_folder(folder: Path) -> Dataset:
         frame, read_sources = _read_task(task, entries, folder, problems)
         sources += read_sources
         read[task] = frame
-    answers = _keep_main_trials(read[ESTIMATION], counts)
+    main = _keep_main_trials(read[ESTIMATION], counts)
+    answers, textures = _part_textures(main, counts, problems)
     participants = _participants(folder, sources)
     choices, frozen = _choices(folder, sources)
     return Dataset(
@@ -168,6 +173,7 @@ def _load_folder(folder: Path) -> Dataset:
         problems=tuple(problems.sentences),
         sources=tuple(sources),
         folder=folder,
+        textures=textures,
     )
 
 
@@ -192,7 +198,8 @@ def _load_table(path: Path) -> Dataset:
     frame["participant_id"] = frame["participant_id"].astype(str)
     answers_read = clean_estimates(frame, sources, problems)
     counts: dict[str, int] = {}
-    answers = _keep_main_trials(answers_read, counts)
+    main = _keep_main_trials(answers_read, counts)
+    answers, textures = _part_textures(main, counts, problems)
     return Dataset(
         name=path.stem,
         estimates=_answered(answers, counts),
@@ -204,6 +211,7 @@ def _load_table(path: Path) -> Dataset:
         counts=counts,
         problems=tuple(problems.sentences),
         sources=tuple(sources),
+        textures=textures,
     )
 
 
@@ -252,6 +260,29 @@ def _keep_main_trials(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFra
     counts["timed_out"] = int(main["timed_out"].sum())
     counts["faulty"] = int(main["faulty"].sum())
     return main
+
+
+def _part_textures(
+    main: pd.DataFrame, counts: dict[str, int], problems: Problems
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the trials of plain surfaces, and the answered ones of textures.
+
+    A texture's amplitude is its largest: among plain surfaces of that amplitude it would pass
+    for one of them.
+    """
+    modulated = main["texture"].astype(str) != ""
+    textures = main[modulated & main["estimate"].notna()].reset_index(drop=True)
+    runs = [main[name] for name in ("participant_id", "session", "run")]
+    # The plain surface in the row above is then not the surface felt before.
+    main["after_texture"] = modulated.groupby(runs, observed=True).shift(fill_value=False)
+    counts["textures"] = int(modulated.sum())
+    if counts["textures"]:
+        names = ", ".join(sorted(main.loc[modulated, "texture"].astype(str).unique()))
+        problems.add(
+            f"{counts['textures']} trials of textures ({names}) are left out of all that is said "
+            "of amplitudes: a texture has no one amplitude. They have a table of their own."
+        )
+    return main[~modulated].drop(columns="texture").reset_index(drop=True), textures
 
 
 def _answered(main: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:

@@ -80,6 +80,8 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
             "estimates": trials[kept],
             "wide": wide(analysis),
         }
+        if len(analysis.textures):
+            found["textures"] = analysis.textures
         pairs = analysis.inference["pairwise"]
         if isinstance(pairs, list):
             found["pairwise"] = pd.DataFrame(plain(pairs))
@@ -194,6 +196,7 @@ def results(analysis: Analysis) -> dict[str, Any]:
         "problems": list(analysis.problems),
         "excluded": {who: list(why) for who, why in analysis.excluded.items()},
         "table3": analysis.table3.to_dict(orient="records"),
+        "textures": analysis.textures.to_dict(orient="records"),
         "descriptives": analysis.description.to_dict(orient="records"),
         "inference": analysis.inference,
         "sensitivity": analysis.sensitivity,

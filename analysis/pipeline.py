@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis import conclude, descriptives, normalisation, quality
+from analysis import conclude, descriptives, normalisation, quality, textures
 from analysis.loading import Dataset, load
 from analysis.prepared import Prepared, prepare
 from faults import UserError
@@ -41,6 +41,8 @@ class Analysis:
         Participants' mean normalised estimates.
     table3, description : DataFrame
         See `analysis.descriptives`.
+    textures : DataFrame
+        See `analysis.textures.describe`.
     inference : Mapping
         What ``inference.json`` holds, see `analysis.conclude`.
     sensitivity, robustness : list
@@ -61,6 +63,7 @@ class Analysis:
     cells: pd.DataFrame
     table3: pd.DataFrame
     description: pd.DataFrame
+    textures: pd.DataFrame
     prepared: Prepared | None
     inference: Mapping[str, Any]
     sensitivity: list[dict[str, Any]]
@@ -137,6 +140,7 @@ def analyse(
         cells=cells,
         table3=descriptives.table3(cells, choices.standard_deviation),
         description=description,
+        textures=textures.describe(data.textures, data.estimates, rule, choices.standard_deviation),
         prepared=prepared,
         inference=conclude.conclude(data, prepared, rule if prepared else None),
         sensitivity=conclude.sensitivity(data.estimates, rule) if prepared else [],
@@ -183,6 +187,7 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
             estimates=keep(data.estimates),
             answers=keep(data.answers),
             differences=keep(data.differences),
+            textures=keep(data.textures),
         ),
         why,
     )

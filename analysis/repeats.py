@@ -70,7 +70,8 @@ def order(data: Prepared) -> Result:
     """Test whether estimates drift with the trial's position, or follow the surface before.
 
     Each participant's slope of the residual (log estimate less participants' and amplitudes'
-    means) on the position and on the previous amplitude; the mean slope against 0, Student's t.
+    means) on the position and on the previous amplitude (where that was no texture's); the mean
+    slope against 0, Student's t.
     """
     if data.refused:
         return reason(data.zero_sentence)
@@ -79,6 +80,8 @@ def order(data: Prepared) -> Result:
     codes = data.logs.index.get_indexer(pd.Index(trials[KEY]))
     people = len(data.logs)
     before = trials.groupby([KEY, "session", "run"], observed=True)["amplitude_um_pp"].shift()
+    if "after_texture" in trials:
+        before = before.mask(trials["after_texture"])
     found: dict[str, Any] = {}
     for name, unit, x in (
         ("position", "natural logarithm per trial", trials["position"].to_numpy(float)),

@@ -78,7 +78,27 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
             "people may lie. Geometric means leave estimates of zero to the zero rule.",
         )
     )
+    if len(analysis.textures):
+        section.blocks.append(textures(analysis))
     return section
+
+
+def textures(analysis: Analysis) -> Any:
+    """Return the same statistics for textures, which have no one amplitude."""
+    titles = ("Mean", "Max. dev.", "SD")
+    return html.table(
+        [
+            Column(title="Texture", left=True),
+            Column(title="n"),
+            *(Column(title=title) for title in titles),
+        ],
+        [
+            [name, str(n), *(number(value) for value in values)]
+            for name, n, *values in analysis.textures.itertuples(index=False)
+        ],
+        "Normalised estimates of textures, on the scale of the plain surfaces of the same run. "
+        "They are in no other table, figure or test.",
+    )
 
 
 def table3(analysis: Analysis) -> Any:

@@ -9,6 +9,7 @@ ESTIMATION_HEADER = [
     "block",
     "phase",
     "surface",
+    "texture",
     "amplitude_um_pp",
     "amplitude_readback_um_pp",
     "estimate",

@@ -80,7 +80,7 @@ def test_a_truncated_file_is_refused_with_its_line(dataset):
     folder = dataset(participants=2)
     path = folder / "sub-02/beh/sub-02_task-magnitudeestimation_run-01_beh.tsv"
     path.write_text(path.read_text()[:-25])
-    with pytest.raises(UserError, match=r"sub-02.*line 9 has \d+ cells, expected 16.*truncated"):
+    with pytest.raises(UserError, match=r"sub-02.*line 9 has \d+ cells, expected 17.*truncated"):
         load(folder)
 
 
