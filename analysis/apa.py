@@ -193,12 +193,22 @@ def reliability(part: Part, _level: str) -> str:
 
 
 def mixed_model(part: Part, level: str) -> str:
-    """Return the sentence of the mixed model."""
+    """Return the sentence of the mixed model; its numbers only where the fit converged."""
+    if not part["converged"]:
+        return (
+            "The linear mixed model with random intercepts and slopes did not converge; its "
+            "exponent is not reported."
+        )
+    bound = (
+        "; a variance or correlation of the random effects lies at its bound"
+        if part["at_bound"]
+        else ""
+    )
     return (
         f"A linear mixed model with random intercepts and slopes gave an exponent of "
         f"{number(part['exponent'])}, {level} CI {_interval(part['ci'])} (REML, {part['trials']} "
         f"trials of {part['n']} participants; Student's interval with {part['n'] - 1} degrees of "
-        "freedom)."
+        f"freedom{bound})."
     )
 
 
@@ -229,6 +239,19 @@ def sentences(inference: Part, confidence: float = 0.95) -> list[str]:
     return [text for text in written if text]
 
 
+def psychometric(part: Part, level: str) -> str:
+    """Return the sentence of the curve of "yes" against the size of the step."""
+    if "reason" in part:
+        return f"No curve of “yes” against the size of the step was fitted: {part['reason']}."
+    verb = "depended" if part["p"] < 0.05 else "did not depend reliably"  # noqa: PLR2004
+    return (
+        f"“Yes” {verb} on the size of the step, log odds {number(part['log_odds_per_um'])} per µm "
+        f"(peak to peak) removed, {level} CI {_interval(part['ci'])}, t({part['df']}) = "
+        f"{number(part['t'])}, {p_value(part['p'])} (logistic curve by generalised estimating "
+        "equations, answers of a participant exchangeable)."
+    )
+
+
 def difference_sentences(part: Part, confidence: float = 0.95) -> list[str]:
     """Return the sentences on the descending difference; none where it was not run."""
     if "reason" in part:
@@ -243,6 +266,7 @@ def difference_sentences(part: Part, confidence: float = 0.95) -> list[str]:
             f"{found['said_less_slippery']} of {found['n']} said that the surface became less "
             "slippery."
         )
+    texts.append(psychometric(part["psychometric"], f"{100 * confidence:g}%"))
     detection = part["signal_detection"]
     if "reason" in detection:
         texts.append(f"Sensitivity was not computed: {detection['reason']}.")

@@ -11,7 +11,9 @@ from analysis import inference, repeats, scaling
 from analysis.codebook import SHIPPED, agreement, load_codebook
 from analysis.difference import analyse_differences
 from analysis.inference import Result, reason
+from analysis.mixed_model import mixed_model
 from analysis.normalisation import KEY, RULES, applicable, cell_means, normalise
+from analysis.pairwise import pairwise
 from analysis.prepared import Prepared, prepare
 from analysis.tables import read_tables, require
 
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
 #: Everything that is concluded from magnitude estimates, by its name in inference.json.
 TESTS: dict[str, Callable[[Prepared], Any]] = {
     **inference.TESTS,
+    "pairwise": pairwise,
+    "mixed_model": mixed_model,
     "power_law": scaling.power_law,
     "growth": scaling.growth,
     "order": repeats.order,

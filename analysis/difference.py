@@ -12,6 +12,7 @@ import numpy as np
 from analysis.codebook import code_reports
 from analysis.inference import Result, mean_with_interval, reason
 from analysis.normalisation import KEY
+from analysis.psychometric import psychometric
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -85,6 +86,7 @@ def analyse_differences(steps: pd.DataFrame, book: Codebook, confidence: float =
         "catch": catch,
         "d_prime": detection.get("pooled_d_prime", detection),
         "signal_detection": detection,
+        "psychometric": psychometric(steps, confidence),
         "verbal_reports": code_reports(changes, book),
         "finding": finding(changes, book),
         "participants": int(steps[KEY].nunique()),

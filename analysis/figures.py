@@ -1,87 +1,35 @@
-"""Figures as matplotlib `Figure` objects: made without a screen, the same bytes every time.
-
-Colours are Okabe and Ito's, which colour-blind readers tell apart; shapes differ as well.
-"""
+"""Figures as matplotlib `Figure` objects: made without a screen."""
 
 from __future__ import annotations
 
-import functools
-import io
-import re
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any
 
-import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from analysis import inference, published, scaling
+from analysis import inference, published
 from analysis.descriptives import complete, cousineau_morey
+from analysis.drawing import (
+    BLUE,
+    LINES_AT_MOST,
+    PALE,
+    VERMILION,
+    amplitude_axis,
+    save,
+    styled,
+    svg,
+    with_note,
+)
+from analysis.growth_figure import growth
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from pathlib import Path
+    from collections.abc import Mapping
 
     import pandas as pd
     from matplotlib.axes import Axes
 
-BLUE, VERMILION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
-SKY, PURPLE, INK, PALE = "#56B4E9", "#CC79A7", "#1F2933", "#9AA5B1"
-#: More participants than this are drawn as bands of quantiles, not as single lines.
-LINES_AT_MOST = 60
-
-#: Typed loosely: matplotlib names each of its settings in its own type.
-STYLE: Any = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["DejaVu Sans"],
-    "font.size": 9.5,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": "#52606D",
-    "axes.labelcolor": INK,
-    "axes.titlesize": 10.5,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
-    "axes.grid": True,
-    "axes.grid.axis": "y",
-    "axes.axisbelow": True,
-    "grid.color": "#E4E7EB",
-    "grid.linewidth": 0.8,
-    "xtick.color": "#52606D",
-    "ytick.color": "#52606D",
-    "text.color": INK,
-    "legend.frameon": False,
-    "legend.fontsize": 8.5,
-    "svg.fonttype": "none",
-    "svg.hashsalt": "slipscale",
-    "pdf.fonttype": 42,
-    "savefig.dpi": 200,
-}
-
-AMPLITUDE_LABEL = "Vibration amplitude (µm, peak to peak)"
-
-
-P = ParamSpec("P")
-R = TypeVar("R")
-
-
-def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Draw in the house's style, whatever the caller's settings are."""
-
-    @functools.wraps(draw)
-    def inner(*args: P.args, **kwargs: P.kwargs) -> R:
-        with mpl.rc_context(dict(mpl.rcParamsDefault) | STYLE):
-            return draw(*args, **kwargs)
-
-    return inner
-
-
-def _amplitude_axis(axes: Axes, amplitudes: np.ndarray[Any, np.dtype[np.float64]]) -> None:
-    """Ticks at the amplitudes that were presented, at their true distance."""
-    span = float(amplitudes.max() - amplitudes.min()) or 1.0
-    axes.set_xticks(amplitudes, [f"{value:g}" for value in amplitudes])
-    axes.set_xlim(amplitudes.min() - 0.07 * span, amplitudes.max() + 0.07 * span)
-    axes.set_xlabel(AMPLITUDE_LABEL)
+__all__ = ["difference", "fig15", "growth", "residuals", "save", "svg", "with_note"]
 
 
 def _individuals(axes: Axes, cells: pd.DataFrame, amplitudes: Any) -> None:
@@ -169,167 +117,11 @@ def fig15(
             zorder=5,
             label="mean in the paper (Table III)",
         )
-    _amplitude_axis(axes, amplitudes)
+    amplitude_axis(axes, amplitudes)
     axes.set_ylabel(f"Perceived slipperiness\n({unit})")
     axes.set_ylim(bottom=0)
     axes.legend(loc="upper left")
     return figure
-
-
-def lay_out(figure: Figure) -> None:
-    """Place a figure's parts once, for all formats: the same picture in each, and sooner."""
-    if figure.get_layout_engine() is not None:
-        with mpl.rc_context(STYLE):
-            figure.draw_without_rendering()
-        figure.set_layout_engine("none")
-
-
-def svg(figure: Figure, *, salt: str = "") -> str:
-    """Return a figure as an SVG element: text selectable, no date, no metadata block.
-
-    ``salt`` keeps the element's identifiers apart from those of other figures on the same page.
-    """
-    stream = io.StringIO()
-    lay_out(figure)
-    with mpl.rc_context(STYLE | {"svg.hashsalt": f"slipscale {salt}", "svg.id": salt or None}):
-        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
-    text = re.sub(r"<metadata>.*?</metadata>", "", stream.getvalue(), flags=re.DOTALL)
-    text = text[text.index("<svg") :].strip()
-    # Matplotlib names its groups figure_1, axes_1, ... in every figure: once a page is enough.
-    return re.sub(
-        r' id="(figure|axes|patch|line2d|text|matplotlib\.axis|xtick|ytick|legend|'
-        r'PathCollection|FillBetweenPolyCollection|LineCollection)_\d+"',
-        "",
-        text,
-    )
-
-
-#: Suffix: the metadata that keeps the bytes the same on every run.
-FORMATS: dict[str, dict[str, Any]] = {
-    ".svg": {"Date": None, "Creator": None},
-    ".png": {"Software": None},
-    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
-}
-
-
-def save(
-    figure: Figure, stem: Path, suffixes: tuple[str, ...] = (".svg", ".png", ".pdf")
-) -> list[Path]:
-    """Write a figure in several formats, the same bytes on every run; return the paths."""
-    paths = []
-    lay_out(figure)
-    with mpl.rc_context(STYLE):
-        for suffix in suffixes:
-            path = stem.with_suffix(suffix)
-            figure.savefig(path, metadata=FORMATS[suffix])
-            paths.append(path)
-    return paths
-
-
-@styled
-def with_note(figure: Figure, note: str) -> Figure:
-    """Put a line under a figure that goes where the figure goes."""
-    figure.supxlabel(note, x=0.01, ha="left", fontsize=8, color="#52606D")
-    return figure
-
-
-@styled
-def growth(
-    logs: pd.DataFrame,
-    found: Mapping[str, Any],
-    *,
-    unit: str = "% of the scale",
-    confidence: float = 0.95,
-) -> Figure:
-    """Draw the growth of sensation: models on linear axes, power functions on logarithmic ones.
-
-    Parameters
-    ----------
-    logs : DataFrame, shape (participants, amplitudes)
-        Mean natural logarithms of normalised estimates; 0 µm is left out.
-    found : Mapping
-        `analysis.scaling.growth`'s result, or its reason.
-    unit : str
-        Of the estimates.
-    confidence : float
-        Of Student's intervals around the geometric means.
-    """
-    figure = Figure(figsize=(6.8, 3.5), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    above = logs.loc[:, logs.columns.to_numpy(float) > 0]
-    amplitudes = above.columns.to_numpy(float)
-    centre = above.mean().to_numpy(float)
-    low, high = _student(above, confidence)
-    fine = np.linspace(amplitudes.min(), amplitudes.max(), 200)
-    models = found["amplitude"]["models"] if "amplitude" in found else {}
-    for (name, model), colour, dash in zip(
-        models.items(),
-        (BLUE, GREEN, ORANGE, PURPLE),
-        ("-", (0, (1, 1.2)), (0, (5, 2)), "-."),
-        strict=False,
-    ):
-        theta = model_parameters(name, model)
-        curve, points = (scaling.MODELS[name].log_f(x, theta) for x in (fine, amplitudes))
-        left.plot(
-            fine,
-            np.exp(curve + (centre - points).mean()),
-            color=colour,
-            linestyle=dash,
-            linewidth=1.8,
-            label=f"{name}, ΔAICc {model['delta_aicc']:.1f}"
-            if model["delta_aicc"] is not None
-            else name,
-            zorder=2,
-        )
-    for axes in (left, right):
-        axes.errorbar(
-            amplitudes,
-            np.exp(centre),
-            yerr=[np.exp(centre) - np.exp(low), np.exp(high) - np.exp(centre)],
-            color=INK,
-            linestyle="none",
-            marker="o",
-            markersize=5.5,
-            capsize=3,
-            zorder=4,
-        )
-        axes.set_xlabel("Amplitude (µm, peak to peak)")
-    left.set_ylabel(f"Perceived slipperiness\n({unit}), geometric means")
-    left.set_xlim(left=0)
-    left.set_ylim(bottom=0)
-    left.set_title("Growth functions")
-    if models:
-        left.legend(loc="lower right")
-    for row in np.exp(above.to_numpy(float))[:LINES_AT_MOST]:
-        right.plot(amplitudes, row, color=PALE, linewidth=0.8, alpha=0.75, zorder=1)
-    slope, level = np.polyfit(np.log(amplitudes), centre, 1)
-    right.plot(
-        amplitudes, np.exp(level + slope * np.log(amplitudes)), color=BLUE, linewidth=2, zorder=3
-    )
-    right.set_xscale("log")
-    right.set_yscale("log")
-    right.set_xticks(amplitudes, [f"{value:g}" for value in amplitudes])
-    right.minorticks_off()
-    right.yaxis.set_major_formatter("{x:g}")
-    right.set_title("Logarithmic axes (0 µm omitted)")
-    return figure
-
-
-def model_parameters(name: str, model: Mapping[str, Any]) -> Any:
-    """Return a fitted model's parameters as its function takes them."""
-    values = [float(value) for value in model["parameters"].values()]
-    return np.array([np.log(values[0])] if name == "fechner" else values)
-
-
-def _student(table: pd.DataFrame, confidence: float) -> tuple[Any, Any]:
-    """Return Student's intervals of the columns' means."""
-    from scipy import stats  # noqa: PLC0415 - a second's import
-
-    n = table.notna().sum().to_numpy(float)
-    error = table.std(ddof=1).to_numpy(float) / np.sqrt(n)
-    half = np.nan_to_num(stats.t.ppf((1 + confidence) / 2, np.maximum(n - 1, 1)) * error)
-    centre = table.mean().to_numpy(float)
-    return centre - half, centre + half
 
 
 @styled
@@ -368,7 +160,7 @@ def residuals(logs: pd.DataFrame) -> Figure:
             markeredgewidth=0,
             alpha=0.6,
         )
-    _amplitude_axis(right, amplitudes)
+    amplitude_axis(right, amplitudes)
     right.set_title("Spread at each amplitude")
     return figure
 

@@ -8,13 +8,10 @@ silent NaN. Tables of tests at the end say which there are.
 from __future__ import annotations
 
 import warnings
-from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
-
-from analysis.normalisation import KEY
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,10 +21,6 @@ if TYPE_CHECKING:
     from analysis.prepared import Prepared
 
 Result = dict[str, Any]
-#: A mixed model of more participants takes minutes and says what the slopes' t interval says.
-MIXED_MODEL_AT_MOST = 200
-#: Wilcoxon's test is exact up to so many differences without and with ties.
-EXACT_AT_MOST, EXACT_WITH_TIES = 50, 13
 #: Differences below this, relative, are rounding.
 TINY = 1e-12
 #: Fewer participants than this give no test.
@@ -63,7 +56,7 @@ def _is_constant(values: NDArray[np.float64]) -> bool:
     return bool(np.abs(additive_residuals(values)).max() <= TINY * scale)
 
 
-def _log_table(data: Prepared, conditions: int = 2) -> tuple[pd.DataFrame, str | None]:
+def log_table(data: Prepared, conditions: int = 2) -> tuple[pd.DataFrame, str | None]:
     """Return the complete table of mean logarithms, and why it allows no test."""
     table = data.whole_logs
     if data.refused:
@@ -94,7 +87,7 @@ def rm_anova(data: Prepared) -> Result:
     import pingouin  # noqa: PLC0415 - a second's import
     from scipy import stats  # noqa: PLC0415
 
-    table, why = _log_table(data)
+    table, why = log_table(data)
     if why:
         return reason(why)
     values = table.to_numpy(float)
@@ -220,7 +213,7 @@ def page_trend(data: Prepared) -> Result:
 
 def linear_trend(data: Prepared) -> Result:
     """Linear contrast of mean logarithms at the amplitudes' true distances, one a participant."""
-    table, why = _log_table(data)
+    table, why = log_table(data)
     if why:
         return reason(why)
     amplitudes = table.columns.to_numpy(float)
@@ -251,144 +244,6 @@ def mean_with_interval(values: NDArray[np.float64], confidence: float) -> Result
     }
 
 
-def pairwise(data: Prepared) -> list[Result] | Result:
-    """Compare every two amplitudes: paired t on logarithms and Wilcoxon on estimates, Holm's p.
-
-    Effect size: d_z, the mean difference over the standard deviation of the differences, with
-    pingouin's interval; and the ratio of geometric means.
-    """
-    import pingouin  # noqa: PLC0415
-    from statsmodels.stats.multitest import multipletests  # noqa: PLC0415
-
-    table, why = _log_table(data)
-    if why:
-        return reason(why)
-    ranks = data.whole
-    rows: list[Result] = []
-    for low, high in combinations(table.columns, 2):
-        difference = (table[high] - table[low]).to_numpy(float)
-        row: Result = {"from_um_pp": float(low), "to_um_pp": float(high), "n": len(difference)}
-        found = mean_with_interval(difference, data.choices.confidence)
-        if "reason" in found:
-            row |= found | {"p": float("nan")}
-        else:
-            d_z = found["mean"] / found["sd"]
-            ci = pingouin.compute_esci(
-                stat=d_z,
-                nx=len(difference),
-                ny=len(difference),
-                paired=True,
-                eftype="cohen",
-                confidence=data.choices.confidence,
-                decimals=12,
-            )
-            row |= {
-                "ratio": float(np.exp(found["mean"])),
-                "ratio_ci": [float(np.exp(bound)) for bound in found["ci"]],
-                "t": found["t"],
-                "df": found["df"],
-                "p": found["p"],
-                "d_z": d_z,
-                "d_z_ci": [float(ci[0]), float(ci[1])],
-            }
-        steps = (ranks[high] - ranks[low]).to_numpy(float)
-        row["p_wilcoxon"] = signed_rank_p(steps)
-        row["up"], row["down"] = int((steps > 0).sum()), int((steps < 0).sum())
-        rows.append(row)
-    for name in ("p", "p_wilcoxon"):
-        raw = np.array([row[name] for row in rows])
-        usable = np.isfinite(raw)
-        adjusted = np.full(len(raw), np.nan)
-        if usable.any():
-            adjusted[usable] = multipletests(raw[usable], method="holm")[1]
-        for row, value in zip(rows, adjusted, strict=True):
-            row[f"{name}_holm"] = float(value)
-    return rows
-
-
-def signed_rank_p(differences: NDArray[np.float64]) -> float:
-    """Return the two-sided p of Wilcoxon's signed-rank test, exact up to a dozen ties and all.
-
-    SciPy's own choice for ties in small samples permutes in a Python loop, a second a pair; the
-    same permutation test on ranks taken once is a thousand times faster.
-    """
-    from scipy import stats  # noqa: PLC0415
-
-    steps = differences[np.isfinite(differences) & (differences != 0)]
-    if not len(steps):
-        return float("nan")
-    sizes = np.abs(steps)
-    tied = len(np.unique(sizes)) < len(sizes)
-    if tied and len(steps) <= EXACT_WITH_TIES:
-        found = stats.permutation_test(
-            (np.sign(steps) * stats.rankdata(sizes),),
-            lambda signed, axis: signed.sum(axis=axis),
-            permutation_type="samples",
-            vectorized=True,
-            n_resamples=np.inf,
-        )
-        return float(found.pvalue)
-    method = "asymptotic" if tied or len(steps) > EXACT_AT_MOST else "exact"
-    return float(stats.wilcoxon(steps, method=method).pvalue)
-
-
-def mixed_model(data: Prepared) -> Result:  # noqa: PLR0911 - each return is a sentence why not
-    """Linear mixed model of log estimate on log amplitude, random intercepts and slopes (REML).
-
-    Fitted by statsmodels on trials above 0 µm. The interval of the slope is Student's with n - 1
-    degrees of freedom: statsmodels' own is the normal's, too short for a dozen people. Variances
-    are given without errors: those of statsmodels are not usable.
-    """
-    import statsmodels.formula.api as smf  # noqa: PLC0415
-    from scipy import stats  # noqa: PLC0415
-
-    if data.refused:
-        return reason(data.zero_sentence)
-    trials = data.trials[(data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()]
-    people = trials[KEY].astype(str)
-    n = people.nunique()
-    if n < FEWEST or trials["amplitude_um_pp"].nunique() < 2:  # noqa: PLR2004
-        return reason("three participants and two amplitudes above 0 are needed")
-    if n > MIXED_MODEL_AT_MOST:
-        return reason(
-            f"{n} participants: fitted up to {MIXED_MODEL_AT_MOST}; with more, the t interval of "
-            "participants' exponents (power_law) is the same estimate"
-        )
-    frame = pd.DataFrame(
-        {"ly": trials["log"], "lx": np.log(trials["amplitude_um_pp"]), "who": people}
-    )
-    if len(frame) <= 2 * n:
-        return reason("no more than two estimates above 0 µm a participant: no residual is left")
-    left = frame["ly"] - frame.groupby("who")["ly"].transform("mean")
-    if np.ptp(left) <= TINY:
-        return reason("every participant's estimates are all the same")
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        try:
-            fit = smf.mixedlm("ly ~ lx", frame, groups="who", re_formula="~lx").fit(reml=True)
-        except (np.linalg.LinAlgError, ValueError) as error:
-            return reason(f"the model could not be fitted ({error})")
-        errors = fit.bse_fe
-    if not np.isfinite(errors["lx"]):
-        return reason("the model could not be fitted (no standard error)")
-    slope, se = float(fit.fe_params["lx"]), float(errors["lx"])
-    half = float(stats.t.ppf((1 + data.choices.confidence) / 2, n - 1)) * se
-    return {
-        "intercept": float(fit.fe_params["Intercept"]),
-        "exponent": slope,
-        "se": se,
-        "ci": [slope - half, slope + half],
-        "sd_intercept": float(np.sqrt(fit.cov_re.iloc[0, 0])),
-        "sd_exponent": float(np.sqrt(max(fit.cov_re.iloc[1, 1], 0.0))),
-        "sd_residual": float(np.sqrt(fit.scale)),
-        "log_likelihood_reml": float(fit.llf),
-        "converged": bool(fit.converged),
-        "warnings": sorted({str(w.message).splitlines()[0] for w in caught}),
-        "n": n,
-        "trials": len(frame),
-    }
-
-
 def _long(table: pd.DataFrame) -> pd.DataFrame:
     n, k = table.shape
     return pd.DataFrame(
@@ -411,6 +266,4 @@ TESTS: dict[str, Callable[[Prepared], Any]] = {
     "friedman": friedman,
     "page_trend": page_trend,
     "linear_trend": linear_trend,
-    "pairwise": pairwise,
-    "mixed_model": mixed_model,
 }

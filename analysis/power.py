@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.inference import EXACT_AT_MOST
+from analysis.pairwise import EXACT_AT_MOST
 from faults import UserError
 
 if TYPE_CHECKING:

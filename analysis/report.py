@@ -9,7 +9,14 @@ from typing import TYPE_CHECKING, Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from analysis import apa, html, report_sections
+from analysis import apa, html
+from analysis.report_sections.assumptions import assumptions
+from analysis.report_sections.comparisons import comparisons
+from analysis.report_sections.difference import difference
+from analysis.report_sections.estimates import estimates
+from analysis.report_sections.growth import growth
+from analysis.report_sections.methods import methods, normalisations
+from analysis.report_sections.quality import quality
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -81,15 +88,15 @@ def sections(
 ) -> list[html.Section]:
     """Return the page's sections, in reading order; empty ones are left out."""
     found = [
-        report_sections.estimates(analysis, svgs),
+        estimates(analysis, svgs),
         results(analysis),
-        report_sections.comparisons(analysis),
-        report_sections.growth(analysis, svgs),
-        report_sections.difference(analysis, svgs),
-        report_sections.assumptions(analysis, svgs),
-        report_sections.quality(analysis),
-        report_sections.normalisations(analysis),
-        report_sections.methods(analysis, software),
+        comparisons(analysis),
+        growth(analysis, svgs),
+        difference(analysis, svgs),
+        assumptions(analysis, svgs),
+        quality(analysis),
+        normalisations(analysis),
+        methods(analysis, software),
     ]
     return [section for section in found if section.blocks]
 

@@ -8,7 +8,7 @@ data is a data set that the paper's Table III allows, not the authors' (never pu
 import sys
 from pathlib import Path
 
-from analysis import figures, inference, published, scaling
+from analysis import figures, growth_models, inference, published, scaling
 from analysis.descriptives import describe, table3
 from analysis.loading import load
 from analysis.normalisation import applicable, cell_means, normalise
@@ -33,7 +33,7 @@ exponent = scaling.power_law(ready)
 print(
     f"exponent {exponent['exponent']:.2f}, 95 % {exponent['ci95'][0]:.2f}-{exponent['ci95'][1]:.2f}"
 )
-growth = scaling.compare(ready.logs)
+growth = growth_models.compare(ready.logs)
 print("favoured:", growth["best"])
 
 # %% Test

@@ -8,9 +8,11 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from analysis import inference, repeats, scaling
+from analysis import apa, conclude, inference, repeats, scaling
 from analysis.descriptives import cousineau_morey
 from analysis.difference import exact_interval
+from analysis.mixed_model import mixed_model
+from analysis.pairwise import pairwise, signed_rank_p
 from analysis.prepared import prepare
 from experiments.analysis_choices import AnalysisChoices
 
@@ -76,11 +78,11 @@ def test_friedman_is_r_s(reference):
 
 
 def test_holm_corrected_pairs_are_r_s(reference):
-    rows = {(row["from_um_pp"], row["to_um_pp"]): row for row in inference.pairwise(reference)}
+    rows = {(row["from_um_pp"], row["to_um_pp"]): row for row in pairwise(reference)}
     # R lists the lower triangle by column: 0-0.5, 0-1.2, 0-2.3, 0.5-1.2, 0.5-2.3, 1.2-2.3.
     pairs = [(0, 0.5), (0, 1.2), (0, 2.3), (0.5, 1.2), (0.5, 2.3), (1.2, 2.3)]
     assert [rows[pair]["p_holm"] for pair in pairs] == pytest.approx(R["pairwise_t_holm"], rel=1e-6)
-    raw = [inference.signed_rank_p(_steps(reference, *pair)) for pair in pairs]
+    raw = [signed_rank_p(_steps(reference, *pair)) for pair in pairs]
     assert raw == pytest.approx(R["wilcoxon_exact"])
 
 
@@ -98,7 +100,7 @@ def test_the_exponent_and_its_t_interval_are_r_s(reference):
 
 def test_the_mixed_model_is_r_s_lme4_and_its_interval_is_student_s(reference):
     """statsmodels prints a normal interval, [.415, .610] here: too short for twelve people."""
-    ours = inference.mixed_model(reference)
+    ours = mixed_model(reference)
     assert ours["intercept"] == pytest.approx(R["mixed"]["intercept"], rel=1e-4)
     assert ours["exponent"] == pytest.approx(R["mixed"]["slope"], rel=1e-4)
     assert ours["se"] == pytest.approx(R["mixed"]["se"][1], rel=1e-3)
@@ -111,7 +113,27 @@ def test_the_mixed_model_is_r_s_lme4_and_its_interval_is_student_s(reference):
 
 def test_in_balanced_data_the_mixed_model_s_exponent_is_the_mean_of_slopes(reference):
     slopes = scaling.exponents(reference.logs)["exponent"]
-    assert inference.mixed_model(reference)["exponent"] == pytest.approx(slopes.mean(), rel=1e-5)
+    assert mixed_model(reference)["exponent"] == pytest.approx(slopes.mean(), rel=1e-5)
+
+
+@pytest.mark.parametrize("seed", [0, 4])
+def test_a_mixed_model_at_its_bound_converges_by_some_optimiser_and_says_so(seed):
+    """Noise as large as the people's differences: no optimiser alone converges on both of these."""
+    rng = np.random.default_rng(seed)
+    logs = 3 + 0.3 * rng.standard_normal((12, 1)) + 0.9 * np.log(AMPLITUDES[1:])
+    logs = logs + 0.25 * rng.standard_normal((12, 3))
+    ready_made = ready(np.exp(np.column_stack([np.full(12, 1.6), logs])))
+    found = mixed_model(ready_made)
+    assert found["converged"]
+    assert found["at_bound"]
+    assert found["exponent"] == pytest.approx(scaling.power_law(ready_made)["exponent"], rel=1e-4)
+    assert "lies at its bound" in apa.mixed_model(found, "95%")
+
+
+def test_an_exponent_whose_fit_did_not_converge_is_not_put_in_a_sentence(reference):
+    text = apa.mixed_model(mixed_model(reference) | {"converged": False}, "95%")
+    assert "did not converge" in text
+    assert not any(digit in text for digit in "0123456789")
 
 
 def test_the_linear_trend_is_r_s(reference):
@@ -144,12 +166,12 @@ def test_clopper_and_pearson_s_interval_is_r_s():
 def test_the_signed_rank_p_with_ties_is_scipy_s(seed):
     steps = np.random.default_rng(seed).integers(-3, 6, 9).astype(float)
     expected = stats.wilcoxon(steps[steps != 0]).pvalue
-    assert inference.signed_rank_p(steps) == pytest.approx(expected)
+    assert signed_rank_p(steps) == pytest.approx(expected)
 
 
 def test_constant_estimates_give_a_reason_and_not_a_silent_nan():
     data = ready(np.full((6, 4), 50.0))
-    for name, test in {**inference.TESTS, "power_law": scaling.power_law}.items():
+    for name, test in conclude.TESTS.items():
         found = test(data)
         if name == "pairwise":
             assert all("reason" in row for row in found)

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis import scaling
+from analysis import growth_models, scaling
 from analysis.inference import mean_with_interval
 
 STIMULI = np.array([0.5, 1.2, 2.3])
@@ -64,7 +64,7 @@ SHAPES = {
 @pytest.mark.parametrize("name", sorted(SHAPES))
 def test_each_growth_function_recovers_its_own_parameters(name):
     shape, parameters = SHAPES[name]
-    found = scaling.fit(name, MANY, table(shape, MANY).to_numpy())
+    found = growth_models.fit(name, MANY, table(shape, MANY).to_numpy())
     assert found["parameters"] == pytest.approx(parameters, abs=1e-3)
     assert found["sd"] < 1e-3
 
@@ -73,7 +73,7 @@ def test_each_growth_function_recovers_its_own_parameters(name):
 def test_the_criterion_finds_the_function_that_made_the_data(name):
     """With little noise and six amplitudes; "threshold" contains "power", so it may not lose."""
     shape, _ = SHAPES[name]
-    found = scaling.compare(table(shape, MANY, people=24, noise=0.02, seed=3))
+    found = growth_models.compare(table(shape, MANY, people=24, noise=0.02, seed=3))
     assert found["best"] == name
     assert sum(model["weight"] for model in found["models"].values()) == pytest.approx(1)
 
@@ -81,9 +81,9 @@ def test_the_criterion_finds_the_function_that_made_the_data(name):
 def test_a_participant_s_unit_moves_no_parameter_and_no_criterion():
     logs = table(lambda x: x**0.6, MANY, noise=0.2)
     shifted = logs + np.arange(12)[:, None]
-    for name in scaling.MODELS:
-        one = scaling.fit(name, MANY, logs.to_numpy())
-        other = scaling.fit(name, MANY, shifted.to_numpy())
+    for name in growth_models.MODELS:
+        one = growth_models.fit(name, MANY, logs.to_numpy())
+        other = growth_models.fit(name, MANY, shifted.to_numpy())
         assert one["log_likelihood"] == pytest.approx(other["log_likelihood"], abs=1e-4)
 
 
@@ -91,7 +91,7 @@ def test_the_likelihood_is_that_of_independent_normal_residuals():
     from scipy import stats  # noqa: PLC0415
 
     logs = table(lambda x: x**0.6, MANY, noise=0.2)
-    found = scaling.fit("power", MANY, logs.to_numpy())
+    found = growth_models.fit("power", MANY, logs.to_numpy())
     residual = logs.to_numpy() - logs.to_numpy().mean(1, keepdims=True)
     shape = np.log(MANY) * found["parameters"]["exponent"]
     residual -= shape - shape.mean()
@@ -101,7 +101,7 @@ def test_the_likelihood_is_that_of_independent_normal_residuals():
 
 
 def test_two_amplitudes_cannot_tell_functions_apart():
-    assert "three of each" in scaling.compare(table(lambda x: x, STIMULI[:2]))["reason"]
+    assert "three of each" in growth_models.compare(table(lambda x: x, STIMULI[:2]))["reason"]
 
 
 def test_single_participants_need_enough_trials_to_be_told_apart():
@@ -114,7 +114,7 @@ def test_single_participants_need_enough_trials_to_be_told_apart():
             "log": [*(np.log(amplitudes) + rng.normal(0, 0.02, 24)), 1.0, 2.0, 2.5],
         }
     )
-    winners = scaling.individual_winners(rows)
+    winners = growth_models.individual_winners(rows)
     assert winners["a"] in ("power", "linear")
     assert winners["b"] is None
 

@@ -1,0 +1,78 @@
+"""Pairwise comparisons, and the tests that could not be computed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from analysis import html
+from analysis.apa import p_value
+from analysis.html import Column, Section, interval, number
+
+if TYPE_CHECKING:
+    from analysis.pipeline import Analysis
+
+TEST_TITLES = {
+    "rm_anova": "Repeated-measures ANOVA, log estimates",
+    "friedman": "Friedman",
+    "page_trend": "Page's ordered trend",
+    "linear_trend": "Linear trend, log estimates",
+    "pairwise": "Pairwise comparisons",
+    "power_law": "Exponent",
+    "mixed_model": "Mixed model",
+    "growth": "Growth functions",
+    "order": "Order and carry-over",
+    "reliability": "Test-retest reliability",
+}
+
+
+def comparisons(analysis: Analysis) -> Section:
+    """Return pairwise comparisons, and which tests could not be computed."""
+    section = Section("Comparisons")
+    if analysis.prepared is None:
+        return section
+    pairs = analysis.inference["pairwise"]
+    if isinstance(pairs, list):
+        level = f"{100 * analysis.dataset.choices.confidence:g} %"
+        section.blocks.append(
+            html.table(
+                [
+                    Column(title="From → to", unit="µm, p-p", left=True),
+                    Column(title="Ratio", unit="of geometric means"),
+                    Column(title=level, unit="of the ratio"),
+                    Column(title="t"),
+                    Column(title="df"),
+                    Column(title="p", unit="Holm"),
+                    Column(title="d_z"),
+                    Column(title=level, unit="of d_z"),
+                    Column(title="Up / down", unit="participants"),
+                    Column(title="p Wilcoxon", unit="Holm"),
+                ],
+                [
+                    [
+                        f"{row['from_um_pp']:g} → {row['to_um_pp']:g}",
+                        number(row.get("ratio")),
+                        interval(*row.get("ratio_ci", (None, None))),
+                        number(row.get("t")),
+                        str(row.get("df", "–")),
+                        p_value(row.get("p_holm")).removeprefix("p ").removeprefix("= "),
+                        number(row.get("d_z")),
+                        interval(*row.get("d_z_ci", (None, None))),
+                        f"{row['up']} / {row['down']}",
+                        p_value(row.get("p_wilcoxon_holm")).removeprefix("p ").removeprefix("= "),
+                    ]
+                    for row in analysis.inference["pairwise"]
+                ],
+                f"Paired comparisons of log estimates ({pairs[0]['n']} participants with an "
+                "estimate at every amplitude) and Wilcoxon's test on the estimates themselves. "
+                "d_z: mean difference over the standard deviation of the differences.",
+            )
+        )
+    missing = [
+        f"{TEST_TITLES[name]}: {part['reason']}."
+        for name in TEST_TITLES
+        if isinstance(part := analysis.inference[name], dict) and "reason" in part
+    ]
+    if missing:
+        section.blocks.append(html.heading("Not computed"))
+        section.blocks.append(html.bullets(missing, "note"))
+    return section

@@ -1,0 +1,72 @@
+"""The descending difference: its figure, the words, the coders."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from analysis import html
+from analysis.html import Column, Section, interval, number
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from analysis.pipeline import Analysis
+
+
+def difference(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
+    """Return the descending difference: figure, steps, words."""
+    section = Section("Descending difference")
+    found = analysis.inference["difference"]
+    if "difference" not in svgs:
+        return section
+    section.blocks.append(
+        html.figure(
+            svgs["difference"],
+            "Share of “yes” at each step down, with Clopper and Pearson's exact intervals."
+            + (
+                " Answers of the same participant count as independent here."
+                if found["answers_per_participant_and_step"] > 1
+                else ""
+            ),
+        )
+    )
+    words = found["verbal_reports"]
+    if "reason" in words:
+        section.blocks.append(html.paragraph(f"Verbal reports: {words['reason']}.", "note"))
+        return section
+    section.blocks.append(
+        html.table(
+            [
+                Column(title="Category", left=True),
+                Column(title="Reports"),
+                Column(title="In the participants' words", left=True),
+            ],
+            [
+                [
+                    name,
+                    str(entry["count"]),
+                    "; ".join(
+                        f"“{text}”" + (f" ×{count}" if count > 1 else "")
+                        for text, count in list(entry["words"].items())[:40]
+                    ),
+                ]
+                for name, entry in words["categories"].items()
+            ],
+            f"“What has been removed?” {words['n']} reports, coded by: {words['codebook']}. A "
+            "report may have several categories. Read as less slippery: "
+            f"{words['meaning'].get('less_slippery', 0)}; as more slippery: "
+            f"{words['meaning'].get('more_slippery', 0)}; unclear: "
+            f"{words['meaning'].get('unclear', 0)}.",
+            long=True,
+        )
+    )
+    coders = found.get("coders")
+    if coders and "reason" not in coders:
+        section.blocks.append(
+            html.paragraph(
+                f"Two coders ({' and '.join(coders['coders'])}) agreed on {coders['agreed']} of "
+                f"{coders['reports']} reports, Cohen's κ = {number(coders['kappa'])}, 95 % "
+                f"{interval(*coders['ci95'])}."
+            )
+        )
+    return section

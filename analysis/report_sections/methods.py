@@ -1,0 +1,97 @@
+"""What other normalisations would have given; choices, versions, seeds, digests."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from analysis import html
+from analysis.html import Column, Section, number
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from analysis.pipeline import Analysis
+
+
+def normalisations(analysis: Analysis) -> Section:
+    """Return what other rules would have given."""
+    section = Section("What if estimates were normalised otherwise?")
+    if not analysis.sensitivity:
+        return section
+    amplitudes = list(analysis.sensitivity[0]["mean"])
+    section.blocks.append(
+        html.table(
+            [
+                Column(title="Rule", left=True),
+                *(Column(title=f"{a} µm", unit="mean (SD)") for a in amplitudes),
+            ],
+            [
+                [
+                    row["rule"],
+                    *(
+                        f"{number(row['mean'][a], 1)} ({number(row['sd_sample'][a], 1)})"
+                        for a in amplitudes
+                    ),
+                ]
+                for row in analysis.sensitivity
+            ],
+            "Means and sample standard deviations under every rule that the data allows; the one "
+            "in use is set off. Exponents, the ANOVA on logarithms and within-participant signs "
+            "are the same under all of them, as each multiplies a participant's estimates by one "
+            "number.",
+            marked=next(
+                (place for place, row in enumerate(analysis.sensitivity) if row["used"]), None
+            ),
+        )
+    )
+    return section
+
+
+def methods(analysis: Analysis, software: Mapping[str, str]) -> Section:
+    """Return what a methods section needs: choices, versions, seeds, digests."""
+    section = Section("Methods and provenance")
+    data, choices = analysis.dataset, analysis.dataset.choices
+    frozen = ", ".join(data.frozen)
+    versions = ", ".join(f"{name} {number_}" for name, number_ in software.items())
+    section.blocks.append(
+        html.paragraph(
+            "Estimates were normalised, averaged per participant and amplitude, and tested as "
+            "natural logarithms or ranks. Repeated-measures ANOVA, sphericity, effect sizes and "
+            "intraclass correlations: pingouin; mixed model, Holm's correction, exact intervals: "
+            "statsmodels; other tests, fits and the bootstrap "
+            f"({choices.bootstrap_resamples} resamples, seed {choices.bootstrap_seed}): SciPy."
+        )
+    )
+    section.blocks.append(
+        html.paragraph(
+            f"Frozen in the study file before the data was looked at: {frozen}."
+            if frozen
+            else "The study file froze no choice of analysis: all are Slipscale's defaults."
+        )
+    )
+    rows = [
+        ("Software", versions),
+        ("Session software", ", ".join(data.details.get("software", ("not recorded",)))),
+        ("Study's hash", ", ".join(data.details.get("study_hash", ("not recorded",)))),
+        ("Seeds", _few(data.details.get("seed", ("not recorded",)))),
+        ("Zero rule", f"{choices.zero_rule}"),
+        ("Standard deviation", choices.standard_deviation),
+        ("Data, SHA-256", data.sha256),
+        ("Files read", f"{len(data.sources)} (each with its SHA-256 in results.json)"),
+    ]
+    section.blocks.append(
+        html.table(
+            [Column(title="What", left=True), Column(title="Value", left=True)],
+            rows,
+            "For the methods section, and for whoever repeats this.",
+            long=True,
+        )
+    )
+    return section
+
+
+def _few(values: tuple[str, ...]) -> str:
+    shown = 12
+    return ", ".join(values[:shown]) + (
+        f" and {len(values) - shown} more" if len(values) > shown else ""
+    )
