@@ -8,7 +8,8 @@ table allows; one that is not marked sharp holds all the same.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from itertools import product
+from math import copysign, inf, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -65,16 +66,22 @@ def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, bool]:
     return n, sure
 
 
-def _beats(upper: Array, lower: Array, compare: np.ufunc) -> bool | None:
-    """Whether some row of `upper` beats some row of `lower` everywhere; None: too many."""
-    if not compare(upper.max(axis=0), lower.min(axis=0)).all():
-        return False
+def _beats(tall: Array, small: Array, compare: np.ufunc) -> bool | None:
+    """Whether some row of `tall` beats some row of `small` everywhere; None: too many."""
     # Most answers are yes, and rows with extreme sums show it.
-    tall = upper[np.argsort(upper.sum(axis=1))[-CANDIDATES:]]
-    small = lower[np.argsort(lower.sum(axis=1))[:CANDIDATES]]
-    if compare(tall[:, None], small[None]).all(axis=2).any():
+    likely = tall[_largest_sums(tall)], small[_largest_sums(-small)]
+    if compare(likely[0][:, None], likely[1][None]).all(axis=2).any():
         return True
-    tall, small = np.unique(upper, axis=0), np.unique(lower, axis=0)
+    # A row that does not beat the best that any other row has beats none of them.
+    rows = 0, 0
+    while rows != (len(tall), len(small)):
+        rows = len(tall), len(small)
+        tall = tall[compare(tall, small.min(axis=0)).all(axis=1)]
+        if not len(tall):
+            return False
+        small = small[compare(tall.max(axis=0), small).all(axis=1)]
+        if not len(small):
+            return False
     if len(tall) * len(small) > SEARCHED:
         return None
     if len(small) <= len(tall):
@@ -82,50 +89,76 @@ def _beats(upper: Array, lower: Array, compare: np.ufunc) -> bool | None:
     return any(bool(compare(row, small).all(axis=1).any()) for row in tall)
 
 
+def _largest_sums(rows: Array) -> Array:
+    """Return the places of the rows with the largest sums."""
+    sums = rows.sum(axis=1)
+    few = min(CANDIDATES, len(sums))
+    return np.argpartition(sums, -few)[-few:]
+
+
 def paired_t(x: Array, y: Array) -> Range:
     """Return the range of the paired t of y - x, from the least to the most favourable pairing.
 
-    The means are fixed; only the sum of products is free. For sorted columns it is largest in
+    With the means fixed only the sum of products is free. For sorted columns it is largest in
     the same order and smallest in the opposite one. If there are too many pairs of data sets
-    to search, Cauchy and Schwarz bound it.
+    to search, Cauchy and Schwarz bound it. Where a rounded mean leaves the sum open, every
+    pair of sums is taken in turn.
     """
+    found = [_t_of_sums(a, b) for a, b in product(by_sum(x), by_sum(y))]
+    return Range(
+        min(part.low for part in found),
+        max(part.high for part in found),
+        sharp=all(part.sharp for part in found),
+    )
+
+
+def by_sum(rows: Array) -> list[Array]:
+    """Return the rows of each sum."""
+    sums = rows.sum(axis=1)
+    return [rows[sums == total] for total in np.unique(sums)]
+
+
+def _t_of_sums(x: Array, y: Array) -> Range:
+    """Return the range of t for columns with one sum each."""
     n = x.shape[1]
-    sums = np.unique(x.sum(axis=1)), np.unique(y.sum(axis=1))
-    squares = [np.unique((c.astype(np.int64) ** 2).sum(axis=1)) for c in (x, y)]
-    if any(len(part) > 1 for part in sums):
-        raise ValueError("the mean is not fixed: bounds on t need one sum a column")
-    sx, sy = (int(part[0]) for part in sums)
-    difference = sy - sx
+    sums = int(x[0].sum()), int(y[0].sum())
+    difference = sums[1] - sums[0]
+    if not difference:
+        return Range(0.0, 0.0, sharp=True)
     sharp = len(x) * len(y) <= SEARCHED
-    edges = []
-    for favourable in (False, True):
-        pick = max if favourable == (difference >= 0) else min
-        if sharp:
-            found = _extreme(x, y, same=favourable)
-        else:
-            vx, vy = int(squares[0][-1]) - sx**2 / n, int(squares[1][-1]) - sy**2 / n
-            found = [vx + vy - (2 if favourable else -2) * sqrt(vx * vy) + difference**2 / n]
-        ts = []
-        for squared in found:
-            variance = max(squared - difference**2 / n, 0.0) / (n - 1)
-            ts.append(difference / sqrt(n * variance) if variance else float("inf"))
-        edges.append(pick(ts))
-    return Range(min(edges), max(edges), sharp)
+    if sharp:
+        squared = [_extreme(x, y, same=True), _extreme(x, y, same=False)]
+    else:
+        vx, vy = (
+            int((c.astype(np.int64) ** 2).sum(axis=1).max()) - s * s / n
+            for c, s in zip((x, y), sums, strict=True)
+        )
+        vx_low, vy_low = (
+            int((c.astype(np.int64) ** 2).sum(axis=1).min()) - s * s / n
+            for c, s in zip((x, y), sums, strict=True)
+        )
+        least = max(sqrt(vx_low) - sqrt(vy), sqrt(vy_low) - sqrt(vx), 0.0) ** 2
+        squared = [between + difference**2 / n for between in (least, (sqrt(vx) + sqrt(vy)) ** 2)]
+    ts = [
+        difference / sqrt(n * variance) if variance > 0 else copysign(inf, difference)
+        for variance in ((part - difference**2 / n) / (n - 1) for part in squared)
+    ]
+    return Range(min(ts), max(ts), sharp)
 
 
-def _extreme(x: Array, y: Array, *, same: bool) -> list[float]:
+def _extreme(x: Array, y: Array, *, same: bool) -> float:
     """Return the extreme sum of squared differences: smallest for the `same` order."""
     a, b = x.astype(np.float64), y.astype(np.float64)
     if not same:
         b = b[:, ::-1]
     # Whole numbers below 2^53: products and sums are exact in floating point.
     ends = (b**2).sum(axis=1)
-    best = float("inf") if same else -float("inf")
+    best = inf if same else -inf
     for first in range(0, len(a), BLOCK):
         part = a[first : first + BLOCK]
         squared = (part**2).sum(axis=1)[:, None] + ends - 2 * (part @ b.T)
         best = min(best, float(squared.min())) if same else max(best, float(squared.max()))
-    return [best]
+    return best
 
 
 def log_mean(x: Array) -> Range:
@@ -148,8 +181,14 @@ def repeated_measures_f(columns: list[Array]) -> float:
 
     Sums of squares between columns and in total follow from the table; what participants
     differ by is taken out of the error. It is least when their totals are as equal as whole
-    numbers can be, and then F is least, too.
+    numbers can be, and then F is least, too. Where a rounded mean leaves the sum open, every
+    combination of sums is taken in turn.
     """
+    return min(_f_of_sums(list(parts)) for parts in product(*map(by_sum, columns)))
+
+
+def _f_of_sums(columns: list[Array]) -> float:
+    """Return the lower bound for columns with one sum each."""
     k, n = len(columns), columns[0].shape[1]
     sums = [int(c[0].sum()) for c in columns]
     squares = sum(int((c.astype(np.int64) ** 2).sum(axis=1).max()) for c in columns)
@@ -158,4 +197,4 @@ def repeated_measures_f(columns: list[Array]) -> float:
     low, rest = divmod(grand, n)
     participants = ((n - rest) * low**2 + rest * (low + 1) ** 2) / k - grand**2 / (n * k)
     error = squares - grand**2 / (n * k) - between - participants
-    return float(between / (k - 1) / (error / ((k - 1) * (n - 1))))
+    return float(between / (k - 1) / (error / ((k - 1) * (n - 1)))) if error > 0 else inf

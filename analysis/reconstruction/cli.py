@@ -29,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="draw N data sets a column, exactly uniformly, as CSV",
     )
-    parser.add_argument("--seed", type=int, default=1, help="of the samples (default 1)")
+    parser.add_argument("--seed", type=int, default=1, help="of everything drawn (default 1)")
     parser.add_argument(
         "--measure",
         choices=("multisets", "ordered"),
@@ -41,6 +41,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--variants",
         action="store_true",
         help="also answer under every SD convention and rounding rule",
+    )
+    parser.add_argument(
+        "--conclusions",
+        action="store_true",
+        help="across columns: what holds in every data set whatever the pairing, what depends, "
+        "and how F, Friedman, t and exponents are distributed",
     )
     parser.add_argument("--json", action="store_true", help="machine-readable; counts as strings")
     parser.add_argument("--out", type=Path, metavar="FILE", help="write here instead of the screen")
@@ -65,6 +71,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise UserError(f"--seed is {arguments.seed}, expected 0 or more")
     if arguments.sample is not None and arguments.json:
         raise UserError("--sample writes CSV and --json writes JSON: choose one")
+    if arguments.sample is not None and arguments.conclusions:
+        raise UserError("--sample writes data sets and --conclusions a report: choose one")
     table = read(arguments.table)
     columns = [Solutions(column, arguments.memory_gib) for column in table.columns]
     if arguments.sample is not None:
@@ -82,16 +90,17 @@ def run(arguments: argparse.Namespace) -> int:
         if arguments.variants:
             record["variants"] = report.variants(solutions)
         records.append(record)
-    text = (
-        json.dumps(
-            {"title": table.title, "measure": arguments.measure, "columns": records}, indent=2
-        )
-        if arguments.json
-        else "\n".join(report.lines(table, records))
-    )
+    answer = {"title": table.title, "measure": arguments.measure, "columns": records}
+    said = report.lines(table, records)
+    consistent = all(record["consistent"] for record in records)
+    if arguments.conclusions and consistent:
+        from analysis.reconstruction import across  # noqa: PLC0415
+
+        answer["conclusions"] = across.record(columns, arguments.measure, arguments.seed)
+        said += across.lines(answer["conclusions"])
     with _output(arguments.out) as file:
-        print(text, file=file)
-    return DONE if all(record["consistent"] for record in records) else NO
+        print(json.dumps(answer, indent=2) if arguments.json else "\n".join(said), file=file)
+    return DONE if consistent else NO
 
 
 def _write_samples(columns: list[Solutions], arguments: argparse.Namespace, file: TextIO) -> None:

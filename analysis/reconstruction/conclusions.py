@@ -1,4 +1,4 @@
-"""What Table III lets one conclude: in every data set, or only in some.
+"""What a table lets one conclude: in every data set, or only in some.
 
 Records that carry their own words: what was asked, the range of answers over all data sets and
 pairings, and whether the conclusion holds in all of them.
@@ -8,10 +8,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from math import log
+from math import inf, log
 from typing import TYPE_CHECKING
-
-import numpy as np
 
 from analysis.reconstruction.bounds import (
     Range,
@@ -21,13 +19,17 @@ from analysis.reconstruction.bounds import (
     repeated_measures_f,
     slope,
 )
+from analysis.reconstruction.side_by_side import (
+    LEVEL,
+    labels,
+    log_amplitudes,
+    require_comparable,
+    values_of,
+)
 
 if TYPE_CHECKING:
     from analysis.reconstruction.sampling import Sampler
     from analysis.reconstruction.side import Array
-    from analysis.reconstruction.solutions import Solutions
-
-LEVEL = 0.05
 
 
 @dataclass(frozen=True)
@@ -60,20 +62,30 @@ class Conclusion:
     sharp: bool
 
 
+def conclusions(columns: list[Sampler]) -> list[Conclusion]:
+    """Return everything that can be bounded over all data sets and pairings.
+
+    Raises
+    ------
+    UserError
+        The columns cannot stand side by side, or have too many data sets to list.
+    """
+    require_comparable([column.solutions for column in columns])
+    return pairs(columns) + together(columns)
+
+
 def pairs(columns: list[Sampler]) -> list[Conclusion]:
     """Return sign test and paired t of every two columns, whatever the pairing."""
-    listed = [column.listed for column in columns]
-    found = []
-    for i, j in combinations(range(len(columns)), 2):
-        names = (
-            columns[i].solutions.column.label,
-            columns[j].solutions.column.label,
+    n = columns[0].solutions.column.n
+    both = zip(labels([c.solutions for c in columns]), (c.listed for c in columns), strict=True)
+    return [
+        conclusion
+        for (name_x, x), (name_y, y) in combinations(both, 2)
+        for conclusion in (
+            _sign((name_x, name_y), larger(x, y), n),
+            _t((name_x, name_y), paired_t(x, y), n - 1),
         )
-        found += [
-            _sign(names, larger(listed[i], listed[j]), columns[i].solutions.column.n),
-            _t(names, paired_t(listed[i], listed[j]), columns[i].solutions.column.n - 1),
-        ]
-    return found
+    ]
 
 
 def _sign(names: tuple[str, str], count: Range, n: int) -> Conclusion:
@@ -95,7 +107,9 @@ def _sign(names: tuple[str, str], count: Range, n: int) -> Conclusion:
 def _t(names: tuple[str, str], t: Range, degrees: int) -> Conclusion:
     from scipy.stats import t as student  # noqa: PLC0415
 
-    ps = sorted(float(2 * student.sf(abs(edge), degrees)) for edge in (t.low, t.high))
+    # Within the range t comes closest to 0 at one end, or at 0 itself.
+    nearest = 0.0 if t.low < 0 < t.high else min(abs(t.low), abs(t.high))
+    ps = [float(2 * student.sf(edge, degrees)) for edge in (max(abs(t.low), abs(t.high)), nearest)]
     return Conclusion(
         f"t.{names[0]}.{names[1]}",
         f"paired t({degrees}) of {names[1]} minus {names[0]}",
@@ -108,45 +122,45 @@ def _t(names: tuple[str, str], t: Range, degrees: int) -> Conclusion:
     )
 
 
-def together(columns: list[Sampler], log_amplitude: dict[int, float]) -> list[Conclusion]:
-    """Return the repeated-measures F's lower bound and the exponents.
-
-    Parameters
-    ----------
-    columns : list of Sampler
-        With the same n.
-    log_amplitude : dict of int to float
-        For the columns (by place) that enter the power law: log of the amplitude.
-    """
+def together(columns: list[Sampler]) -> list[Conclusion]:
+    """Return the repeated-measures F's lower bound and, given amplitudes, the exponents."""
     from scipy.stats import f as fisher  # noqa: PLC0415
 
     listed = [column.listed for column in columns]
     k, n = len(listed), listed[0].shape[1]
     least, degrees = repeated_measures_f(listed), (k - 1, (k - 1) * (n - 1))
     p = float(fisher.sf(least, *degrees))
-    chosen = [values_of(columns[i].solutions, listed[i]) for i in log_amplitude]
-    x = list(log_amplitude.values())
-    geometric = slope([log_mean(c) for c in chosen], x)
-    means = [Range(m, m, sharp=True) for m in (log(float(c[0].mean())) for c in chosen)]
-    arithmetic = slope(means, x)
     return [
         Conclusion(
-            "rm_f", f"repeated-measures F{degrees}, least", least, float("inf"), 0.0, p,
+            "rm_f", f"repeated-measures F{degrees}, at least", least, inf, 0.0, p,
             decided=p < LEVEL, sharp=False,
         ),
-        Conclusion(
-            "exponent.arithmetic", "exponent of the arithmetic means",
-            arithmetic.low, arithmetic.high, None, None, decided=True, sharp=True,
-        ),
-        Conclusion(
-            "exponent.geometric", "exponent of the geometric means",
-            geometric.low, geometric.high, None, None, decided=True, sharp=True,
-        ),
+        *_exponents(columns, listed),
     ]  # fmt: skip
 
 
-def values_of(solutions: Solutions, steps: Array) -> Array:
-    """Return ratings from steps above the scale's minimum."""
-    scale = solutions.column.scale
-    values: Array = float(scale.minimum) + float(scale.step) * np.asarray(steps)
-    return values
+def _exponents(columns: list[Sampler], listed: list[Array]) -> list[Conclusion]:
+    """Return the exponents of the group's means; none where a mean of zero is possible."""
+    logs = log_amplitudes([column.solutions for column in columns])
+    if len(logs) < 2:  # noqa: PLR2004 - a slope needs two points
+        return []
+    chosen = [values_of(columns[i].solutions, listed[i]) for i in logs]
+    means = [c.mean(axis=1) for c in chosen]
+    ranges = {}
+    if all(mean.min() > 0 for mean in means):
+        ranges["arithmetic"] = [
+            Range(log(mean.min()), log(mean.max()), sharp=True) for mean in means
+        ]
+    # A rating of zero has no logarithm.
+    if all(c.min() > 0 for c in chosen):
+        ranges["geometric"] = [log_mean(c) for c in chosen]
+    found = []
+    for kind, parts in ranges.items():
+        exponent = slope(parts, list(logs.values()))
+        found.append(
+            Conclusion(
+                f"exponent.{kind}", f"exponent of the {kind} means", exponent.low, exponent.high,
+                None, None, decided=True, sharp=exponent.sharp,
+            )
+        )  # fmt: skip
+    return found

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import log
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +14,7 @@ from analysis.reconstruction.table import CONVENTIONS, read
 
 if TYPE_CHECKING:
     from analysis.reconstruction.conclusions import Conclusion
+    from analysis.reconstruction.distributions import Distribution
 
 TABLE_3 = Path("biet2007_table3")
 AMPLITUDES_UM_PP = (0.0, 0.5, 1.2, 2.3)
@@ -55,17 +55,22 @@ def counts() -> tuple[Count, ...]:
 
 
 def section() -> Section:
-    """Return the whole section; some 20 seconds."""
-    from analysis.reconstruction.conclusions import pairs, together  # noqa: PLC0415
+    """Return the whole section; a few seconds."""
+    from analysis.reconstruction.conclusions import conclusions  # noqa: PLC0415
 
-    samplers = [Sampler(solutions) for solutions in columns()]
-    moving = {i: log(a) for i, a in enumerate(AMPLITUDES_UM_PP) if a > 0}
-    found = pairs(samplers) + together(samplers, moving)
+    found = conclusions([Sampler(solutions) for solutions in columns()])
     return Section(
         counts(),
         tuple(c for c in found if c.decided),
         tuple(c for c in found if not c.decided),
     )
+
+
+def table3_distributions(seed: int = 1, samples: int = 1000) -> list[Distribution]:
+    """Return how the statistics that cannot be bounded are distributed; some ten seconds."""
+    from analysis.reconstruction.distributions import distributions  # noqa: PLC0415
+
+    return distributions([Sampler(solutions) for solutions in columns()], seed, samples)
 
 
 def table3_dataset(seed: int) -> dict[float, tuple[int, ...]]:

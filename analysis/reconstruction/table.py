@@ -6,6 +6,7 @@ import csv
 import tomllib
 from dataclasses import dataclass, fields
 from fractions import Fraction
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,6 +79,8 @@ class Column:
         The smallest and the largest rating; both are present.
     median : Printed, optional
         The middle rating, or the mean of the two middle ones.
+    amplitude_um_pp : float, optional
+        Of the vibration, µm peak to peak; for the exponents.
 
     Raises
     ------
@@ -96,6 +99,7 @@ class Column:
     observed_minimum: Printed | None = None
     observed_maximum: Printed | None = None
     median: Printed | None = None
+    amplitude_um_pp: float | None = None
 
     def __post_init__(self) -> None:
         if self.n < 2:  # noqa: PLR2004 - a standard deviation needs two
@@ -106,6 +110,8 @@ class Column:
             )
         if self.rounding not in RULES:
             raise self._fault(f"rounding is '{self.rounding}', expected one of {', '.join(RULES)}")
+        if self.amplitude_um_pp is not None and not 0 <= self.amplitude_um_pp < inf:
+            raise self._fault(f"amplitude_um_pp is {self.amplitude_um_pp}, expected 0 or more")
         low, high = self.scale.minimum, self.scale.maximum
         for name in ("mean", "median", "observed_minimum", "observed_maximum"):
             printed = getattr(self, name)
@@ -148,6 +154,7 @@ class PublishedTable:
 PRINTED = ("mean", "sd", "maximum_deviation", "observed_minimum", "observed_maximum", "median")
 WORDS = ("label", "sd_convention", "rounding")
 SCALE = tuple(field.name for field in fields(Scale))
+AMPLITUDE = "amplitude_um_pp"
 NEEDED = ("n", "mean", "sd")
 
 
@@ -235,7 +242,7 @@ def _scale(entry: Mapping[str, Any]) -> Scale:
 
 def _column(entry: Mapping[str, Any], scale: Scale, place: int) -> Column:
     label = str(entry.get("label", f"column {place}"))
-    known = ("n", *PRINTED, *WORDS)
+    known = ("n", AMPLITUDE, *PRINTED, *WORDS)
     unknown = set(entry) - set(known)
     if unknown:
         raise UserError(
@@ -255,4 +262,11 @@ def _column(entry: Mapping[str, Any], scale: Scale, place: int) -> Column:
         n = int(str(entry["n"]))
     except ValueError:
         raise UserError(f"column '{label}': n is '{entry['n']}', expected a whole number") from None
+    if AMPLITUDE in entry:
+        try:
+            values[AMPLITUDE] = float(entry[AMPLITUDE])
+        except ValueError:
+            raise UserError(
+                f"column '{label}': {AMPLITUDE} is '{entry[AMPLITUDE]}', expected a number"
+            ) from None
     return Column(**{**values, "label": label, "n": n, "scale": scale})

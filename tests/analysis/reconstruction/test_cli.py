@@ -35,11 +35,44 @@ def test_an_inconsistent_table_exits_1_and_says_why(capsys, tmp_path):
     assert "GRIM" in capsys.readouterr().out
 
 
+TWO = "label,n,mean,sd,scale_maximum,amplitude_um_pp\na,5,2.40,1.14,9,0.5\nb,5,6.40,1.14,9,1.2\n"
+
+
+def test_conclusions_are_said_and_written_as_strict_json(capsys, tmp_path):
+    (tmp_path / "t.csv").write_text(TWO)
+    words = ["reconstruct", str(tmp_path / "t.csv"), "--conclusions"]
+    assert slipscale.main(words) == 0
+    said = capsys.readouterr().out
+    assert "paired t(4) of b minus a" in said
+    assert "least favourable" in said
+    assert slipscale.main([*words, "--json"]) == 0
+
+    def refuse(word):
+        raise AssertionError(word)
+
+    found = json.loads(capsys.readouterr().out, parse_constant=refuse)["conclusions"]
+    assert {row["name"] for row in found["distributions"]} == {
+        "rm_f", "friedman", "t.a.b", "exponent.mean", "exponent.sd",
+    }  # fmt: skip
+    assert found["distributions"][0]["samples"] == 1000
+
+
+def test_too_many_data_sets_to_list_leave_distributions_without_bounds(capsys, tmp_path):
+    (tmp_path / "t.csv").write_text(
+        "label,n,mean,sd,scale_maximum\na,14,40.00,12.00,100\nb,14,60.00,12.00,100\n"
+    )
+    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv"), "--conclusions"]) == 0
+    said = capsys.readouterr().out
+    assert "No bounds" in said
+    assert "paired t(13)" in said
+
+
 @pytest.mark.parametrize(
     "words, said",
     [
         (["nowhere.toml"], "cannot be read"),
         (["biet2007_table3", "--sample", "0"], "expected 1 or more"),
+        (["biet2007_table3", "--sample", "1", "--conclusions"], "choose one"),
         (["biet2007_table3", "--memory-gib", "0.0001"], "needs about"),
     ],
 )

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from scipy.stats import ttest_rel
 
-from analysis.reconstruction.bounds import larger, log_mean, paired_t, repeated_measures_f, slope
-from analysis.reconstruction.reproduce_section import columns, table3_dataset
+from analysis.reconstruction import paired_statistics
+from analysis.reconstruction.bounds import larger, paired_t, repeated_measures_f
+from analysis.reconstruction.conclusions import pairs, together
+from analysis.reconstruction.reproduce_section import section, table3_dataset
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction.solutions import Solutions
 
@@ -45,27 +47,80 @@ def test_too_many_pairs_to_search_are_bounded_from_outside(small, monkeypatch):
     assert loose.low <= sharp.low <= sharp.high <= loose.high
 
 
+def test_a_mean_that_leaves_the_sum_open_is_bounded_over_every_sum(column):
+    facts = [("2", "1.7"), ("3", "1.3")]
+    x, y = (Sampler(Solutions(column(4, *f, maximum=6))).listed for f in facts)
+    assert len(set(x.sum(axis=1))) > 1
+    ts = [ttest_rel(b, a).statistic for a, b in every_pairing(x, y) if np.ptp(b - a)]
+    found = paired_t(x, y)
+    assert (found.low, found.high) == (pytest.approx(min(ts)), pytest.approx(max(ts)))
+    tables = np.stack([np.stack(pair, axis=1) for pair in every_pairing(x, y)])
+    smallest = paired_statistics.repeated_measures_f(tables.astype(float)).min()
+    assert repeated_measures_f([x, y]) <= smallest + 1e-9
+
+
+def test_pairs_asks_for_sign_and_t_of_every_two_columns(column):
+    samplers = [
+        Sampler(Solutions(column(5, mean, "1.14", maximum=9))) for mean in ("2.40", "3.40", "6.40")
+    ]
+    found = pairs(samplers)
+    assert [c.name.split(".")[0] for c in found] == ["sign", "t"] * 3
+    assert [c.decided for c in found if c.name.startswith("t")] == [False, True, True]
+    for c in found:
+        assert 0 <= c.p_low <= c.p_high <= 1
+        assert c.low <= c.high
+
+
+def kinds(column, lowest, amplitudes):
+    samplers = [
+        Sampler(Solutions(column(4, mean, "1.29", maximum=9, amplitude_um_pp=amplitude)))
+        for mean, amplitude in zip((lowest, "5.50"), amplitudes, strict=True)
+    ]
+    return [c.name for c in together(samplers)]
+
+
+def test_exponents_need_two_amplitudes_and_geometric_ones_no_zero(column):
+    assert kinds(column, "2.50", (None, None)) == ["rm_f"]
+    assert kinds(column, "2.50", (0.0, 2.0)) == ["rm_f"]
+    assert kinds(column, "2.50", (1.0, 2.0)) == [
+        "rm_f",
+        "exponent.arithmetic",
+        "exponent.geometric",
+    ]
+    assert kinds(column, "1.50", (1.0, 2.0)) == ["rm_f", "exponent.arithmetic"]
+
+
 @pytest.fixture(scope="module")
-def listed():
-    return [Sampler(column).listed for column in columns()]
+def table_3():
+    return section()
 
 
-def test_everybody_rated_1_2_um_above_0_5_um(listed):
-    found = larger(listed[1], listed[2])
-    assert (found.low, found.high, found.sharp) == (12, 12, True)
+def test_the_section_counts_every_column_under_both_conventions(table_3):
+    found = {(c.amplitude_um_pp, c.sd_convention): c.multisets for c in table_3.counts}
+    assert len(found) == 8
+    assert found[0.5, "sample"] == 1336
+    assert found[0.5, "population"] == 522
 
 
-def test_at_least_ten_rated_1_2_um_above_0_um(listed):
-    assert larger(listed[0], listed[2]).low == 10
+def test_table_3_always_has_what_was_derived_by_hand_and_prototype(table_3):
+    always = {c.name: c for c in table_3.always}
+    everybody = always["sign.0.5 um.1.2 um"]
+    assert (everybody.low, everybody.high, everybody.sharp) == (12, 12, True)
+    assert everybody.p_high == pytest.approx(2 / 4096)
+    assert always["sign.0 um.1.2 um"].low == 10
+    assert always["rm_f"].low == pytest.approx(88.36, abs=0.005)
+    assert always["rm_f"].p_high == pytest.approx(7.5e-16, rel=0.01)
+    assert always["exponent.arithmetic"].low == pytest.approx(0.948, abs=5e-4)
+    geometric = always["exponent.geometric"]
+    assert (round(geometric.low, 3), round(geometric.high, 3)) == (0.994, 1.007)
 
 
-def test_the_repeated_measures_f_is_at_least_88_36(listed):
-    assert repeated_measures_f(listed) == pytest.approx(88.36, abs=0.005)
-
-
-def test_the_exponent_of_the_geometric_means_lies_between_0_994_and_1_007(listed):
-    found = slope([log_mean(c) for c in listed[1:]], list(np.log([0.5, 1.2, 2.3])))
-    assert (round(found.low, 3), round(found.high, 3)) == (0.994, 1.007)
+def test_table_3_leaves_0_against_0_5_um_open(table_3):
+    depends = {c.name: c for c in table_3.depends}
+    t, sign = depends["t.0 um.0.5 um"], depends["sign.0 um.0.5 um"]
+    assert (round(t.low, 2), round(t.high, 2), t.sharp) == (1.15, 4.16, True)
+    assert (round(t.p_low, 4), round(t.p_high, 2)) == (0.0016, 0.27)
+    assert (sign.low, sign.high, sign.sharp) == (4, 11, True)
 
 
 def test_a_drawn_data_set_has_table_3s_means_and_repeats_with_its_seed():

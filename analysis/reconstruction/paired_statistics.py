@@ -1,0 +1,105 @@
+"""Statistics that need to know who gave which rating, for many tables at once.
+
+A table has a row for each participant and a column for each stimulus; every function takes an
+array of tables, shape (tables, participants, columns), and returns a value for each table.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from analysis.reconstruction.side import Array
+
+
+def repeated_measures_f(tables: Array) -> Array:
+    """Return the one-way repeated-measures F; infinite if nothing is left unexplained."""
+    _, n, k = tables.shape
+    x = tables - tables.mean(axis=(1, 2), keepdims=True)
+    between = n * (x.mean(axis=1) ** 2).sum(axis=1)
+    participants = k * (x.mean(axis=2) ** 2).sum(axis=1)
+    total = (x**2).sum(axis=(1, 2))
+    error = total - between - participants
+    # What rounding leaves of an error of zero is zero.
+    error = np.where(error > 1e-12 * total, error, 0.0)
+    return _ratio(between * (n - 1), error, _limit(between))
+
+
+def greenhouse_geisser(tables: Array) -> Array:
+    """Return epsilon, the departure from sphericity (Greenhouse and Geisser, 1959)."""
+    _, n, k = tables.shape
+    x = tables - tables.mean(axis=1, keepdims=True)
+    x = x - x.mean(axis=2, keepdims=True)
+    covariance = np.swapaxes(x, 1, 2) @ x / (n - 1)
+    trace = np.trace(covariance, axis1=1, axis2=2)
+    squares = (covariance**2).sum(axis=(1, 2))
+    # Without any variation there is no departure either.
+    return _ratio(trace**2, (k - 1) * squares, 1.0)
+
+
+def friedman(tables: Array) -> Array:
+    """Return Friedman's chi-square with the correction for ties; 0 if all ratings are tied."""
+    _, n, k = tables.shape
+    here, there = tables[:, :, :, None], tables[:, :, None, :]
+    equal = (here == there).sum(axis=3)
+    ranks = (here > there).sum(axis=3) + (equal + 1) / 2
+    spread = ((ranks.sum(axis=1) - n * (k + 1) / 2) ** 2).sum(axis=1)
+    ties = (equal**2 - 1).sum(axis=(1, 2)) / (n * k * (k**2 - 1))
+    scale = n * k * (k + 1) / 12 * (1 - ties)
+    return _ratio(spread, scale, 0.0)
+
+
+def paired_t(tables: Array) -> Array:
+    """Return the paired t of the second column minus the first."""
+    difference = tables[:, :, 1] - tables[:, :, 0]
+    mean, error = difference.mean(axis=1), difference.std(axis=1, ddof=1)
+    return _ratio(mean * np.sqrt(tables.shape[1]), error, _limit(mean))
+
+
+def exponents(tables: Array, log_amplitude: Sequence[float]) -> Array:
+    """Return each participant's exponent: the slope of log rating on log amplitude.
+
+    A rating of zero has no logarithm and counts as missing, as in the analysis of raw data.
+
+    Returns
+    -------
+    ndarray, shape (tables, participants)
+        NaN for a participant with fewer than two ratings above zero.
+    """
+    present = tables > 0
+    x = np.where(present, np.asarray(log_amplitude), 0.0)
+    y = np.log(tables, out=np.zeros(tables.shape), where=present)
+    number = present.sum(axis=2)
+    x = np.where(present, x - _ratio(x.sum(axis=2), number, 0.0)[:, :, None], 0.0)
+    squares = (x**2).sum(axis=2)
+    return _ratio((x * y).sum(axis=2), squares, np.nan)
+
+
+def mean_exponent(tables: Array, log_amplitude: Sequence[float]) -> Array:
+    """Return the mean of the participants' exponents, of those that have one."""
+    found = exponents(tables, log_amplitude)
+    return _ratio(np.nansum(found, axis=1), np.isfinite(found).sum(axis=1), np.nan)
+
+
+def sd_of_exponents(tables: Array, log_amplitude: Sequence[float]) -> Array:
+    """Return the standard deviation (n - 1) of the participants' exponents."""
+    found = exponents(tables, log_amplitude)
+    number = np.isfinite(found).sum(axis=1)
+    squares = (found - mean_exponent(tables, log_amplitude)[:, None]) ** 2
+    return np.sqrt(_ratio(np.nansum(squares, axis=1), number - 1, np.nan))
+
+
+def _limit(top: Array) -> Array:
+    """Return what top / error tends to as the error vanishes: infinite, or 0 if `top` is 0."""
+    return np.where(top == 0, 0.0, np.copysign(np.inf, top))
+
+
+def _ratio(top: Array, bottom: Array, otherwise: Array | float) -> Array:
+    """Divide; `otherwise` where `bottom` is zero."""
+    out = np.broadcast_to(otherwise, top.shape).astype(np.float64)
+    found: Array = np.divide(top, bottom, out=out, where=bottom > 0)
+    return found
