@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import comb, isfinite
+from math import comb, inf, isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 # A state table larger than this is refused unless the user allows more.
 MEMORY_GIB = 4.0
-# Rounding errors of sums of positive numbers stay far below this.
-SAFETY = 1.000001
 
 
 @dataclass(frozen=True)
@@ -99,29 +97,70 @@ def total(joint: Joint, modulus: int | None) -> float | int:
     return int(product.sum()) * joint.ways % modulus
 
 
-def largest_possible(tasks: list[Problem], measure: str) -> int:
-    """Return an upper bound on the number of solutions, and of every goal's.
+@dataclass(frozen=True)
+class Estimate:
+    """A count in floating point and how far it can be off.
 
-    First what n free values could be at all, each given one's places included; if that
-    exceeds a machine word, an estimate in floating point, whose relative error is below the
-    number of additions times 2^-53.
+    Parameters
+    ----------
+    value : float
+        Infinite if it exceeds what floating point holds.
+    error : float
+        Bound on the relative error. Every term is positive and passes through no more than so
+        many roundings, each of relative size 2^-53.
     """
+
+    value: float
+    error: float
+
+    @property
+    def bound(self) -> float:
+        """A number that the count does not exceed."""
+        return self.value * (1 + 2 * self.error) + 1
+
+    @property
+    def settles_a_residue(self) -> bool:
+        """Whether only one number with a known residue modulo 2^64 is near enough."""
+        return isfinite(self.value) and 2 * self.bound * self.error < WORD / 4
+
+    def nearest(self, residue: int) -> int:
+        """Return the nearest integer that leaves `residue` modulo 2^64."""
+        half = WORD // 2
+        return int(self.value) + (residue - int(self.value) + half) % WORD - half
+
+
+def estimate(tasks: list[Problem], measure: str) -> Estimate:
+    """Return the number of solutions in floating point."""
+    value, roundings = 0.0, 0
+    with np.errstate(over="ignore", invalid="ignore"):
+        for task in tasks:
+            sides = task.sides(measure, None)
+            # A step adds up to k terms, each times a number of arrangements.
+            steps = sum(len(side.distances()) * (len(side.planes) + 3) for side in sides)
+            for joint in task.joints(*sides):
+                value += float(total(joint, None))
+                roundings = max(roundings, steps + joint.below.size) + 4
+    return Estimate(value if isfinite(value) else inf, roundings * 2.0**-53)
+
+
+def simple_bound(tasks: list[Problem], measure: str) -> int:
+    """Return what the free values could be at all, each given one's places included."""
     bound = 0
     for task in tasks:
         values = max(task.split.high - task.split.low + 1, 1)
         for goal in task.goals:
             free = values**goal.n if measure == "ordered" else comb(goal.n + values - 1, goal.n)
             bound += free * (goal.piece.arrangements if measure == "ordered" else 1)
+    return bound
+
+
+def largest_possible(tasks: list[Problem], measure: str) -> int:
+    """Return an upper bound on the number of solutions, close if it exceeds a machine word."""
+    bound = simple_bound(tasks, measure)
     if bound < WORD:
         return bound
-    with np.errstate(over="ignore", invalid="ignore"):
-        estimate = 0.0
-        for task in tasks:
-            for joint in task.joints(*task.sides(measure, None)):
-                estimate += total(joint, None)
-    if not isfinite(estimate):
-        return bound
-    return int(estimate * SAFETY) + 1
+    close = estimate(tasks, measure).bound
+    return int(close) + 1 if isfinite(close) else bound
 
 
 def count(tasks: list[Problem], measure: str, memory_gib: float = MEMORY_GIB) -> int:
@@ -144,12 +183,20 @@ def count(tasks: list[Problem], measure: str, memory_gib: float = MEMORY_GIB) ->
     require_memory(tasks, memory_gib)
     if not tasks:
         return 0
-    moduli = moduli_above(largest_possible(tasks, measure))
-    residues = []
-    for modulus in moduli:
-        found = 0
-        for task in tasks:
-            for joint in task.joints(*task.sides(measure, modulus)):
-                found += int(total(joint, modulus))
-        residues.append(found % modulus)
-    return join(tuple(residues), moduli)
+    bound = simple_bound(tasks, measure)
+    if bound < WORD:
+        return _residue(tasks, measure, WORD)
+    close = estimate(tasks, measure)
+    if close.settles_a_residue:
+        return close.nearest(_residue(tasks, measure, WORD))
+    moduli = moduli_above(int(close.bound) + 1 if isfinite(close.bound) else bound)
+    return join(tuple(_residue(tasks, measure, modulus) for modulus in moduli), moduli)
+
+
+def _residue(tasks: list[Problem], measure: str, modulus: int) -> int:
+    """Return the number of solutions modulo `modulus`."""
+    found = 0
+    for task in tasks:
+        for joint in task.joints(*task.sides(measure, modulus)):
+            found += int(total(joint, modulus))
+    return found % modulus

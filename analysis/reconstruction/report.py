@@ -13,8 +13,10 @@ if TYPE_CHECKING:
 
     from analysis.reconstruction.solutions import Solutions
 
-# A marginal is worth its time on the command line up to so many cells of the table of states.
+# What is worth its time on the command line: so many cells of the tables of states, each once
+# for every goal, and so many additions for the ordered samples when multisets are asked for.
 MARGINAL_CELLS = 5_000_000
+ORDERED_ADDITIONS = 6_000_000_000
 
 
 def column_record(solutions: Solutions, measure: str) -> dict[str, Any]:
@@ -25,7 +27,7 @@ def column_record(solutions: Solutions, measure: str) -> dict[str, Any]:
         "consistent": solutions.consistent,
         "reason": solutions.reason,
         "multisets": str(solutions.multisets),
-        "ordered": str(solutions.ordered),
+        "ordered": str(solutions.ordered) if worth_ordering(solutions, measure) else None,
         "sd_convention": column.sd_convention,
         "rounding": column.rounding,
         "grim": solutions.targets.grim,
@@ -35,11 +37,18 @@ def column_record(solutions: Solutions, measure: str) -> dict[str, Any]:
             for total, squares in moments(solutions)
         ],
     }
-    cells = sum(task.below.cells + task.above.cells for task in solutions.problems)
+    cells = sum((task.bytes // 8) * len(task.goals) for task in solutions.problems)
     if solutions.consistent and cells <= MARGINAL_CELLS:
         found = marginals(solutions, measure)
         record["order_statistics"] = order_statistics(found, column.scale)
     return record
+
+
+def worth_ordering(solutions: Solutions, measure: str) -> bool:
+    """Whether ordered samples are counted: asked for, or few enough additions."""
+    n, values = solutions.column.n, solutions.column.scale.steps + 1
+    cells = sum(task.bytes // 8 for task in solutions.problems)
+    return measure == "ordered" or cells * n * values <= ORDERED_ADDITIONS
 
 
 def moments(solutions: Solutions) -> list[tuple[Any, Any]]:
@@ -103,7 +112,12 @@ def lines(table: PublishedTable, records: Iterable[dict[str, Any]]) -> list[str]
         )
         if record["consistent"]:
             said.append(f"  multisets        {int(record['multisets']):,}")
-            said.append(f"  ordered samples  {int(record['ordered']):,}")
+            ordered = record["ordered"]
+            said.append(
+                f"  ordered samples  {int(ordered):,}"
+                if ordered
+                else "  ordered samples  not counted, it takes long; --measure ordered does"
+            )
             pairs = "; ".join(f"{p['sum']}, {p['sum_of_squares']}" for p in record["sums"])
             said.append(f"  sum, sum of squares  {pairs}")
         else:

@@ -93,6 +93,7 @@ class Side:
             for s, n, w in zip(self.start, sizes, self.width, strict=True)
         ]
         self.planes[0][0, 0] = 1
+        self._filled = False
         # Largest value that a cell may hold before the next reduction.
         self._ceiling = 1
 
@@ -101,10 +102,12 @@ class Side:
         return range(self.shape.farthest, self.shape.nearest - 1, -1)
 
     def fill(self) -> Side:
-        """Let every distance enter; return the table itself."""
-        for distance in self.distances():
-            self.advance(distance)
-        self.reduce()
+        """Let every distance enter, unless all are in already; return the table itself."""
+        if not self._filled:
+            for distance in self.distances():
+                self.advance(distance)
+            self.reduce()
+            self._filled = True
         return self
 
     def reduce(self) -> None:
@@ -134,6 +137,7 @@ class Side:
 
     def retreat(self, distance: int) -> None:
         """Undo `advance`: take the values at `distance`, the nearest that are in, out again."""
+        self._filled = False
         top = len(self.planes) - 1
         if self.measure == "multisets":
             for k in range(top, 0, -1):

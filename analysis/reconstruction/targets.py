@@ -108,13 +108,13 @@ def _wanted(column: Column, moments: Moments) -> Wanted | None:
         high = min(high, found.stop - 1)
         present.append(frozenset(found))
     if column.maximum_deviation:
-        mean = Fraction(moments.total, moments.n)
-        allowed = column.maximum_deviation.values(column.rounding).scaled(1 / column.scale.step)
-        shell = frozenset(v for v in range(low, high + 1) if abs(v - mean) in allowed)
-        inside = [v for v in range(low, high + 1) if abs(v - mean) < allowed.high or v in shell]
-        if not inside:
-            return None
-        low, high = max(low, inside[0]), min(high, inside[-1])
+        mean, one = Fraction(moments.total, moments.n), Fraction(1)
+        allowed = column.maximum_deviation.values(column.rounding).scaled(one / column.scale.step)
+        above, below = (allowed.scaled(one, shift).integers() for shift in (mean, -mean))
+        shell = frozenset(above) | frozenset(-v for v in below)
+        edge = allowed.high_closed
+        inside = Interval(mean - allowed.high, mean + allowed.high, edge, edge).integers()
+        low, high = max(low, inside.start), min(high, inside.stop - 1)
         present.append(shell)
     present = [frozenset(v for v in wish if low <= v <= high) for wish in present]
     if not all(present):

@@ -73,6 +73,9 @@ class Ranking:
         -------
         ndarray of int32, shape (m, n)
         """
+        # The last walk has emptied them.
+        for side in (*self._below, *self._above):
+            side.fill()
         cell = np.searchsorted(self._ends, ranks, side="right")
         before = self._ends[cell - 1]
         before[cell == 0] = 0
@@ -151,8 +154,6 @@ class Ranking:
             left = k > 0
             if np.count_nonzero(left) < WORTH_DROPPING * len(left):
                 rows, k, a, w, rank, place = (part[left] for part in (rows, k, a, w, rank, place))
-        for side in sides:
-            side.fill()
 
     @staticmethod
     def _place(side: Side, k: Array, a: Array, w: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from math import sqrt
+from math import inf, sqrt
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from analysis.reconstruction import counting
 from analysis.reconstruction.solutions import Solutions
 from analysis.reconstruction.table import read
 from faults import UserError
@@ -138,6 +139,26 @@ def test_counts_beyond_a_machine_word_are_exact(column):
     for _ in range(n):
         series = np.convolve(series, one)
     assert ordered == series[total] > 2**64
+
+
+def test_multisets_beyond_a_machine_word_agree_by_two_ways_of_counting(column, monkeypatch):
+    """One residue settled by floating point, and residues of 2^64 and a prime joined."""
+    c = column(100, "50.00", "5.00")
+    settled = Solutions(c).multisets
+    assert settled > 2**64
+    monkeypatch.setattr(counting.Estimate, "settles_a_residue", False)
+    assert Solutions(c).multisets == settled
+
+
+def test_an_estimate_settles_a_residue_only_if_it_is_near_enough():
+    count = 2**90 + 12345
+    near = counting.Estimate(float(count), 2.0**-40)
+    assert near.settles_a_residue
+    assert near.nearest(count % 2**64) == count
+    off = counting.Estimate(count * (1 + 2.0**-41), 2.0**-40)
+    assert off.nearest(count % 2**64) == count
+    assert not counting.Estimate(float(count), 2.0**-20).settles_a_residue
+    assert not counting.Estimate(inf, 2.0**-40).settles_a_residue
 
 
 def test_multiples_of_five_are_impossible_at_0_and_2_3_um_and_possible_between(column):

@@ -70,13 +70,5 @@ def test_any_text_is_a_table_or_a_users_mistake(text, read):
         assert read(text).columns
 
 
-def test_the_example_of_the_grim_paper_is_inconsistent(column):
-    """Brown and Heathers (2017): 28 whole numbers cannot have a mean of 5.19."""
-    solutions = Solutions(column(28, "5.19", "1.00", maximum=10))
-    assert not solutions.consistent
-    assert "nearest are 5.17857 and 5.21429" in solutions.reason
-    assert Solutions(column(28, "5.18", "1.00", maximum=10)).targets.grim
-
-
 def test_no_sum_of_squares_of_the_right_parity_is_a_grimmer_reason(column):
     assert "GRIMMER" in Solutions(column(5, "2.40", "1.00", maximum=10)).reason
