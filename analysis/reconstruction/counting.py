@@ -88,12 +88,15 @@ def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> 
 
 def total(joint: Joint, modulus: int | None) -> float | int:
     """Return the number of solutions in a pair of slices, modulo `modulus`."""
+    if modulus is None or modulus == WORD:
+        # No product in memory; machine words wrap, as residues of 2^64 should.
+        found = np.einsum("ij,ij", joint.below, joint.above)
+        if modulus is None:
+            return float(found) * float(joint.ways)
+        return int(found) * joint.ways % WORD
     product = joint.below * joint.above
-    if modulus is None:
-        return float(product.sum()) * float(joint.ways)
-    if modulus != WORD:
-        divisor = np.uint64(modulus)
-        product -= product // divisor * divisor
+    divisor = np.uint64(modulus)
+    product -= product // divisor * divisor
     return int(product.sum()) * joint.ways % modulus
 
 
