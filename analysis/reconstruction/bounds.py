@@ -121,29 +121,27 @@ def by_sum(rows: Array) -> list[Array]:
 def _t_of_sums(x: Array, y: Array) -> Range:
     """Return the range of t for columns with one sum each."""
     n = x.shape[1]
-    sums = int(x[0].sum()), int(y[0].sum())
-    difference = sums[1] - sums[0]
+    difference = int(y[0].sum()) - int(x[0].sum())
     if not difference:
         return Range(0.0, 0.0, sharp=True)
     sharp = len(x) * len(y) <= SEARCHED
     if sharp:
-        squared = [_extreme(x, y, same=True), _extreme(x, y, same=False)]
+        scatters = [n * _extreme(x, y, same=same) - difference**2 for same in (True, False)]
     else:
-        vx, vy = (
-            int((c.astype(np.int64) ** 2).sum(axis=1).max()) - s * s / n
-            for c, s in zip((x, y), sums, strict=True)
-        )
-        vx_low, vy_low = (
-            int((c.astype(np.int64) ** 2).sum(axis=1).min()) - s * s / n
-            for c, s in zip((x, y), sums, strict=True)
-        )
-        least = max(sqrt(vx_low) - sqrt(vy), sqrt(vy_low) - sqrt(vx), 0.0) ** 2
-        squared = [between + difference**2 / n for between in (least, (sqrt(vx) + sqrt(vy)) ** 2)]
+        (low_x, high_x), (low_y, high_y) = _roots_of_scatter(x), _roots_of_scatter(y)
+        scatters = [max(low_x - high_y, low_y - high_x, 0.0) ** 2, (high_x + high_y) ** 2]
     ts = [
-        difference / sqrt(n * variance) if variance > 0 else copysign(inf, difference)
-        for variance in ((part - difference**2 / n) / (n - 1) for part in squared)
+        difference * sqrt((n - 1) / scatter) if scatter > 0 else copysign(inf, difference)
+        for scatter in scatters
     ]
     return Range(min(ts), max(ts), sharp)
+
+
+def _roots_of_scatter(rows: Array) -> tuple[float, float]:
+    """Return the smallest and largest root of n times the squared deviations, one sum given."""
+    n, total = rows.shape[1], int(rows[0].sum())
+    squares = (rows.astype(np.int64) ** 2).sum(axis=1)
+    return sqrt(n * int(squares.min()) - total**2), sqrt(n * int(squares.max()) - total**2)
 
 
 def _extreme(x: Array, y: Array, *, same: bool) -> float:

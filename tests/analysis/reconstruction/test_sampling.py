@@ -35,7 +35,7 @@ def test_every_multiset_is_equally_likely(column, all_multisets, monkeypatch, fa
     c = column(**facts)
     found = all_multisets(c)
     assert len(found) > 5
-    drawn = Sampler(Solutions(c)).draw(200 * len(found), np.random.default_rng(7))
+    drawn = Sampler(Solutions(c)).draw(60 * len(found), np.random.default_rng(7))
     tally = Counter(map(tuple, drawn.tolist()))
     assert set(tally) == set(found)
     assert chisquare([tally[x] for x in found]).pvalue > FALSE_ALARM
@@ -46,7 +46,7 @@ def test_every_ordered_sample_is_equally_likely(column, all_multisets, monkeypat
     monkeypatch.setattr(sampling, "FEW", few)
     c = column(4, "2.5", "1.7", maximum=6)
     every = {order for x in all_multisets(c) for order in permutations(x)}
-    drawn = Sampler(Solutions(c), "ordered").draw(100 * len(every), np.random.default_rng(8))
+    drawn = Sampler(Solutions(c), "ordered").draw(40 * len(every), np.random.default_rng(8))
     tally = Counter(map(tuple, drawn.tolist()))
     assert set(tally) == every
     assert chisquare([tally[x] for x in every]).pvalue > FALSE_ALARM
