@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 #: Where items come from: module, and the file of its recorded values. In the order of printing.
 SOURCES: tuple[tuple[str, str], ...] = (
     ("analysis.reproduce_table3", "recorded_table3.json"),
+    ("analysis.reproduce_datasets", "recorded_datasets.json"),
     ("analysis.reproduce_models", "recorded_models.json"),
 )
 #: Ours may move by this much, relative, before it counts as drift: other processors and library
