@@ -16,6 +16,8 @@ from analysis.tables import Problems, Source, numbers, places
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+#: Amplitudes are told apart to 0.1 nm: 0.1 + 0.2 µm is 0.3 µm.
+DECIMALS = 4
 TRUE, FALSE = {"yes", "true", "1", "1.0"}, {"no", "false", "0", "0.0"}
 
 
@@ -34,9 +36,10 @@ def clean_estimates(
     )
     for column in ("amplitude_um_pp", "estimate"):
         clean[column] = numbers(frame, column, sources, problems, minimum=0.0)
+    clean["amplitude_um_pp"] = clean["amplitude_um_pp"].round(DECIMALS)
     for column in ("trial", "block", "response_time", "scale_top", "modulus"):
         clean[column] = (
-            numbers(frame, column, sources, problems, minimum=0.0)
+            numbers(frame, column, sources, problems, minimum=0.0, lost="the cell")
             if column in frame and frame[column].notna().any()
             else np.nan
         )
@@ -54,10 +57,10 @@ def clean_differences(
         {name: frame[name] for name in ("participant_id", "session", "run", "file", "line")}
     )
     for column in ("amplitude_before_um_pp", "amplitude_um_pp"):
-        clean[column] = numbers(frame, column, sources, problems, minimum=0.0)
+        clean[column] = numbers(frame, column, sources, problems, minimum=0.0).round(DECIMALS)
     for column in ("trial", "series", "step", "confidence", "response_time"):
         clean[column] = (
-            numbers(frame, column, sources, problems)
+            numbers(frame, column, sources, problems, lost="the cell")
             if column in frame and frame[column].notna().any()
             else np.nan
         )
@@ -74,12 +77,28 @@ def clean_differences(
         ],
         "column difference_felt",
     )
-    catch = frame["catch"] if "catch" in frame else pd.Series("false", index=frame.index)
-    clean["catch"] = catch.astype("object").map(lambda v: str(v).strip().lower() in TRUE)
+    clean["catch"] = _catches(frame, clean, problems)
     clean["verbal_report"] = _labels(frame, "verbal_report", "")
     clean["phase"] = _labels(frame, "phase", "main")
     clean["flag"] = _labels(frame, "flag", "")
     return _without_doubles(clean, sources, problems)
+
+
+def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd.Series[bool]:
+    """Tell catch steps by the amplitudes, which were presented; say where the column differs."""
+    unchanged = clean["amplitude_before_um_pp"] == clean["amplitude_um_pp"]
+    if "catch" in frame:
+        said = frame["catch"].astype("object").map(lambda v: str(v).strip().lower())
+        for sentence, wrong in (
+            ("catch steps change the amplitude; they count as steps", said.isin(TRUE) & ~unchanged),
+            (
+                "steps leave the amplitude as it was; they count as catch steps",
+                ~said.isin(TRUE) & unchanged,
+            ),
+        ):
+            if wrong.any():
+                problems.add(f"{int(wrong.sum())} {sentence}")
+    return unchanged
 
 
 def _labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:

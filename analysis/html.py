@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
 
+#: A table of so many rows fits on a page and is not broken across two.
+ROWS_TOGETHER = 16
+
+
 @dataclass(slots=True)
 class Section:
     """A heading and what stands under it."""
@@ -26,16 +30,24 @@ class Section:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """A column of a table: its heading, unit, alignment, and whether it is the paper's."""
+    """A column of a table: its heading, unit, alignment, and whether it is the paper's.
+
+    A left-aligned column holds words and may break its lines, unless it is ``whole``.
+    """
 
     title: str
     unit: str = ""
     left: bool = False
     paper: bool = False
+    whole: bool = False
 
     def classes(self) -> str:
         """Return the class attribute, or nothing."""
-        names = [name for name, on in (("l", self.left), ("paper", self.paper)) if on]
+        names = [
+            name
+            for name, on in (("l", self.left), ("paper", self.paper), ("whole", self.whole))
+            if on
+        ]
         return f' class="{" ".join(names)}"' if names else ""
 
 
@@ -103,7 +115,6 @@ def table(
     *,
     over: Sequence[tuple[str, int]] = (),
     marked: int | None = None,
-    long: bool = False,
 ) -> Markup:
     """Return a table.
 
@@ -115,9 +126,10 @@ def table(
         A line of headings over the columns, each with how many it spans.
     marked : int, optional
         The row to set off.
-    long : bool
-        May break across printed pages.
+
+    A table of more than `ROWS_TOGETHER` rows may break across printed pages, under the same head.
     """
+    rows = list(rows)
     head = ""
     if over:
         spans = "".join(
@@ -138,7 +150,7 @@ def table(
             for column, cell in zip(columns[1:], rest, strict=True)
         )
         body.append(f'<tr class="on">{line}</tr>' if place == marked else f"<tr>{line}</tr>")
-    kind = ' class="long"' if long else ""
+    kind = ' class="long"' if len(rows) > ROWS_TOGETHER else ""
     return Markup(  # noqa: S704 - every cell is escaped above
         f'<div class="wide"><table{kind}><caption>{escape(caption)}</caption>'
         f"<thead>{head}<tr>{cells}</tr></thead><tbody>{''.join(body)}</tbody></table></div>"

@@ -150,7 +150,7 @@ def _generalised_eta_squared(*columns: NDArray[np.float64], axis: int = -1) -> A
     effect = n * ((values.mean(axis=axis, keepdims=True) - grand) ** 2).sum(axis=(0, axis))
     total = ((values - grand) ** 2).sum(axis=(0, axis))
     # Generalised: effect over effect + people + error, and these three make the total.
-    return effect / total
+    return np.where(total > TINY, effect / np.maximum(total, TINY), np.nan)
 
 
 def _bootstrap(
@@ -161,18 +161,22 @@ def _bootstrap(
 
     if np.ptp(values) == 0:
         return None, None
-    found = stats.bootstrap(
-        tuple(values.T),
-        statistic,
-        paired=True,
-        vectorized=True,
-        method="percentile",
-        n_resamples=data.choices.bootstrap_resamples,
-        batch=max(1, 2_000_000 // values.size),
-        confidence_level=data.choices.confidence,
-        rng=np.random.default_rng(data.choices.bootstrap_seed),
-    ).confidence_interval
-    return float(found.low), float(found.high)
+    with warnings.catch_warnings():
+        # A resample of people who all gave one number has no variance to share out: NaN.
+        warnings.filterwarnings("ignore", category=stats.DegenerateDataWarning)
+        found = stats.bootstrap(
+            tuple(values.T),
+            statistic,
+            paired=True,
+            vectorized=True,
+            method="percentile",
+            n_resamples=data.choices.bootstrap_resamples,
+            batch=max(1, 2_000_000 // values.size),
+            confidence_level=data.choices.confidence,
+            rng=np.random.default_rng(data.choices.bootstrap_seed),
+        ).confidence_interval
+    low, high = float(found.low), float(found.high)
+    return (low, high) if np.isfinite([low, high]).all() else (None, None)
 
 
 def friedman(data: Prepared) -> Result:

@@ -136,7 +136,9 @@ def _load_folder(folder: Path) -> Dataset:
     problems = Problems()
     for path in sorted(folder.glob("sub-*/**/beh/*_beh.tsv")):
         match = NAME.fullmatch(path.name)
-        if match and match["task"] in files:
+        if match and path.relative_to(folder).parts[0] != f"sub-{match['sub']}":
+            problems.add(f"{path.relative_to(folder)}: in another participant's folder; not read")
+        elif match and match["task"] in files:
             files[match["task"]].append((path, match))
         elif match is None:
             problems.add(f"{path.relative_to(folder)}: not a name of the BIDS form; not read")
@@ -163,7 +165,7 @@ def _load_folder(folder: Path) -> Dataset:
         name=_title(folder),
         estimates=_answered(answers, counts),
         answers=answers,
-        differences=_keep_steps(read[DIFFERENCE], counts, problems),
+        differences=_keep_steps(read[DIFFERENCE], counts),
         participants=participants,
         mode=modes[0][0] if modes else "unknown",
         counts=counts,
@@ -220,9 +222,7 @@ def _read_task(
 ) -> tuple[pd.DataFrame, list[Source]]:
     if not entries:
         return (empty_estimates() if task == ESTIMATION else empty_differences()), []
-    frame, sources = read_tables([path for path, _ in entries], folder)
-    where = sources[0].name if len(sources) == 1 else f"{folder} (task {task})"
-    require(frame, REQUIRED[task], where)
+    frame, sources = read_tables([path for path, _ in entries], folder, required=REQUIRED[task])
     place = frame["file"].to_numpy()
     labels = {
         "participant_id": [f"sub-{match['sub']}" for _, match in entries],
@@ -294,7 +294,7 @@ def _answered(main: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
     return kept
 
 
-def _keep_steps(frame: pd.DataFrame, counts: dict[str, int], problems: Problems) -> pd.DataFrame:
+def _keep_steps(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
     counts["difference_rows"] = len(frame)
     if not len(frame):
         return frame
@@ -302,10 +302,6 @@ def _keep_steps(frame: pd.DataFrame, counts: dict[str, int], problems: Problems)
     unanswered = kept["difference_felt"].isna()
     counts["difference_unanswered"] = int(unanswered.sum())
     kept = kept[~unanswered & kept["amplitude_um_pp"].notna()].reset_index(drop=True)
-    odd = kept["catch"] & (kept["amplitude_before_um_pp"] != kept["amplitude_um_pp"])
-    if odd.any():
-        problems.add(f"{int(odd.sum())} catch steps change the amplitude; they count as steps")
-        kept.loc[odd, "catch"] = False
     counts["difference_analysed"] = len(kept)
     return kept
 
@@ -326,14 +322,18 @@ def _sidecars(
         sources.append(Source(path.relative_to(folder).as_posix(), digest(content)))
         try:
             own = json.loads(content).get("Slipscale", {})
-        except (ValueError, AttributeError) as error:
-            raise UserError(f"{path}: not a JSON object ({error})") from error
+            versions = dict(own.get("software") or {})
+        except (ValueError, TypeError, AttributeError) as error:
+            raise UserError(
+                f"{path}: not a sidecar; expected a JSON object, its Slipscale and software "
+                f"objects too ({error})"
+            ) from error
         if mode := own.get("mode"):
             modes.append((str(mode), path))
         for key in ("study", "study_hash", "seed", "language", "plate"):
             if key in own:
                 found.setdefault(key, set()).add(_in_words(own[key]))
-        for name, version in dict(own.get("software") or {}).items():
+        for name, version in versions.items():
             found.setdefault("software", set()).add(f"{name} {version}")
     return {key: tuple(sorted(values)) for key, values in found.items()}, modes, sources
 
@@ -365,7 +365,7 @@ def _participants(folder: Path, sources: list[Source]) -> pd.DataFrame:
     path = folder / "participants.tsv"
     if not path.is_file():
         return pd.DataFrame({"participant_id": pd.Series(dtype=str)})
-    frame, read = read_tables([path], folder)
+    frame, read = read_tables([path], folder, required=("participant_id",))
     sources += read
     return frame.drop(columns=["file", "line"])
 

@@ -27,15 +27,14 @@ SOFTWARE = ("slipscale", "numpy", "scipy", "pandas", "statsmodels", "pingouin", 
 
 
 def write_all(analysis: Analysis, out: Path) -> None:
-    """Write every file into a folder, which is made.
+    """Write every file into a folder.
 
     Raises
     ------
     UserError
-        The folder or a file cannot be written.
+        A file cannot be written.
     """
     try:
-        out.mkdir(parents=True, exist_ok=True)
         for name, table in tables(analysis).items():
             table.to_csv(out / f"{name}.csv", index=False, lineterminator="\n")
         for name, text in latex_tables(analysis).items():
@@ -112,6 +111,7 @@ def wide(analysis: Analysis) -> pd.DataFrame:
     table = table.rename_axis("participant_id").reset_index()
     about = analysis.dataset.participants
     if len(about.columns) > 1:
+        about = about.drop_duplicates("participant_id")
         table = table.merge(about, on="participant_id", how="left")
     return table
 

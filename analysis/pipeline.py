@@ -11,18 +11,16 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis import conclude, descriptives, normalisation, quality, textures
+from analysis import conclude, descriptives, normalisation, notices, quality, textures
 from analysis.loading import Dataset, load
 from analysis.prepared import Prepared, prepare
+from analysis.tables import LISTED_PROBLEMS
 from faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     import pandas as pd
-
-#: Where a list of participants is cut.
-LISTED = 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,7 +112,11 @@ def analyse(
     data = dataset if isinstance(dataset, Dataset) else load(dataset)
     target = None if not write else Path(out) if out else default_out(data, dataset)
     if not len(data.estimates) and not len(data.differences):
-        raise UserError(f"{data.name}: no answered trials; nothing to analyse")
+        why = "".join(f"; {sentence}" for sentence in data.problems[:LISTED_PROBLEMS])
+        raise UserError(f"{data.name}: no answered trials; nothing to analyse{why}")
+    if target is not None:
+        make_folder(target)
+    absences = notices.absent(data)
     tell("checking data quality")
     measures = quality.measures(data, data.choices.thresholds)
     flags = quality.flags(measures, data.choices.thresholds)
@@ -150,7 +152,14 @@ def analyse(
         measures=measures,
         flags=flags,
         excluded=excluded,
-        problems=(*data.problems, *notes, *_what_is_thin(cells), *_unequal(prepared)),
+        problems=(
+            *data.problems,
+            *absences,
+            *notes,
+            *notices.changing_tops(data),
+            *notices.thin(cells),
+            *notices.unequal(prepared),
+        ),
         out=target,
     )
     if target is not None:
@@ -160,6 +169,16 @@ def analyse(
 
         write_all(analysis, target)
     return analysis
+
+
+def make_folder(out: Path) -> None:
+    """Make the folder for the output, before anything takes time."""
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as error:
+        raise UserError(f"{out}: is a file; expected a folder for the output") from error
+    except OSError as error:
+        raise UserError(f"{out}: cannot be made ({error.strerror})") from error
 
 
 def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tuple[str, ...]]]:
@@ -222,42 +241,3 @@ def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
             )
         ]
     return rule, []
-
-
-def _what_is_thin(cells: pd.DataFrame) -> list[str]:
-    """Say what so few data cannot tell."""
-    notes = []
-    participants, amplitudes = cells.shape
-    if not participants:
-        return ["No magnitude estimates: only the descending difference is analysed."]
-    if participants == 1:
-        notes.append(
-            "One participant: means are shown; standard deviations, intervals and tests need "
-            "at least two."
-        )
-    if amplitudes == 1:
-        notes.append("One amplitude: nothing to compare, no growth and no tests.")
-    if participants and not (cells.to_numpy() > 0).any():
-        notes.append("All estimates are zero: no spread, no growth and no tests.")
-    missing = cells.index[cells.isna().any(axis=1)].astype(str)
-    if len(missing):
-        listed = ", ".join(missing[:LISTED]) + (" and more" if len(missing) > LISTED else "")
-        notes.append(
-            f"{len(missing)} of {participants} participants lack an estimate at some amplitude "
-            f"({listed}); means use all, within-participant intervals and tests the complete ones."
-        )
-    return notes
-
-
-def _unequal(prepared: Prepared | None) -> list[str]:
-    """Say where participants had unequal repetitions."""
-    if prepared is None:
-        return []
-    counts = prepared.trials.groupby([normalisation.KEY, "amplitude_um_pp"], observed=True).size()
-    if counts.min() == counts.max():
-        return []
-    sentence = (
-        f"Unequal repetitions: {counts.min()} to {counts.max()} estimates of a surface per "
-        "participant; each participant's mean counts once, whatever its repetitions."
-    )
-    return [sentence]

@@ -18,13 +18,17 @@ import pandas as pd
 from faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     from pydantic import ValidationError
 
 MISSING = ["n/a", ""]
 LISTED_PROBLEMS = 12
+#: Characters of a list of column names in a message: a foreign file's first line may be long.
+LONGEST_LIST = 400
+#: A number above this is a slip, and its square no longer one.
+LARGEST = 1e100
 
 
 @dataclass(slots=True)
@@ -67,7 +71,12 @@ def digest(content: bytes) -> str:
 
 
 def read_tables(
-    paths: Sequence[Path], root: Path, *, separator: str = "\t", decimal: str = "."
+    paths: Sequence[Path],
+    root: Path,
+    *,
+    separator: str = "\t",
+    decimal: str = ".",
+    required: Sequence[str] = (),
 ) -> tuple[pd.DataFrame, list[Source]]:
     """Read tables of one kind into one frame.
 
@@ -79,6 +88,8 @@ def read_tables(
         The data set's folder; files are named relative to it.
     separator, decimal : str
         One character each.
+    required : sequence of str
+        Columns that every file must have.
 
     Returns
     -------
@@ -90,7 +101,8 @@ def read_tables(
     Raises
     ------
     UserError
-        A file cannot be read, is not UTF-8, is empty, or has a line with too few or many cells.
+        A file cannot be read, is not UTF-8, is empty, or has a line with too few or many
+        cells, lacks a required column, or has a column twice.
     """
     sources: list[Source] = []
     plain: dict[bytes, list[tuple[int, bytes, int]]] = {}
@@ -99,6 +111,7 @@ def read_tables(
         content = read_bytes(path)
         sources.append(Source(_name(path, root), digest(content)))
         header, body = _split(content, path)
+        _check_header(header, path, separator, required)
         if b'"' in content:
             frame = _parse(header + b"\n" + body, path, separator, decimal)
             frames.append(frame.assign(file=number, line=np.arange(2, len(frame) + 2)))
@@ -148,10 +161,26 @@ def _split(content: bytes, path: Path) -> tuple[bytes, bytes]:
     return header, body + b"\n" if body else body
 
 
+def _check_header(header: bytes, path: Path, separator: str, required: Sequence[str]) -> None:
+    names = [name.strip(' "') for name in header.decode("utf-8").split(separator)]
+    if doubled := sorted({name for name in names if name and names.count(name) > 1}):
+        raise UserError(f"{path}: column {', '.join(doubled)} is there twice; expected it once")
+    if missing := [name for name in required if name not in names]:
+        raise UserError(f"{path}: no column {', '.join(missing)}; found {_cut(names)}")
+
+
+def _cut(names: Sequence[str]) -> str:
+    """Return column names for a message, no longer than a few lines."""
+    listed = ", ".join(names)
+    return listed if len(listed) <= LONGEST_LIST else f"{listed[:LONGEST_LIST]} ..."
+
+
 def _name_ragged_line(body: bytes, separator: bytes, cells: int, path: Path) -> None:
     for number, line in enumerate(body.split(b"\n")[:-1], start=2):
         found = line.count(separator) + 1
         if found != cells:
+            if not line.strip():
+                raise UserError(f"{path}: line {number} is empty; expected {cells} cells")
             raise UserError(
                 f"{path}: line {number} has {found} cells, expected {cells} as in the header; "
                 "is the file truncated?"
@@ -180,15 +209,14 @@ def _parse(text: bytes, path: Path, separator: str, decimal: str) -> pd.DataFram
     return frame.drop(columns=unnamed)
 
 
-def require(frame: pd.DataFrame, columns: Iterable[str], where: str) -> None:
+def require(frame: pd.DataFrame, columns: Sequence[str], where: str) -> None:
     """Raise a `UserError` that names every column that is missing."""
     missing = [name for name in columns if name not in frame.columns]
     if missing:
-        found = ", ".join(name for name in frame.columns if name not in ("file", "line"))
+        found = _cut([name for name in frame.columns if name not in ("file", "line")])
         raise UserError(
             f"{where}: no column {', '.join(missing)}; found {found}. "
-            "Expected at least participant_id, amplitude_um_pp, estimate in a table by hand, or a "
-            "data set that slipscale wrote"
+            f"Expected at least {', '.join(columns)}"
         )
 
 
@@ -205,13 +233,16 @@ def numbers(
     problems: Problems,
     *,
     minimum: float = -np.inf,
+    lost: str = "the trial",
 ) -> pd.Series[float]:
     """Return a column as numbers; what is not one becomes missing and is named in ``problems``.
 
     Parameters
     ----------
     minimum : float
-        Smaller and infinite values are named and become missing too.
+        Smaller values, and those above `LARGEST`, are named and become missing too.
+    lost : str
+        What is left out where the cell cannot be read.
     """
     raw = frame[column]
     values = (
@@ -220,19 +251,26 @@ def numbers(
         else pd.to_numeric(raw.astype("object"), errors="coerce").astype(float)
     )
     text = values.isna() & raw.notna()
-    outside = values.notna() & ~((values >= minimum) & (values < np.inf))
-    for bad, expected in ((text, "a number"), (outside, f"a finite number, {minimum:g} or more")):
+    outside = values.notna() & ~((values >= minimum) & (values <= LARGEST))
+    for bad, expected in (
+        (text, "a number"),
+        (outside, f"a number of {minimum:g} or more, at most {LARGEST:g},"),
+    ):
         if not bad.any():
             continue
         problems.add_many(
             [
-                f"{place}, column {column}: '{value}' where {expected} was expected; "
-                "the trial is left out"
+                f"{place}, column {column}: '{value}' where {expected}{_hint(value)} was expected; "
+                f"{lost} is left out"
                 for place, value in zip(places(frame[bad], sources), raw[bad], strict=True)
             ],
             f"column {column}",
         )
     return values.mask(outside)
+
+
+def _hint(value: object) -> str:
+    return " with a decimal point" if "," in str(value) else ""
 
 
 def faults_of(error: ValidationError) -> str:

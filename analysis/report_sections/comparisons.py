@@ -36,7 +36,7 @@ def comparisons(analysis: Analysis) -> Section:
         section.blocks.append(
             html.table(
                 [
-                    Column(title="From → to", unit="µm, p-p", left=True),
+                    Column(title="From → to", unit="µm, p-p", left=True, whole=True),
                     Column(title="Ratio", unit="of geometric means"),
                     Column(title=level, unit="of the ratio"),
                     Column(title="t"),

@@ -57,7 +57,6 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
             f"{words['meaning'].get('less_slippery', 0)}; as more slippery: "
             f"{words['meaning'].get('more_slippery', 0)}; unclear: "
             f"{words['meaning'].get('unclear', 0)}.",
-            long=True,
         )
     )
     coders = found.get("coders")

@@ -48,11 +48,15 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
         best = ", ".join(
             f"{MODEL_NAMES[name]} {count}" for name, count in found["individual"]["best"].items()
         )
+        everybody = sum(found["individual"]["best"].values()) + found["individual"]["undecided"]
         section.blocks.append(
             html.paragraph(
-                f"Favoured in single participants' trials: {best}; undecided for lack of trials "
-                f"{found['individual']['undecided']}. With so few amplitudes a participant's "
-                "exponent is descriptive.",
+                "Too few trials to compare growth functions in single participants; their "
+                "exponents are descriptive."
+                if found["individual"]["undecided"] == everybody
+                else f"Favoured in single participants' trials: {best}; undecided for lack of "
+                f"trials {found['individual']['undecided']}. With so few amplitudes a "
+                "participant's exponent is descriptive.",
                 "note",
             )
         )

@@ -84,7 +84,6 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> Section:
             [Column(title="What", left=True), Column(title="Value", left=True)],
             rows,
             "For the methods section, and for whoever repeats this.",
-            long=True,
         )
     )
     return section

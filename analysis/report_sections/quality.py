@@ -73,7 +73,6 @@ def quality(analysis: Analysis) -> Section:
                 rows,
                 f"Flagged: {len(flagged)} of {len(flags)} participants. {meanings}."
                 + (f" {more} more are in quality.csv." if more else ""),
-                long=True,
             )
         )
     else:

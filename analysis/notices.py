@@ -1,0 +1,110 @@
+"""What is to be said of poor data before anybody reads a number: one sentence each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from analysis.inference import FEWEST
+from analysis.normalisation import KEY
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import pandas as pd
+
+    from analysis.loading import Dataset
+    from analysis.prepared import Prepared
+
+#: Where a list of participants is cut.
+LISTED = 6
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return names for a sentence, cut where they are many.
+
+    >>> listed("abcdefgh")
+    'a, b, c, d, e, f and 2 more'
+    """
+    everyone = list(names)
+    more = len(everyone) - LISTED
+    return ", ".join(everyone[:LISTED]) + (f" and {more} more" if more > 0 else "")
+
+
+def absent(data: Dataset) -> list[str]:
+    """Say who is on the list and not in the data, who is there twice, and who did not finish."""
+    about = data.participants
+    names = about["participant_id"].astype(str)
+    answered = set(data.answers[KEY].astype(str)) | set(data.differences[KEY].astype(str))
+    notes = []
+    if missing := sorted(set(names) - answered):
+        notes.append(
+            f"{len(missing)} of {names.nunique()} participants of participants.tsv have no trials "
+            f"({listed(missing)})."
+        )
+    if doubled := sorted(set(names[names.duplicated()])):
+        notes.append(f"participants.tsv lists {listed(doubled)} more than once; the first counts.")
+    if "complete" in about:
+        unfinished = names[about["complete"].astype(str).str.lower() == "no"]
+        if len(unfinished):
+            notes.append(
+                f"{len(unfinished)} of {names.nunique()} participants did not finish a run "
+                f"({listed(unfinished)}); what they answered is analysed."
+            )
+    return notes
+
+
+def changing_tops(data: Dataset) -> list[str]:
+    """Say who declared several tops of their scale."""
+    tops = data.estimates.groupby(KEY, observed=True)["scale_top"].nunique()
+    several = tops.index[tops > 1].astype(str)
+    if not len(several):
+        return []
+    sentence = (
+        f"Mixed scales: {listed(several)} declared more than one scale top; scale_top divides each "
+        "estimate by its own trial's."
+    )
+    return [sentence]
+
+
+def thin(cells: pd.DataFrame) -> list[str]:
+    """Say what so few data cannot tell."""
+    notes = []
+    participants, amplitudes = cells.shape
+    if not participants:
+        return ["No magnitude estimates: only the descending difference is analysed."]
+    if participants == 1:
+        notes.append(
+            "One participant: means are shown; standard deviations, intervals and tests need "
+            "at least two."
+        )
+    elif participants < FEWEST:
+        notes.append(
+            "Two participants: means and their spread are shown; tests and exponents need at least "
+            "three."
+        )
+    if amplitudes == 1:
+        notes.append("One amplitude: nothing to compare, no growth and no tests.")
+    if participants and not (cells.to_numpy() > 0).any():
+        notes.append("All estimates are zero: no spread, no growth and no tests.")
+    missing = cells.index[cells.isna().any(axis=1)].astype(str)
+    if len(missing):
+        notes.append(
+            f"{len(missing)} of {participants} participants lack an estimate at some amplitude "
+            f"({listed(missing)}); means use all, within-participant intervals and tests the "
+            "complete ones."
+        )
+    return notes
+
+
+def unequal(prepared: Prepared | None) -> list[str]:
+    """Say where participants had unequal repetitions."""
+    if prepared is None:
+        return []
+    counts = prepared.trials.groupby([KEY, "amplitude_um_pp"], observed=True).size()
+    if counts.min() == counts.max():
+        return []
+    sentence = (
+        f"Unequal repetitions: {counts.min()} to {counts.max()} estimates of a surface per "
+        "participant; each participant's mean counts once, whatever its repetitions."
+    )
+    return [sentence]
