@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.codebook import code_reports
-from analysis.inference import Result, mean_with_interval, reason
+from analysis.inference import Result, interval_name, mean_with_interval, reason
 from analysis.normalisation import KEY
 from analysis.psychometric import psychometric
 
@@ -73,13 +73,13 @@ def analyse_differences(steps: pd.DataFrame, book: Codebook, confidence: float =
                 "to_um_pp": float(after),
                 "n": n,
                 "yes": yes,
-                "ci95": exact_interval(yes, n, confidence),
+                interval_name(confidence): exact_interval(yes, n, confidence),
             }
         )
     catch_n, catch_yes = len(catches), int(catches["difference_felt"].sum())
     catch: Result = {"n": catch_n, "yes": catch_yes}
     if catch_n:
-        catch["ci95"] = exact_interval(catch_yes, catch_n, confidence)
+        catch[interval_name(confidence)] = exact_interval(catch_yes, catch_n, confidence)
     detection = signal_detection(changes, catches, confidence)
     return {
         "steps": rows,

@@ -177,10 +177,11 @@ def difference(found: Mapping[str, Any], *, confidence: float = 0.95) -> Figure:
     steps = list(found["steps"])
     catch = found["catch"]
     labels = [f"{row['from_um_pp']:g} → {row['to_um_pp']:g} µm" for row in steps]
-    rows = [(row["yes"], row["n"], row["ci95"], BLUE, "o") for row in steps]
+    key = inference.interval_name(confidence)
+    rows = [(row["yes"], row["n"], row[key], BLUE, "o") for row in steps]
     if catch["n"]:
         labels.append("catch: no change")
-        rows.append((catch["yes"], catch["n"], catch["ci95"], VERMILION, "s"))
+        rows.append((catch["yes"], catch["n"], catch[key], VERMILION, "s"))
     figure = Figure(figsize=(6.8, 0.9 + 0.42 * len(rows)), layout="constrained")
     axes = figure.add_subplot()
     for place, (yes, n, (low, high), colour, marker) in enumerate(rows):

@@ -32,6 +32,11 @@ def reason(text: str) -> Result:
     return {"reason": text}
 
 
+def interval_name(confidence: float) -> str:
+    """Return the key of an interval in inference.json: "ci95" only where it is one."""
+    return "ci95" if confidence == 0.95 else "ci"  # noqa: PLR2004
+
+
 def lacking(table: pd.DataFrame, conditions: int = 2) -> str | None:
     """Say why a table of participants by amplitudes allows no test, or None."""
     n, k = table.shape

@@ -13,6 +13,7 @@ import pandas as pd
 
 from analysis import figures, normalisation, published, report
 from analysis.conclude import plain
+from analysis.inference import interval_name
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -86,9 +87,10 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
             found["pairwise"] = pd.DataFrame(plain(pairs))
     steps = analysis.inference["difference"].get("steps")
     if steps:
+        key = interval_name(analysis.dataset.choices.confidence)
         found["difference"] = pd.DataFrame(
-            [{**row, "ci95_low": row["ci95"][0], "ci95_high": row["ci95"][1]} for row in steps]
-        ).drop(columns="ci95")
+            [{**row, f"{key}_low": row[key][0], f"{key}_high": row[key][1]} for row in steps]
+        ).drop(columns=key)
     return found
 
 

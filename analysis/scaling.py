@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.growth_models import MODELS, compare, individual_winners
-from analysis.inference import FEWEST, Result, mean_with_interval, reason
+from analysis.inference import FEWEST, Result, interval_name, mean_with_interval, reason
 
 if TYPE_CHECKING:
     from analysis.prepared import Prepared
@@ -71,7 +71,7 @@ def power_law(data: Prepared) -> Result:
         )
     return {
         "exponent": found["mean"],
-        "ci95" if data.choices.confidence == 0.95 else "ci": found["ci"],  # noqa: PLR2004
+        interval_name(data.choices.confidence): found["ci"],
         "sd": found["sd"],
         "n": found["df"] + 1,
         "points": int(table["points"].max()),

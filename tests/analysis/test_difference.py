@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from analysis.codebook import agreement, load_codebook
 from analysis.difference import analyse_differences, d_prime
 from analysis.loading import load
+from analysis.pipeline import analyse
 from faults import UserError
 
 BOOK = load_codebook()
@@ -159,3 +160,21 @@ def test_kappa_by_hand():
     assert found["kappa"] == pytest.approx(0.7)
     assert found["agreed"] == 17
     assert "between two" in agreement(pd.DataFrame(rows[::2]))["reason"]
+
+
+def test_an_interval_of_another_confidence_is_not_called_ci95(dataset):
+    people = {f"{n:02d}": series(dataset) for n in range(1, 7)}
+    data = load(dataset(differences=people))
+    found = analyse_differences(data.differences, BOOK, 0.9)
+    for part in (found["steps"][0], found["catch"]):
+        assert "ci95" not in part
+        assert len(part["ci"]) == 2
+
+
+def test_the_figure_and_the_csv_take_the_study_s_confidence(dataset):
+    from analysis.outputs import draw, tables  # noqa: PLC0415 - matplotlib takes a second to load
+
+    people = {f"{n:02d}": series(dataset) for n in range(1, 7)}
+    analysis = analyse(dataset(differences=people, choices="confidence = 0.9"), write=False)
+    assert {"ci_low", "ci_high"} <= set(tables(analysis)["difference"])
+    assert "90 %" in draw(analysis)["difference"].axes[0].get_xlabel()
