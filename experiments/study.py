@@ -63,6 +63,13 @@ class PersonQuestion(BaseModel):
     options: Annotated[tuple[Words, ...], Field(min_length=2, max_length=9)]
     prompt: str = ""
 
+    @field_validator("options")
+    @classmethod
+    def _distinct(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if len(set(value)) < len(value):
+            raise ValueError("expected options that are all different")
+        return value
+
     @field_validator("name")
     @classmethod
     def _free(cls, value: str) -> str:
@@ -194,6 +201,13 @@ class Study(BaseModel):
                 load_texts(language, replacements)
             except UserError as error:
                 raise ValueError(str(error)) from error
+        asked = [question.name for question in self.about_you]
+        for name in sorted({name for name in asked if asked.count(name) > 1}):
+            raise ValueError(f"about_you: '{name}' is asked more than once")
+        protocols = [task.protocol for task in self.tasks]
+        if len(set(protocols)) < len(protocols):
+            # Their trials would fall into one table, under the same numbers.
+            raise ValueError("tasks: expected each protocol once; repetitions or series repeat it")
         shipped = load_texts(self.language)
         for question in self.about_you:
             if not question.prompt and f"about_you.{question.name}" not in shipped:
@@ -330,7 +344,7 @@ def study_text(name: str) -> str:
     if name in shipped_studies():
         return files("experiments").joinpath("studies", f"{name}.toml").read_text(encoding="utf-8")
     try:
-        return Path(name).read_text(encoding="utf-8")
+        return Path(name).read_text(encoding="utf-8-sig")  # Windows' editors begin with a mark
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
         raise UserError(

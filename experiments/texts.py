@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from importlib.resources import files
+from string import Formatter
 from typing import Any
 
 from faults import UserError
 
 Texts = Mapping[str, str]
+FEWEST_ANSWERS, NUMBER_KEYS = 2, 9  # of a choice: each answer is a number key
 
 
 def languages() -> list[str]:
@@ -50,7 +52,7 @@ def load_texts(language: str, replacements: Mapping[str, Any] | None = None) -> 
     Raises
     ------
     UserError
-        No such language, or a replacement for a text that does not exist.
+        No such language, or a replacement that would fail in the middle of a session.
     """
     if language not in languages():
         raise UserError(f"language '{language}': expected one of {', '.join(languages())}")
@@ -63,4 +65,42 @@ def load_texts(language: str, replacements: Mapping[str, Any] | None = None) -> 
             f"texts.{language}: no text is called {', '.join(unknown)}; "
             f"there are: {', '.join(sorted(shipped))}"
         )
-    return shipped | own
+    whole = shipped | own
+    faults = [*_blank_faults(own, shipped), *_key_faults(whole)]
+    if faults:
+        raise UserError("; ".join(f"texts.{language}.{fault}" for fault in faults))
+    return whole
+
+
+def blanks(text: str) -> set[str] | None:
+    """Return the names in a text's {braces}; None where the braces do not fit together.
+
+    >>> blanks("{done} of {total}") == {"done", "total"}, blanks("50 % {")
+    (True, None)
+    """
+    try:
+        parts = list(Formatter().parse(text))
+    except ValueError:
+        return None
+    return {f"{name}{f':{form}' if form else ''}" for _, name, form, _ in parts if name is not None}
+
+
+def _blank_faults(own: Texts, shipped: Texts) -> Iterator[str]:
+    """Yield a sentence for each text with {braces} that nothing will fill in."""
+    for key, text in own.items():
+        found, known = blanks(text), blanks(shipped[key]) or set()
+        if found is None or not found <= known:
+            filled = ", ".join(f"{{{name}}}" for name in sorted(known)) or "none"
+            yield f"{key}: its braces cannot be filled in; those there are: {filled}"
+
+
+def _key_faults(texts: Texts) -> Iterator[str]:
+    """Yield a sentence where an answer that is given by a key has no key of its own."""
+    yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
+    if len(yes) != 1 or len(no) != 1 or yes == no or not (yes + no).isalpha():
+        yield f"window: yes_key '{yes}' and no_key '{no}': expected two different letters"
+    key = "descending_difference.confidence_options"
+    words = [word.strip() for word in texts[key].split("|")]
+    fits = FEWEST_ANSWERS <= len(words) <= NUMBER_KEYS
+    if not fits or "" in words or len(set(words)) < len(words):
+        yield f"{key}: expected {FEWEST_ANSWERS} to {NUMBER_KEYS} different answers, with | between"

@@ -9,7 +9,9 @@ stand on the ladder of amplitudes that is stepped down.
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
+
+from pydantic import model_validator
 
 from experiments.protocols.base import (
     Amplitude,
@@ -81,6 +83,12 @@ class DescendingDifference(Options):
     exploration_maximum_s: Positive | None = None
     response_time_limit_s: Positive | None = None
     rest_minimum_s: Seconds = 0.0
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if (self.exploration_maximum_s or self.exploration_minimum_s) < self.exploration_minimum_s:
+            raise ValueError("exploration_maximum_s must not lie below exploration_minimum_s")
+        return self
 
 
 def descent(options: DescendingDifference, context: Context) -> list[float]:

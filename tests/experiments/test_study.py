@@ -34,6 +34,11 @@ amplitudes_um_pp = [0, 1]
 protocol = "magnitude_estimation"
 """
 
+ASKED = """[[about_you]]
+name = "sex"
+options = [{}]
+"""
+
 
 @pytest.mark.parametrize("name", shipped_studies())
 def test_shipped_studies_are_valid_and_named_after_their_file(name):
@@ -87,11 +92,21 @@ def test_every_fault_is_told_at_once_with_line_key_and_what_was_expected():
         (('title = "Small"', 'title = "Small"\nseed = true'), "valid integer"),
         (('title = "Small"', "title = "), "is not TOML.*line 3"),
         (('title = "Small"', 'title = "Small"\ntexts.en.session.wellcome = "x"'), "wellcome"),
+        (('title = "Small"', 'title = "Small"\ntexts.fr.session.rest = "{x}"'), "session.rest"),
+        (("[[tasks]]", '[[tasks]]\nprotocol = "magnitude_estimation"\n[[tasks]]'), "once"),
+        (("[[tasks]]", ASKED.format('"a", "a"') + "[[tasks]]"), "line 7, .*options: .*different"),
+        (("[[tasks]]", 2 * ASKED.format('"a", "b"') + "[[tasks]]"), "'sex' is asked more than"),
     ],
 )
 def test_each_fault_is_one_clear_sentence(change, complaint):
     with pytest.raises(UserError, match=complaint):
         parse_study(GOOD.replace(*change), "study.toml")
+
+
+def test_a_study_that_windows_editors_marked_as_utf8_is_read(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(GOOD, encoding="utf-8-sig")
+    assert read_study(str(path))[0].name == "small"
 
 
 def test_no_such_study_names_the_shipped_ones():

@@ -27,3 +27,33 @@ def test_a_misspelt_text_is_refused_by_name():
 def test_an_unknown_language_is_refused_with_the_known_ones():
     with pytest.raises(UserError, match="en, fr"):
         load_texts("tlh")
+
+
+@pytest.mark.parametrize(
+    "section, key, text",
+    [
+        ("magnitude_estimation", "explore", "{amplitude}"),
+        ("magnitude_estimation", "standard", "{modulus:d}"),
+        ("magnitude_estimation", "estimate", "50 % {"),
+        ("window", "empty", "{}"),
+        ("window", "yes_key", "n"),
+        ("window", "yes_key", "yes"),
+        ("window", "no_key", "1"),
+        ("descending_difference", "confidence_options", ""),
+        ("descending_difference", "confidence_options", "sure | sure"),
+        ("descending_difference", "confidence_options", "0|1|2|3|4|5|6|7|8|9"),
+    ],
+)
+def test_a_text_that_would_fail_in_a_session_is_refused_before_it(section, key, text):
+    with pytest.raises(UserError, match=f"{section}.*{key}"):
+        load_texts("en", {section: {key: text}})
+
+
+def test_every_faulty_text_is_told_at_once():
+    with pytest.raises(UserError, match=r"session\.rest.*window\.full.*yes_key"):
+        load_texts("en", {"session": {"rest": "{x}"}, "window": {"full": "}", "yes_key": ""}})
+
+
+def test_a_replacement_may_use_the_blanks_of_its_text():
+    own = {"window": {"progress": "{total}: {done}"}}
+    assert load_texts("en", own)["window.progress"].format(done=1, total=2) == "2: 1"
