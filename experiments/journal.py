@@ -12,14 +12,16 @@ from __future__ import annotations
 import json
 import os
 import zlib
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, BinaryIO, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import portalocker
 
 from faults import UserError
 
 if TYPE_CHECKING:
+    from io import FileIO
     from pathlib import Path
     from types import TracebackType
 
@@ -61,6 +63,16 @@ def decode(line: bytes, number: int) -> Record:
     if fields.pop("n") != number:
         raise ValueError(f"expected record {number}")
     return Record(number=number, time_s=fields.pop("t"), kind=fields.pop("kind"), data=fields)
+
+
+def has_begun(path: Path) -> bool:
+    """Return whether a journal is there and holds anything; UserError where nobody may look."""
+    try:
+        return path.stat().st_size > 0
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except OSError as error:
+        raise UserError(f"journal {path}: {error.strerror}") from None
 
 
 def read_records(path: Path) -> tuple[list[Record], int]:
@@ -112,13 +124,12 @@ class Journal:
         The file exists already (`create`), does not (`reopen`), or another session writes it.
     """
 
-    def __init__(
-        self, path: Path, clock: Clock, *, stream: BinaryIO, records: list[Record]
-    ) -> None:
+    def __init__(self, path: Path, clock: Clock, *, stream: FileIO, records: list[Record]) -> None:
         self.path = path
         self.records = records
         self._clock = clock
         self._stream = stream
+        self._unfinished = False  # a record is being written, or a signal came while it was
         try:
             portalocker.lock(stream, portalocker.LOCK_EX | portalocker.LOCK_NB)
         except portalocker.LockException:
@@ -133,7 +144,7 @@ class Journal:
         """
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            stream = path.open("xb")
+            stream = path.open("xb", buffering=0)
         except FileExistsError:
             journal = cls.reopen(path, clock)
             if not journal.records:
@@ -152,43 +163,64 @@ class Journal:
     def reopen(cls, path: Path, clock: Clock) -> Self:
         """Go on with an interrupted journal, without its torn last line if it has one."""
         try:
-            stream = path.open("r+b")
+            stream = path.open("r+b", buffering=0)
         except OSError as error:
             raise UserError(f"journal {path}: {error.strerror}") from None
         journal = cls(path, clock, stream=stream, records=[])
         try:
-            journal.records, length = read_records(path)
+            journal._take_stock()
         except UserError:
             stream.close()
             raise
-        stream.truncate(length)
-        stream.seek(length)
         return journal
 
     def write(self, kind: str, **data: Any) -> Record:
-        """Append a record and return once it is on disk."""
+        """Append a record and return once it is on disk.
+
+        A signal may end it anywhere; the next record then follows what reached the disk.
+        """
+        if self._unfinished:
+            self._take_stock()
+        self._unfinished = True
         number = len(self.records)
         record = Record(number=number, time_s=self._clock.now(), kind=kind, data=data)
         line = encode(record)
         whole = self._stream.tell()
         try:
-            self._stream.write(line)
-            self._stream.flush()
+            # Unbuffered: what a full disk refused must not come again at the next try or the end.
+            while line:
+                line = line[self._stream.write(line) :]
             os.fsync(self._stream.fileno())
         except OSError as error:
             # A half-written line would make the file unreadable for whatever follows it.
-            self._stream.truncate(whole)
-            self._stream.seek(whole)
+            with suppress(OSError):
+                self._cut(whole)
             raise UserError(
                 f"journal {self.path}: cannot write ({error.strerror}); "
                 "all responses until now are on disk: make room, then slipscale resume"
             ) from None
         self.records.append(record)
+        self._unfinished = False
         return record
 
+    def _take_stock(self) -> None:
+        """Find out what reached the disk, and go on after it."""
+        self.records[:], length = read_records(self.path)
+        self._cut(length)
+
+    def _cut(self, length: int) -> None:
+        """Go to the end of what is whole, and cut off the rest."""
+        self._stream.truncate(length)
+        self._stream.seek(length)
+        self._unfinished = False
+
     def close(self) -> None:
-        """Close the file and give up the lock."""
+        """Close the file and give up the lock; a journal that never began leaves no file."""
         self._stream.close()
+        if not self.records:
+            with suppress(OSError):
+                self.path.unlink()
+                self.path.parent.rmdir()  # only when it is empty
 
     def __enter__(self) -> Self:
         return self

@@ -1,6 +1,7 @@
 import json
 import multiprocessing
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -127,3 +128,59 @@ def test_a_full_disk_is_one_sentence_and_leaves_the_journal_whole(tmp_path, monk
         with pytest.raises(UserError, match="No space left on device"):
             journal.write("done", value=1)
     assert [record.kind for record in read_records(path)[0]] == ["header"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of a file's size are Unix'")
+def test_a_full_disk_is_one_sentence_and_costs_only_the_line_that_had_no_room(tmp_path):
+    import resource  # noqa: PLC0415  Unix only
+
+    path = tmp_path / "a.jsonl"
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with Journal.create(path, VirtualClock()) as journal:
+        journal.write("header", format=1)
+        whole = path.read_bytes()
+        resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole) + 40, hard))
+        try:
+            for _ in range(2):
+                with pytest.raises(UserError, match="cannot write"):
+                    journal.write("done", value="x" * 100)
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        assert path.read_bytes() == whole
+        journal.write("done", value="x" * 100)
+    assert [record.kind for record in read_records(path)[0]] == ["header", "done"]
+
+
+def test_a_journal_that_never_began_leaves_no_file(tmp_path):
+    path = tmp_path / "sub-01" / "a.jsonl"
+    Journal.create(path, VirtualClock()).close()
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("reached", [0, 10, None], ids=["nothing", "a part", "all"])
+@pytest.mark.parametrize("times", [1, 2])
+def test_a_signal_while_writing_leaves_a_journal_that_can_be_read(
+    tmp_path, monkeypatch, reached, times
+):
+    """A Ctrl-C most often finds the session waiting for the disk; "stop" is written after it."""
+    path = written(tmp_path / "a.jsonl", "header", "begin")
+    with Journal.reopen(path, VirtualClock()) as journal:
+        whole = os.fsync
+
+        def interrupted(descriptor):
+            whole(descriptor)
+            if reached is not None:
+                os.ftruncate(descriptor, before + reached)
+            raise KeyboardInterrupt
+
+        monkeypatch.setattr(os, "fsync", interrupted)
+        for _ in range(times):
+            before = path.stat().st_size
+            with pytest.raises(KeyboardInterrupt):
+                journal.write("done", value=7)
+        monkeypatch.setattr(os, "fsync", whole)
+        journal.write("stop")
+        kept = [record.kind for record in journal.records]
+    assert kept == [record.kind for record in read_records(path)[0]]
+    # An answer that reached the disk is kept.
+    assert kept == ["header", "begin", *["done"] * (times if reached is None else 0), "stop"]
