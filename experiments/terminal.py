@@ -1,4 +1,4 @@
-"""The operator's terminal: one live line, and keys to pause, void the last trial, retry or stop.
+"""The operator's terminal: a few live lines, and keys to pause, void the last trial, retry or stop.
 
 Keys are read without waiting, at every frame of the participant's screen, so the terminal never
 holds the session up; a reason for voiding is typed letter by letter while the session goes on.
@@ -6,8 +6,11 @@ holds the session up; a reason for voiding is typed letter by letter while the s
 
 from __future__ import annotations
 
+import codecs
 import os
+import re
 import sys
+from collections import deque
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Self, TextIO
 
@@ -25,6 +28,8 @@ if TYPE_CHECKING:
     from experiments.operator import State
 
 ENTER, ESCAPE, BACKSPACE = "\r\n", "\x1b", "\x7f\b"
+# A key: an arrow's or function key's whole sequence, or one character.
+KEY = re.compile(r"\x1b[\[O][0-9;]*[A-Za-z~]|.", re.DOTALL)
 
 STATES: dict[State, tuple[str, str]] = {
     "showing": ("screen", "cyan"),
@@ -35,12 +40,13 @@ STATES: dict[State, tuple[str, str]] = {
     "done": ("done", "bold green"),
 }
 
-# What each key asks for, in each state; other keys do nothing.
+# What each key asks for, in each state, at once; v asks for a reason first, s whether it was meant.
 KEYS: dict[State, dict[str, Request]] = {
-    "paused": {"p": Request(what="go_on"), "s": Request(what="stop")},
-    "fault": {"r": Request(what="retry"), "s": Request(what="stop")},
+    "paused": {"p": Request(what="go_on")},
+    "fault": {"r": Request(what="retry")},
+    "done": {},
 }
-RUNNING = {"p": Request(what="pause"), "s": Request(what="stop")}
+RUNNING = {"p": Request(what="pause")}
 HELP: dict[State, str] = {
     "paused": "p go on · v void last trial · s stop",
     "fault": "r retry · s stop",
@@ -66,7 +72,7 @@ class TerminalOperator:
     Parameters
     ----------
     console : Console
-        Where the line is shown.
+        Where the lines are shown.
     read_key : callable
         Returns the key that was pressed, or "" at once.
     retries : int
@@ -79,6 +85,7 @@ class TerminalOperator:
         self._retries = retries
         self._status = Status(state="showing")
         self._reason: str | None = None  # being typed
+        self._stopping = False  # asked for, not yet confirmed
         self._live = Live(console=console, auto_refresh=False, transient=False)
 
     def tell(self, status: Status) -> None:
@@ -95,11 +102,24 @@ class TerminalOperator:
         if state == "fault" and self._retries > 0:
             self._retries -= 1
             return Request(what="retry")
+        if self._stopping:
+            return self._confirm(key)
         if key == "v" and state not in ("fault", "done"):
             self._reason = ""
-            self._draw()
+        elif key == "s" and state != "done":
+            self._stopping = True
+        else:
+            return KEYS.get(state, RUNNING).get(key)
+        self._draw()
+        return None
+
+    def _confirm(self, key: str) -> Request | None:
+        """Take the answer to whether to stop: a stray s must not end a session."""
+        if not key:
             return None
-        return KEYS.get(state, RUNNING).get(key)
+        self._stopping = False
+        self._draw()
+        return Request(what="stop") if key == "y" else None
 
     def _type(self, key: str) -> Request | None:
         """Take a letter of the reason for voiding a trial."""
@@ -118,33 +138,35 @@ class TerminalOperator:
         self._draw()
         return None
 
-    def line(self) -> Text:
-        """Return the line as it stands."""
+    def lines(self) -> Text:
+        """Return the lines as they stand."""
         status = self._status
         word, style = STATES[status.state]
         text = Text()
         text.append(f" {word:<10} ", style=style)
         if status.trial:
-            text.append(f"{status.task}  trial {status.trial} of {status.total}  ")
-        text.append(f"session {status.done} of {status.planned}  ", style="dim")
-        text.append(f"left {clock_face(status.time_left_s)}  ", style="dim")
+            text.append(f"{status.task}  trial {status.trial} of {status.total}")
+        text.append(f"\n  session {status.done} of {status.planned}", style="dim")
+        text.append(f"  left {clock_face(status.time_left_s)}", style="dim")
         if status.amplitude_um_pp is not None:
-            text.append(f"{status.amplitude_um_pp:g} µm p-p  ", style="magenta")
+            text.append(f"  {status.amplitude_um_pp:g} µm p-p", style="magenta")
         if status.faults:
-            text.append(f"faults {status.faults}  ", style="red")
+            text.append(f"  faults {status.faults}", style="red")
         if status.voided:
-            text.append(f"voided {status.voided}  ", style="yellow")
+            text.append(f"  voided {status.voided}", style="yellow")
         if status.message:
             text.append(f"\n  {status.message}", style=style)
         if self._reason is not None:
             text.append("\n  void the last trial because (Enter to void, Esc not to): ", "bold")
             text.append(f"{self._reason}▏")
+        elif self._stopping:
+            text.append("\n  stop the session? y stops, any other key goes on", "bold")
         else:
             text.append(f"\n  {HELP.get(status.state, RUNNING_HELP)}", style="dim")
         return text
 
     def _draw(self) -> None:
-        self._live.update(self.line(), refresh=True)
+        self._live.update(self.lines(), refresh=True)
 
     def __enter__(self) -> Self:
         self._live.start()
@@ -157,13 +179,15 @@ class TerminalOperator:
         trace: TracebackType | None,
     ) -> None:
         self._live.stop()
+        if not self._console.is_terminal:
+            self._console.print()  # in a file, Live ends in the middle of a line
 
 
 class Keys:
     """Single keys from a terminal, without waiting; nothing where there is no terminal."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
-        self._stream = stream or sys.stdin
+        self._stream: TextIO | None = stream or sys.stdin  # None: a program started without one
         self._stack = ExitStack()
         self._read: Callable[[], str] = lambda: ""
 
@@ -172,8 +196,8 @@ class Keys:
         return self._read()
 
     def __enter__(self) -> Self:
-        if self._stream.isatty():
-            self._read = self._windows() if os.name == "nt" else self._posix()
+        if self._stream is not None and self._stream.isatty():
+            self._read = self._windows() if os.name == "nt" else self._posix(self._stream.fileno())
         return self
 
     def __exit__(
@@ -184,21 +208,26 @@ class Keys:
     ) -> None:
         self._stack.close()
 
-    def _posix(self) -> Callable[[], str]:
+    def _posix(self, descriptor: int) -> Callable[[], str]:
         # Unix only, as is the next method's msvcrt on Windows.
         import select  # noqa: PLC0415
         import termios  # noqa: PLC0415
         import tty  # noqa: PLC0415
 
-        descriptor = self._stream.fileno()
         before = termios.tcgetattr(descriptor)
         # Ctrl-C still interrupts: cbreak leaves the signal keys alone.
         tty.setcbreak(descriptor)
         self._stack.callback(termios.tcsetattr, descriptor, termios.TCSADRAIN, before)
 
+        waiting: deque[str] = deque()
+        decoder = codecs.getincrementaldecoder("utf-8")(errors="ignore")
+
         def read() -> str:
+            # Nobody looks here while a surface is being made, so many keys can come at once.
             ready, _, _ = select.select([descriptor], [], [], 0)
-            return os.read(descriptor, 4).decode(errors="ignore") if ready else ""
+            if ready:
+                waiting.extend(KEY.findall(decoder.decode(os.read(descriptor, 1024))))
+            return waiting.popleft() if waiting else ""
 
         return read
 
