@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from experiments.dataset import mode_of
-from experiments.run import is_complete, read_plan
+from experiments.journal import has_begun
+from experiments.run import check_labels, is_complete, is_mock, journal_path, read_plan
 from experiments.study import read_study
 from faults import RigError, UserError
 from hardware.clock import SystemClock
@@ -41,6 +42,7 @@ class Setting:
     run: str = "01"
     screen: int = 0
     full_screen: bool = True
+    pilot: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +98,7 @@ def check_folder(setting: Setting) -> Finding:
             remedy=f"make room: at least {ENOUGH_MB} MB",
         )
     held = mode_of(folder)
-    wanted = "pilot" if setting.plate.partition(":")[0] == "mock" else "participant"
+    wanted = "pilot" if setting.pilot or is_mock(setting.plate) else "participant"
     if held and held != wanted:
         return Finding(
             name="folder",
@@ -116,10 +118,14 @@ def check_participant(setting: Setting) -> Finding:
         return Finding(
             name="participant", passed=True, detail=f"{len(taken)} so far; next free: {number:02d}"
         )
-    session = f"_ses-{setting.session}" if setting.session else ""
-    name = f"sub-{setting.participant}{session}_run-{setting.run}_journal.jsonl"
-    path = folder / f"sub-{setting.participant}" / name
-    if not path.exists() or not path.stat().st_size:
+    check_labels(participant=setting.participant, session=setting.session, run=setting.run)
+    path = journal_path(
+        setting.out,
+        participant=setting.participant,
+        session=setting.session,
+        run=setting.run,
+    )
+    if not has_begun(path):
         return Finding(name="participant", passed=True, detail=f"{setting.participant} is free")
     state = "complete" if is_complete(read_plan(path)[1]) else "interrupted"
     return Finding(

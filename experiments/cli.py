@@ -18,13 +18,17 @@ DONE, ANSWER_IS_NO, INTERRUPTED = 0, 1, 130
 NEW_STUDY = "biet2007"
 
 
-def add_room(parser: ArgumentParser) -> None:
+def add_room(
+    parser: ArgumentParser,
+    plate: str | None = "mock",
+    default: str = "mock, which makes the run a pilot",
+) -> None:
     """Add what says where a session takes place."""
     parser.add_argument(
         "--plate",
         metavar="SPEC",
-        default="mock",
-        help="mock, serial:PORT or scpi:RESOURCE (default: mock, which makes the run a pilot)",
+        default=plate,
+        help=f"mock, serial:PORT or scpi:RESOURCE (default: {default})",
     )
     parser.add_argument("--windowed", action="store_true", help="not full screen")
     parser.add_argument(
@@ -67,6 +71,7 @@ def add_run(parser: ArgumentParser) -> None:
 def run_run(args: Namespace) -> int:
     """Run a participant's session."""
     from experiments.live import Room, begin, plan_run  # noqa: PLC0415
+    from experiments.run import is_mock  # noqa: PLC0415
 
     plan = plan_run(
         args.study,
@@ -76,7 +81,7 @@ def run_run(args: Namespace) -> int:
         seed=args.seed,
         language=args.language,
         # Nobody feels anything on a mock plate: what is answered there is no participant's data.
-        pilot=args.pilot or args.plate.partition(":")[0] == "mock",
+        pilot=args.pilot or is_mock(args.plate),
     )
     room = Room(
         plate=args.plate,
@@ -91,30 +96,37 @@ def run_run(args: Namespace) -> int:
 def add_resume(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale resume``."""
     parser.add_argument("journal", type=Path, metavar="RUN_JOURNAL")
-    add_room(parser)
+    add_room(parser, plate=None, default="the one that the run was on")
     parser.add_argument("--unblind", action="store_true", help="show the operator the amplitude")
 
 
 def run_resume(args: Namespace) -> int:
     """Go on with an interrupted run."""
-    from experiments.run import answered_by, is_complete, read_plan  # noqa: PLC0415
+    from experiments.run import (  # noqa: PLC0415
+        answered_by,
+        dataset_of,
+        is_complete,
+        last_plate,
+        read_plan,
+    )
     from faults import UserError  # noqa: PLC0415
 
     plan, records = read_plan(args.journal)
     if is_complete(records):
         raise UserError(f"journal {args.journal}: this run is complete; nothing to go on with")
+    plate = args.plate or last_plate(records)
     if answered_by(records) == "simulated":
         from experiments.dataset import build_dataset  # noqa: PLC0415
         from experiments.pilot import run_simulated  # noqa: PLC0415
 
-        folder = args.journal.resolve().parents[2]
-        run_simulated(folder, plan, args.plate)
+        folder = dataset_of(args.journal, plan)
+        run_simulated(folder, plan, plate)
         build_dataset(folder)
         return _end("complete", args.journal)
     from experiments.live import Room, go_on  # noqa: PLC0415
 
     room = Room(
-        plate=args.plate,
+        plate=plate,
         full_screen=not args.windowed,
         screen=args.screen,
         unblind=args.unblind,
@@ -127,7 +139,9 @@ def _end(outcome: str, journal: Path) -> int:
     if outcome == "complete":
         print(f"complete: {journal}")
         return DONE
-    print(f"stopped; nothing is lost. To go on: slipscale resume {journal}")
+    from experiments.live import to_go_on  # noqa: PLC0415
+
+    print(f"stopped; nothing is lost. {to_go_on(journal)}")
     return INTERRUPTED
 
 
@@ -135,6 +149,7 @@ def add_check(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale check``."""
     add_who(parser, required=False)
     add_room(parser)
+    parser.add_argument("--pilot", action="store_true", help="the run will be marked as a pilot")
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
 
 
@@ -151,6 +166,7 @@ def run_check(args: Namespace) -> int:
         run=args.run,
         screen=args.screen,
         full_screen=not args.windowed,
+        pilot=args.pilot,
     )
     findings = check(setting, (lambda _: None) if args.json else _print_finding)
     if args.json:

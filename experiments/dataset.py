@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 import os
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from experiments.columns import MISSING, cell, columns, sidecar, table
 from experiments.gathering import gather
+from experiments.journal import has_begun
 from experiments.protocols.base import Column
 from experiments.run import is_complete, read_plan, software
 from experiments.study import study_hash
@@ -26,12 +28,17 @@ BIDS_VERSION = "1.10.0"
 
 
 def write_file(path: Path, content: str | dict[str, Any]) -> None:
-    """Write a file whole or not at all."""
+    """Write a file whole or not at all; UserError where it cannot be written."""
     text = content if isinstance(content, str) else json.dumps(content, indent=2) + "\n"
-    path.parent.mkdir(parents=True, exist_ok=True)
     draft = path.with_name(f".{path.name}.tmp")
-    draft.write_text(text, encoding="utf-8", newline="\n")
-    os.replace(draft, path)  # noqa: PTH105 - Path.replace is the same call
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        draft.write_text(text, encoding="utf-8", newline="\n")
+        os.replace(draft, path)  # noqa: PTH105 - Path.replace is the same call
+    except OSError as error:
+        with suppress(OSError):
+            draft.unlink()
+        raise UserError(f"{path}: cannot be written ({error.strerror})") from None
 
 
 def journals(dataset: Path) -> list[Path]:
@@ -47,7 +54,7 @@ def mode_of(dataset: Path) -> Mode | None:
     UserError
         It holds both.
     """
-    modes = {read_plan(path)[0].mode for path in journals(dataset) if path.stat().st_size}
+    modes = {read_plan(path)[0].mode for path in journals(dataset) if has_begun(path)}
     if len(modes) > 1:
         raise UserError(f"{dataset}: holds pilots and participants; they must not be mixed")
     return modes.pop() if modes else None
@@ -71,7 +78,7 @@ def build_dataset(dataset: Path) -> None:
     studies: dict[str, RunPlan] = {}
     tasks: dict[str, Protocol] = {}
     for path in journals(dataset):
-        if not path.stat().st_size:
+        if not has_begun(path):
             continue
         plan, records = read_plan(path)
         gathered = gather(records)

@@ -2,19 +2,30 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from contextlib import ExitStack
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rich.console import Console
 
 from experiments.dataset import build_dataset, mode_of
-from experiments.journal import Journal
+from experiments.journal import Journal, has_begun
 from experiments.participants.masking import MaskingNoise, check_device
 from experiments.participants.psychopy_window import PsychoPyWindow
-from experiments.run import RunPlan, elapsed_s, is_complete, perform, read_plan
+from experiments.run import (
+    RunPlan,
+    dataset_of,
+    elapsed_s,
+    is_complete,
+    is_mock,
+    last_plate,
+    perform,
+    read_plan,
+)
 from experiments.study import read_study
 from experiments.terminal import Keys, TerminalOperator
 from faults import UserError
@@ -23,8 +34,8 @@ from hardware.driver import open_plate
 from hardware.signals import signals_raise
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
     from pathlib import Path
+    from types import TracebackType
 
     from experiments.session import Outcome
 
@@ -88,17 +99,17 @@ def begin(dataset: Path, plan: RunPlan, room: Room) -> Outcome:
     if held and held != plan.mode:
         raise UserError(f"--out {dataset}: holds {held} data; a {plan.mode}'s must not be mixed in")
     path = plan.journal_path(dataset)
-    if path.exists() and path.stat().st_size:
+    if has_begun(path):
         # Said before the plate moves and the window opens; `Journal.create` would refuse as well.
         state = "complete" if is_complete(read_plan(path)[1]) else "interrupted"
         remedy = "name another participant, or a new --session or --run"
         if state == "interrupted":
-            remedy = f"go on with it: slipscale resume {path}"
+            remedy = to_go_on(path)
         raise UserError(
             f"participant {plan.participant} has a run already ({state}): {path}; {remedy}"
         )
     clock = SystemClock()
-    return _conduct(dataset, plan, room, clock, lambda: Journal.create(path, clock))
+    return _conduct(dataset, plan, room, Journal.create(path, clock), clock)
 
 
 def go_on(path: Path, room: Room) -> Outcome:
@@ -107,28 +118,40 @@ def go_on(path: Path, room: Room) -> Outcome:
     Raises
     ------
     UserError
-        The journal is complete, damaged or being written.
+        The journal is complete, damaged, out of its place or being written, or a participant
+        was to go on with no real plate.
     """
     plan, records = read_plan(path)
     if is_complete(records):
         raise UserError(f"journal {path}: this run is complete; nothing to go on with")
+    dataset = dataset_of(path, plan)
+    if plan.mode == "participant" and is_mock(room.plate):
+        raise UserError(
+            f"--plate {room.plate}: a participant's run cannot go on with a plate that nobody "
+            f"feels; it was on {last_plate(records)}"
+        )
     began = datetime.fromisoformat(records[0].data["started_utc"])
     # The session's time goes on from its beginning, the interruption included.
     clock = SystemClock(max((datetime.now(UTC) - began).total_seconds(), elapsed_s(records)))
-    dataset = path.resolve().parents[2]
-    return _conduct(dataset, plan, room, clock, lambda: Journal.reopen(path, clock))
+    return _conduct(dataset, plan, room, Journal.reopen(path, clock), clock)
 
 
 def _conduct(
     dataset: Path,
     plan: RunPlan,
     room: Room,
+    journal: Journal,
     clock: SystemClock,
-    open_journal: Callable[[], Journal],
 ) -> Outcome:
-    """Open everything in the order in which failing costs least, run, close, build the data set."""
+    """Open everything in the order in which failing costs least, run, close, build the data set.
+
+    The journal is open already: its lock keeps a second session from the plate, and a folder that
+    cannot be written is told before anything moves.
+    """
     with ExitStack() as stack:
         stack.enter_context(signals_raise())
+        stack.push(partial(_leave, dataset, journal))
+        stack.enter_context(journal)
         plate = stack.enter_context(open_plate(room.plate, clock=clock, seed=plan.seed))
         for texture in plan.study.gratings:
             plate.admit(texture)
@@ -142,10 +165,8 @@ def _conduct(
                 screen=room.screen,
             )
         )
-        journal = stack.enter_context(open_journal())
         keys = stack.enter_context(Keys())
         operator = stack.enter_context(TerminalOperator(Console(), keys))
-        stack.callback(build_dataset, dataset)
         return perform(
             plan,
             spec=room.plate,
@@ -157,6 +178,31 @@ def _conduct(
             noise=noise,
             unblind=room.unblind,
         )
+
+
+def _leave(
+    dataset: Path,
+    journal: Journal,
+    _kind: type[BaseException] | None,
+    error: BaseException | None,
+    _trace: TracebackType | None,
+) -> None:
+    """Build the data set; after an error say how to go on, and let nothing hide that error."""
+    if not journal.records:
+        return
+    try:
+        build_dataset(dataset)
+    except UserError as fault:
+        if error is None:
+            raise
+        print(f"the data set was not built: {fault}", file=sys.stderr)
+    if error is not None:
+        print(f"All answers until now are kept. {to_go_on(journal.path)}", file=sys.stderr)
+
+
+def to_go_on(journal: Path) -> str:
+    """Return the sentence that says how to go on with a run."""
+    return f"To go on: slipscale resume {shlex.quote(str(journal))}"
 
 
 def _noise(plan: RunPlan) -> MaskingNoise | None:

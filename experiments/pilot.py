@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from experiments.dataset import build_dataset, journals
-from experiments.journal import Journal
+from experiments.journal import Journal, has_begun
 from experiments.operator import UnattendedOperator
 from experiments.participants.simulated import SimulatedParticipant
 from experiments.run import RunPlan, elapsed_s, is_complete, perform, read_plan
@@ -20,7 +20,7 @@ from hardware.driver import open_plate
 from hardware.signals import signals_raise
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
 
@@ -68,11 +68,15 @@ def claim(folder: Path, plans: list[RunPlan]) -> None:
     UserError
         It holds anything else; nothing was touched.
     """
-    if not folder.exists() or not any(folder.iterdir()):
-        return
+    try:
+        # A pilot that was interrupted before its first record leaves folders without a file.
+        if not folder.exists() or all(entry.is_dir() for entry in _entries(folder)):
+            return
+    except OSError as error:
+        raise UserError(f"--out {folder}: {error.strerror}") from None
     known = {plan.journal_path(folder): plan for plan in plans}
     for path in journals(folder):
-        if path in known and (not path.stat().st_size or _same(read_plan(path)[0], known[path])):
+        if path in known and (not has_begun(path) or _same(read_plan(path)[0], known[path])):
             continue
         raise UserError(
             f"--out {folder}: holds another pilot or a participant's data ({path.name}); "
@@ -80,6 +84,14 @@ def claim(folder: Path, plans: list[RunPlan]) -> None:
         )
     if not journals(folder):
         raise UserError(f"--out {folder}: is not empty; expected a new folder or a pilot's own")
+
+
+def _entries(folder: Path) -> Iterator[Path]:
+    """Yield all that is in a folder, however deep; OSError unless it is one."""
+    for entry in folder.iterdir():
+        yield entry
+        if entry.is_dir():
+            yield from _entries(entry)
 
 
 def _same(one: RunPlan, other: RunPlan) -> bool:
@@ -118,7 +130,7 @@ def run_simulated(folder: Path, plan: RunPlan, spec: str) -> None:
     """Run one simulated participant, or the rest of an interrupted run."""
     path = plan.journal_path(folder)
     clock = VirtualClock()
-    if path.exists() and path.stat().st_size:
+    if has_begun(path):
         records = read_plan(path)[1]
         if is_complete(records):
             return

@@ -23,12 +23,14 @@ class Progress:
     clock : Clock
     planned : int
         How many trials the whole session is expected to have.
+    voided : int
+        How many trials were voided before the session was resumed; each is repeated.
     """
 
-    def __init__(self, operator: Operator, clock: Clock, planned: int) -> None:
+    def __init__(self, operator: Operator, clock: Clock, planned: int, voided: int = 0) -> None:
         self._operator = operator
         self._clock = clock
-        self._status = Status(state="showing", planned=planned)
+        self._status = Status(state="showing", planned=planned + voided, voided=voided)
         self._begun_s = clock.now()
         self._done_before = 0
         # The last trial whose surface was presented, and whether it is over.

@@ -8,6 +8,7 @@ import re
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from experiments.journal import FORMAT, read_records
@@ -19,8 +20,6 @@ from experiments.texts import load_texts
 from faults import UserError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from experiments.journal import Journal, Record
     from experiments.operator import Operator
     from experiments.participants.base import Participant
@@ -33,6 +32,27 @@ if TYPE_CHECKING:
 
 Mode = Literal["participant", "pilot"]
 PACKAGES = ("slipscale", "numpy", "psychopy")
+
+
+def check_labels(*, participant: str, session: str, run: str) -> None:
+    """Raise `UserError` unless these can be parts of file names; ``session`` may be empty."""
+    for name, value in (("participant", participant), ("run", run), ("session", session)):
+        if not re.fullmatch(r"[A-Za-z0-9]+", value) and (value or name != "session"):
+            raise UserError(
+                f"--{name} '{value}': expected letters and digits only, such as 01 "
+                "(never a participant's name)"
+            )
+
+
+def stem(participant: str, session: str) -> str:
+    """Return the beginning of a run's file names (BIDS entities)."""
+    return f"sub-{participant}_ses-{session}" if session else f"sub-{participant}"
+
+
+def journal_path(dataset: Path, *, participant: str, session: str, run: str) -> Path:
+    """Return where a run's journal lies in a data set."""
+    folder = dataset / "sourcedata" / f"sub-{participant}"
+    return folder / f"{stem(participant, session)}_run-{run}_journal.jsonl"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,13 +83,7 @@ class RunPlan:
     mode: Mode
 
     def __post_init__(self) -> None:
-        for name in ("participant", "run", "session"):
-            value = getattr(self, name)
-            if not re.fullmatch(r"[A-Za-z0-9]+", value) and (value or name != "session"):
-                raise UserError(
-                    f"--{name} '{value}': expected letters and digits only, such as 01 "
-                    "(never a participant's name)"
-                )
+        check_labels(participant=self.participant, session=self.session, run=self.run)
 
     @property
     def study(self) -> Study:
@@ -86,13 +100,13 @@ class RunPlan:
     @property
     def stem(self) -> str:
         """The beginning of the run's file names (BIDS entities)."""
-        session = f"_ses-{self.session}" if self.session else ""
-        return f"sub-{self.participant}{session}"
+        return stem(self.participant, self.session)
 
     def journal_path(self, dataset: Path) -> Path:
         """Return where the run's journal lies in a data set."""
-        folder = dataset / "sourcedata" / f"sub-{self.participant}"
-        return folder / f"{self.stem}_run-{self.run}_journal.jsonl"
+        return journal_path(
+            dataset, participant=self.participant, session=self.session, run=self.run
+        )
 
     def texts(self) -> Texts:
         """Return what the participant reads."""
@@ -174,6 +188,34 @@ def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
     if not records:
         raise UserError(f"journal {path}: holds nothing; begin the run anew with slipscale run")
     return plan_from(records[0]), records
+
+
+def dataset_of(path: Path, plan: RunPlan) -> Path:
+    """Return the folder of the data set that a journal lies in.
+
+    Raises
+    ------
+    UserError
+        The journal was renamed, or lies outside a data set: what it says and where it lies differ.
+    """
+    whole = path.resolve()
+    expected = plan.journal_path(Path("DATASET"))
+    if whole.parts[-3:] == expected.parts[-3:]:
+        return whole.parent.parent.parent
+    raise UserError(
+        f"journal {path}: was written as {expected}; put it back under that name and folder"
+    )
+
+
+def is_mock(spec: str) -> bool:
+    """Return whether a plate exists only as its physics: nobody feels anything there."""
+    return spec.partition(":")[0] == "mock"
+
+
+def last_plate(records: list[Record]) -> str:
+    """Return the SPEC of the plate that a run was last on."""
+    specs = [r.data["plate_spec"] for r in records if r.kind in ("header", "resume")]
+    return str(specs[-1])
 
 
 def answered_by(records: list[Record]) -> str:

@@ -113,8 +113,9 @@ class Session:
         self._texts = texts
         self._noise = noise or NoNoise()
         self._unblind = unblind
-        self._stage = Stage(plate, clock, lambda step: participant.perform(step, self._watch))
-        self._progress = Progress(operator, clock, planned)
+        self._stage = Stage(plate, clock, self._feel)
+        voided = sum(record.kind == "void" for record in journal.records)
+        self._progress = Progress(operator, clock, planned, voided)
         self._voids = _unheard_voids(journal.records)
         self._presented_s = 0.0  # when the staged surface was, for one that is taken up again
         self._perform: Mapping[type, Callable[[Any], Answer]] = {
@@ -247,15 +248,19 @@ class Session:
 
     def _explore(self, step: Explore) -> Reply:
         self._mend(step)
-        self._wait(step)
-        reply = self._participant.perform(step, self._watch)
+        reply = self._feel(step)
         self._stage.confirm()
         self._stage.explored(step)
         return reply
 
+    def _feel(self, step: Explore) -> Reply:
+        """Have the participant stroke the plate."""
+        self._wait()
+        return self._participant.perform(step, self._watch)
+
     def _ask(self, step: Ask) -> Reply:
         self._mend(step)
-        self._wait(step)
+        self._wait()
         reply = self._participant.perform(step, self._watch)
         try:
             self._stage.confirm()
@@ -282,7 +287,8 @@ class Session:
             trial = step.trial.number if step.trial else None
             self._journal.write("represented", trial=trial, answer=answer_record(made))
 
-    def _wait(self, _step: Step) -> None:
+    def _wait(self) -> None:
+        """Tell the operator that the participant is at work."""
         amplitude_um_pp = self._stage.amplitude_um_pp if self._unblind else None
         self._progress.tell("waiting", amplitude_um_pp=amplitude_um_pp)
 

@@ -1,0 +1,130 @@
+"""A session with a person: what is refused before anything moves, and what is said at its end."""
+
+import os
+import sys
+
+import pytest
+
+from experiments import live
+from experiments.journal import Journal
+from experiments.live import Room, begin, go_on, plan_run
+from experiments.participants.base import StopRequested
+from experiments.participants.scripted import ScriptedParticipant
+from experiments.run import read_plan
+from faults import UserError
+from hardware.clock import VirtualClock
+from hardware.driver import PlateFault
+from slipscale import main
+
+ROOM = Room(plate="mock")
+
+
+@pytest.fixture
+def window(monkeypatch):
+    """Put somebody in the window's place; return the list of what they answer."""
+    script = []
+
+    def sit_down(*, clock, **_):
+        return ScriptedParticipant(script, clock, step_s=0.0)
+
+    monkeypatch.setattr(live, "PsychoPyWindow", sit_down)
+    monkeypatch.setattr(live, "check_device", lambda: "no headphones")
+    return script
+
+
+@pytest.fixture
+def no_window(monkeypatch):
+    """Fail where a window opens."""
+
+    def refuse(**_):
+        pytest.fail("the window opened")
+
+    monkeypatch.setattr(live, "PsychoPyWindow", refuse)
+    monkeypatch.setattr(live, "check_device", lambda: "no headphones")
+
+
+def a_plan(*, pilot=True, **changes):
+    return plan_run("biet2007", participant="01", pilot=pilot, **changes)
+
+
+def stopped(folder, window, *, plan=None, room=ROOM):
+    """Leave an interrupted run in a folder; return its journal's path."""
+    plan = plan or a_plan()
+    window[:] = [StopRequested("tired")]
+    assert begin(folder, plan, room) == "stopped"
+    return plan.journal_path(folder)
+
+
+def test_a_folder_that_cannot_be_written_is_told_before_the_window_opens(no_window, tmp_path):
+    (tmp_path / "data").write_text("a file, not a folder")
+    with pytest.raises(UserError, match=r"journal .*data"):
+        begin(tmp_path / "data", a_plan(), ROOM)
+
+
+def test_a_second_session_of_the_same_run_is_refused_before_the_plate_moves(no_window, tmp_path):
+    plan = a_plan()
+    with (
+        Journal.create(plan.journal_path(tmp_path), VirtualClock()),
+        pytest.raises(UserError, match="another session is writing it"),
+    ):
+        begin(tmp_path, plan, ROOM)
+
+
+def test_a_plate_that_is_not_there_leaves_no_trace_of_the_participant(no_window, tmp_path):
+    with pytest.raises(PlateFault):
+        begin(tmp_path, a_plan(), Room(plate="mock:fault=not_there@1"))
+    assert list((tmp_path / "sourcedata").iterdir()) == []
+
+
+def test_a_stopped_session_leaves_a_data_set_and_can_go_on(window, tmp_path):
+    path = stopped(tmp_path, window)
+    assert (tmp_path / "participants.tsv").exists()
+    window[:] = [StopRequested("still tired")]
+    assert go_on(path, ROOM) == "stopped"
+    assert [r.kind for r in read_plan(path)[1]].count("stop") == 2
+
+
+def test_an_error_is_told_with_how_to_go_on_and_is_not_hidden(window, tmp_path, capsys):
+    window[:] = [KeyboardInterrupt()]
+    plan = a_plan()
+    # A data set that cannot be built must not hide why the session ended.
+    (tmp_path / "participants.tsv").mkdir(parents=True)
+    with pytest.raises(KeyboardInterrupt):
+        begin(tmp_path, plan, ROOM)
+    said = capsys.readouterr().err
+    assert "the data set was not built" in said
+    assert f"slipscale resume {plan.journal_path(tmp_path)}" in said
+
+
+def test_a_participants_run_never_goes_on_with_a_plate_that_nobody_feels(
+    window, tmp_path, monkeypatch
+):
+    path = stopped(tmp_path, window, plan=a_plan(pilot=False))
+    with pytest.raises(UserError, match="a participant's run cannot go on"):
+        go_on(path, ROOM)
+
+
+def test_resume_takes_the_plate_that_the_run_was_on(window, tmp_path, monkeypatch, capsys):
+    path = stopped(tmp_path, window, room=Room(plate="mock:noise=0"))
+    taken = []
+    monkeypatch.setattr(live, "go_on", lambda _, room: taken.append(room.plate) or "complete")
+    assert main(["resume", str(path)]) == 0
+    assert main(["resume", str(path), "--plate", "mock"]) == 0
+    assert taken == ["mock:noise=0", "mock"]
+
+
+def test_a_journal_that_was_renamed_or_moved_is_refused(window, tmp_path, capsys):
+    path = stopped(tmp_path / "data", window)
+    for place in (tmp_path / path.name, path.with_name("sub-02_run-01_journal.jsonl")):
+        place.write_bytes(path.read_bytes())
+        assert main(["resume", str(place)]) == 2
+        assert "put it back" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(
+    sys.platform == "win32" or os.geteuid() == 0, reason="needs rights that can be missing"
+)
+def test_a_folder_without_permission_is_one_sentence(no_window, tmp_path, capsys):
+    (tmp_path / "data").mkdir(mode=0o500)
+    assert main(["run", "--participant", "01", "--out", str(tmp_path / "data")]) == 2
+    assert "Permission denied" in capsys.readouterr().err
