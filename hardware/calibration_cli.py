@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import os
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -63,6 +64,7 @@ def run(arguments: Namespace) -> int:
     from hardware.calibration_plot import draw  # noqa: PLC0415
     from hardware.calibration_sweep import SweepPlan, calibration_from  # noqa: PLC0415
 
+    _check_out(arguments.out)
     plan = SweepPlan(
         centre_hz=arguments.centre,
         span_hz=arguments.span,
@@ -106,6 +108,14 @@ def run(arguments: Namespace) -> int:
         f"wrote      {arguments.out} and {picture}"
     )
     return 0
+
+
+def _check_out(path: Path) -> None:
+    """Raise `UserError` where the file could not be written, before anybody reads an instrument."""
+    if path.exists():
+        raise UserError(f"--out {path}: exists already; data may rest on it, so name a new file")
+    if not (path.parent.is_dir() and os.access(path.parent, os.W_OK)):
+        raise UserError(f"--out {path}: expected a folder that can be written, got {path.parent}")
 
 
 def _measure(arguments: Namespace, plan: SweepPlan) -> tuple[Device, tuple[Point, ...]]:

@@ -184,6 +184,18 @@ def test_the_command_writes_a_file_and_a_plot(tmp_path, capsys):
     assert out.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_file_that_cannot_be_written_is_told_before_anything_is_measured(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr("builtins.input", lambda _: pytest.fail("a reading was asked for"))
+    known = tmp_path / "plate.toml"
+    known.write_text("data rest on it")
+    for out, complaint in ((known, "exists already"), (tmp_path / "no" / "x.toml", "a folder")):
+        assert slipscale.main([*WORDS, "--prompt", "--out", str(out)]) == 2
+        assert complaint in capsys.readouterr().err
+    assert known.read_text() == "data rest on it"
+
+
 def test_readings_typed_at_a_prompt_give_the_calibration(tmp_path, monkeypatch, capsys):
     truth = Twin(room=STEADY, noise_um=0)
 
