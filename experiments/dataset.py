@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from experiments.columns import MISSING, cell, columns, sidecar, table
 from experiments.gathering import gather
-from experiments.journal import has_begun
+from experiments.journal import has_begun, read_records
 from experiments.protocols.base import Column
-from experiments.run import is_complete, read_plan, software
+from experiments.run import is_complete, plan_from, read_plan, software
 from experiments.study import study_hash
 from faults import UserError
 
@@ -54,7 +54,9 @@ def mode_of(dataset: Path) -> Mode | None:
     UserError
         It holds both.
     """
-    modes = {read_plan(path)[0].mode for path in journals(dataset) if has_begun(path)}
+    # Their first records alone: damage further on must not keep the next participant waiting.
+    firsts = [read_records(path, most=1)[0] for path in journals(dataset) if has_begun(path)]
+    modes = {plan_from(records[0]).mode for records in firsts if records}
     if len(modes) > 1:
         raise UserError(f"{dataset}: holds pilots and participants; they must not be mixed")
     return modes.pop() if modes else None

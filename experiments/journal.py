@@ -75,10 +75,11 @@ def has_begun(path: Path) -> bool:
         raise UserError(f"journal {path}: {error.strerror}") from None
 
 
-def read_records(path: Path) -> tuple[list[Record], int]:
+def read_records(path: Path, most: int | None = None) -> tuple[list[Record], int]:
     """Return a journal's records and the length in bytes of what is whole.
 
-    A torn last line is left out; the length tells where it begins.
+    A torn last line is left out; the length tells where it begins. With ``most``, no line
+    further on is looked at.
 
     Raises
     ------
@@ -86,7 +87,7 @@ def read_records(path: Path) -> tuple[list[Record], int]:
         The file cannot be read, is not a journal, or is damaged before its end.
     """
     try:
-        lines = path.read_bytes().splitlines(keepends=True)
+        lines = path.read_bytes().splitlines(keepends=True)[:most]
     except OSError as error:
         raise UserError(f"journal {path}: {error.strerror}") from None
     records: list[Record] = []

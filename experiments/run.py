@@ -83,6 +83,8 @@ class RunPlan:
     mode: Mode
 
     def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise UserError(f"--seed {self.seed}: expected 0 or more")
         check_labels(participant=self.participant, session=self.session, run=self.run)
 
     @property

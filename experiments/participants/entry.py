@@ -193,7 +193,7 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
     Raises
     ------
     UserError
-        More options than there are number keys, or one key for both yes and no.
+        More options than there are number keys.
     """
     if isinstance(question, YesNoQuestion):
         return KeyEntry(yes_no_keys(texts))
@@ -205,10 +205,6 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
 def yes_no_keys(texts: Mapping[str, str]) -> dict[str, Value]:
     """Return the keys for yes and no in the texts' language, and what they mean."""
     yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
-    if len(yes) != 1 or len(no) != 1 or yes == no:
-        raise UserError(
-            f"texts window.yes_key '{yes}' and window.no_key '{no}': expected two different letters"
-        )
     return {yes: True, no: False}
 
 

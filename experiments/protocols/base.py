@@ -28,7 +28,8 @@ PROTOCOLS = "slipscale.protocols"
 
 # Strict: "3", 3.0 and true are not 3. TOML says what it means, and so does the fault.
 Count = Annotated[int, Field(strict=True, ge=0)]
-AtLeastOne = Annotated[int, Field(strict=True, ge=1)]
+# A thousand of anything is more than a participant can bear; more is a slip of the finger.
+AtLeastOne = Annotated[int, Field(strict=True, ge=1, le=1000)]
 Flag = Annotated[bool, Field(strict=True)]
 Seconds = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]

@@ -59,6 +59,8 @@ def test_help_imports_nothing_heavy():
         (["resume", "nothing.jsonl"], "nothing.jsonl: No such file"),
         (["study", "validate", "nothing.toml"], "No such file"),
         (["pilot", "--participants", "0"], "expected 1 or more"),
+        (["pilot", "--seed", "-4"], "expected 0 or more"),
+        (["run", "--participant", "01", "--seed", "-1"], "expected 0 or more"),
         (["pilot", "--plate", "serial:X"], "expected mock"),
         (["pilot", "--out", "a-file"], "a-file: Not a directory"),
         (["run", "--participant", "01", "--out", "a-file"], "a-file.*: Not a directory"),

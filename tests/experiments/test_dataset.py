@@ -112,3 +112,12 @@ def test_missing_is_n_a_and_empty_text_is_missing():
     assert cell(None) == "n/a"
     assert cell("  ") == "n/a"
     assert cell(1e-9) == "0"
+
+
+def test_a_damaged_journal_does_not_keep_the_next_participant_waiting(laboratory, plan):
+    laboratory.run()
+    path = plan().journal_path(laboratory.folder)
+    path.write_bytes(path.read_bytes().replace(b'"end"', b'"and"'))
+    assert mode_of(laboratory.folder) == "pilot"
+    with pytest.raises(UserError, match="damaged"):
+        build_dataset(laboratory.folder)

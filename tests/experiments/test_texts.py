@@ -57,3 +57,8 @@ def test_every_faulty_text_is_told_at_once():
 def test_a_replacement_may_use_the_blanks_of_its_text():
     own = {"window": {"progress": "{total}: {done}"}}
     assert load_texts("en", own)["window.progress"].format(done=1, total=2) == "2: 1"
+
+
+def test_one_key_for_yes_and_no_is_refused():
+    with pytest.raises(UserError, match="two different letters"):
+        load_texts("en", {"window": {"yes_key": "n"}})

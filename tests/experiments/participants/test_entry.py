@@ -143,12 +143,6 @@ def test_another_key_is_refused_with_the_keys_there_are():
     assert verdict == Refused("x", "window.other_key", {"keys": "y, n"})
 
 
-def test_a_study_that_gives_yes_and_no_one_key_is_refused():
-    texts = load_texts("en", {"window": {"yes_key": "n"}})
-    with pytest.raises(UserError, match="two different letters"):
-        entry_for(YesNoQuestion(prompt="Different?"), texts)
-
-
 @pytest.mark.parametrize("key, code", [("1", "guess"), ("2", "sure"), ("é", "sure")])
 def test_a_number_key_chooses_also_unshifted_on_a_french_keyboard(key, code):
     question = ChoiceQuestion(prompt="?", options=(("guess", "a guess"), ("sure", "sure")))
