@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from experiments.dataset import mode_of
-from experiments.journal import has_begun
-from experiments.run import check_labels, is_complete, is_mock, journal_path, read_plan
+from experiments.run import check_labels, is_mock, journal_path, run_state
 from experiments.study import read_study
 from faults import RigError, UserError
 from hardware.clock import SystemClock
@@ -125,9 +124,9 @@ def check_participant(setting: Setting) -> Finding:
         session=setting.session,
         run=setting.run,
     )
-    if not has_begun(path):
+    state = run_state(path)
+    if state == "free":
         return Finding(name="participant", passed=True, detail=f"{setting.participant} is free")
-    state = "complete" if is_complete(read_plan(path)[1]) else "interrupted"
     return Finding(
         name="participant",
         passed=False,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 
 from experiments.dataset import build_dataset, mode_of
-from experiments.journal import Journal, has_begun
+from experiments.journal import Journal
 from experiments.participants.masking import MaskingNoise, check_device
 from experiments.participants.psychopy_window import PsychoPyWindow
 from experiments.run import (
@@ -25,6 +25,7 @@ from experiments.run import (
     last_plate,
     perform,
     read_plan,
+    run_state,
 )
 from experiments.study import read_study
 from experiments.terminal import Keys, TerminalOperator
@@ -99,9 +100,9 @@ def begin(dataset: Path, plan: RunPlan, room: Room) -> Outcome:
     if held and held != plan.mode:
         raise UserError(f"--out {dataset}: holds {held} data; a {plan.mode}'s must not be mixed in")
     path = plan.journal_path(dataset)
-    if has_begun(path):
+    state = run_state(path)
+    if state != "free":
         # Said before the plate moves and the window opens; `Journal.create` would refuse as well.
-        state = "complete" if is_complete(read_plan(path)[1]) else "interrupted"
         remedy = "name another participant, or a new --session or --run"
         if state == "interrupted":
             remedy = to_go_on(path)
