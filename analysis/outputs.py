@@ -13,7 +13,7 @@ import pandas as pd
 
 from analysis import figures, normalisation, published, report
 from analysis.conclude import plain
-from analysis.inference import interval_name
+from analysis.csv_file import write_csv
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def write_all(analysis: Analysis, out: Path) -> None:
     """
     try:
         for name, table in tables(analysis).items():
-            table.to_csv(out / f"{name}.csv", index=False, lineterminator="\n")
+            write_csv(table, out / f"{name}.csv")
         for name, text in latex_tables(analysis).items():
             _write(out / f"{name}.tex", text)
         _write_json(out / "inference.json", analysis.inference)
@@ -73,6 +73,8 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
         columns = ["participant_id", "session", "run", "trial", "amplitude_um_pp", "estimate"]
         columns += ["normalised", "response_time"]
         trials = analysis.estimates
+        if (trials["trial"].dropna() % 1 == 0).all():
+            trials = trials.astype({"trial": "Int64"})
         kept = [name for name in columns if not trials[name].isna().all()]
         found |= {
             "table3": analysis.table3,
@@ -84,14 +86,26 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
             found["textures"] = analysis.textures
         pairs = analysis.inference["pairwise"]
         if isinstance(pairs, list):
-            found["pairwise"] = pd.DataFrame(plain(pairs))
+            found["pairwise"] = flat(pairs)
     steps = analysis.inference["difference"].get("steps")
     if steps:
-        key = interval_name(analysis.dataset.choices.confidence)
-        found["difference"] = pd.DataFrame(
-            [{**row, f"{key}_low": row[key][0], f"{key}_high": row[key][1]} for row in steps]
-        ).drop(columns=key)
+        found["difference"] = flat(steps)
     return found
+
+
+def flat(rows: list[dict[str, Any]]) -> pd.DataFrame:
+    """Return results as a table; an interval ``[low, high]`` becomes two columns.
+
+    >>> flat([{"ratio": 2.0, "ratio_ci": [1.5, 2.5]}]).columns.tolist()
+    ['ratio', 'ratio_ci_low', 'ratio_ci_high']
+    """
+    cells: list[dict[str, Any]] = []
+    for row in plain(rows):
+        cells.append({})
+        for name, value in row.items():
+            parts = zip(("_low", "_high"), value, strict=True) if isinstance(value, list) else ()
+            cells[-1] |= {name + end: bound for end, bound in parts} or {name: value}
+    return pd.DataFrame(cells)
 
 
 def wide(analysis: Analysis) -> pd.DataFrame:
