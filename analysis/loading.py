@@ -7,17 +7,15 @@ practice, voided and unanswered trials are counted, wrong cells are named by fil
 
 from __future__ import annotations
 
-import json
 import re
-import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from pydantic import ValidationError
 
+from analysis import about
 from analysis.cleaning import (
     clean_differences,
     clean_estimates,
@@ -28,7 +26,6 @@ from analysis.tables import (
     Problems,
     Source,
     digest,
-    faults_of,
     read_bytes,
     read_tables,
     require,
@@ -149,8 +146,8 @@ def _load_folder(folder: Path) -> Dataset:
             "participant_id, amplitude_um_pp, estimate"
         )
     everyone = [entry for entries in files.values() for entry in entries]
-    details, modes, sources = _sidecars([path for path, _ in everyone], folder, problems)
-    _refuse_mixture(modes, folder)
+    details, modes, sources = about.sidecars([path for path, _ in everyone], folder, problems)
+    about.refuse_mixture(modes, folder)
     counts: dict[str, int] = {}
     read = {}
     for task, entries in files.items():
@@ -159,10 +156,10 @@ def _load_folder(folder: Path) -> Dataset:
         read[task] = frame
     main = _keep_main_trials(read[ESTIMATION], counts)
     answers, textures = _part_textures(main, counts, problems)
-    participants = _participants(folder, sources)
-    choices, frozen = _choices(folder, sources)
+    participants = about.participants(folder, sources)
+    choices, frozen = about.choices(folder, sources)
     return Dataset(
-        name=_title(folder),
+        name=about.title(folder),
         estimates=_answered(answers, counts),
         answers=answers,
         differences=_keep_steps(read[DIFFERENCE], counts),
@@ -230,9 +227,8 @@ def _read_task(
         "run": [match["run"] or "1" for _, match in entries],
     }
     for name, values in labels.items():
-        categories = sorted(set(values))
-        codes = np.array([categories.index(value) for value in values])[place]
-        frame[name] = pd.Categorical.from_codes(codes, categories=pd.Index(categories))
+        categories, codes = np.unique(values, return_inverse=True)
+        frame[name] = pd.Categorical.from_codes(codes[place], categories=categories.tolist())
     if task == ESTIMATION:
         return clean_estimates(frame, sources, problems), sources
     return clean_differences(frame, sources, problems), sources
@@ -304,91 +300,3 @@ def _keep_steps(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
     kept = kept[~unanswered & kept["amplitude_um_pp"].notna()].reset_index(drop=True)
     counts["difference_analysed"] = len(kept)
     return kept
-
-
-def _sidecars(
-    tables: Sequence[Path], folder: Path, problems: Problems
-) -> tuple[dict[str, tuple[str, ...]], list[tuple[str, Path]], list[Source]]:
-    """Return what the sidecars say, each file's mode, and the sidecars as sources."""
-    found: dict[str, set[str]] = {}
-    modes: list[tuple[str, Path]] = []
-    sources: list[Source] = []
-    for table in tables:
-        path = table.with_suffix(".json")
-        if not path.is_file():
-            problems.add(f"{path.relative_to(folder)}: no such sidecar; study and seed unknown")
-            continue
-        content = read_bytes(path)
-        sources.append(Source(path.relative_to(folder).as_posix(), digest(content)))
-        try:
-            own = json.loads(content).get("Slipscale", {})
-            versions = dict(own.get("software") or {})
-        except (ValueError, TypeError, AttributeError) as error:
-            raise UserError(
-                f"{path}: not a sidecar; expected a JSON object, its Slipscale and software "
-                f"objects too ({error})"
-            ) from error
-        if mode := own.get("mode"):
-            modes.append((str(mode), path))
-        for key in ("study", "study_hash", "seed", "language", "plate"):
-            if key in own:
-                found.setdefault(key, set()).add(_in_words(own[key]))
-        for name, version in versions.items():
-            found.setdefault("software", set()).add(f"{name} {version}")
-    return {key: tuple(sorted(values)) for key, values in found.items()}, modes, sources
-
-
-def _in_words(value: Any) -> str:
-    """Return a sidecar's entry as text; of a plate's description only who made what."""
-    if isinstance(value, dict):
-        identity = value.get("identity", {})
-        named = [identity.get(key) for key in ("manufacturer", "model", "serial")]
-        return " ".join(str(part) for part in named if part) or str(value.get("backend", "plate"))
-    return str(value)
-
-
-def _refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
-    first: dict[str, Path] = {}
-    for mode, path in modes:
-        first.setdefault(mode, path)
-    if len(first) > 1:
-        examples = "; ".join(
-            f"'{mode}' in {path.relative_to(folder)}" for mode, path in sorted(first.items())
-        )
-        raise UserError(
-            f"{folder}: records of a pilot and of participants are mixed ({examples}); "
-            "expected one kind: move the pilot's files to a folder of their own"
-        )
-
-
-def _participants(folder: Path, sources: list[Source]) -> pd.DataFrame:
-    path = folder / "participants.tsv"
-    if not path.is_file():
-        return pd.DataFrame({"participant_id": pd.Series(dtype=str)})
-    frame, read = read_tables([path], folder, required=("participant_id",))
-    sources += read
-    return frame.drop(columns=["file", "line"])
-
-
-def _choices(folder: Path, sources: list[Source]) -> tuple[AnalysisChoices, tuple[str, ...]]:
-    path = folder / "code" / "study.toml"
-    if not path.is_file():
-        return AnalysisChoices(), ()
-    content = read_bytes(path)
-    sources.append(Source(path.relative_to(folder).as_posix(), digest(content)))
-    try:
-        table = tomllib.loads(content.decode("utf-8")).get("analysis", {})
-        choices = AnalysisChoices.model_validate(table)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise UserError(f"{path}: not a TOML file ({error})") from error
-    except ValidationError as error:
-        raise UserError(f"{path}: [analysis] {faults_of(error)}") from error
-    return choices, tuple(sorted(table))
-
-
-def _title(folder: Path) -> str:
-    path = folder / "dataset_description.json"
-    try:
-        return str(json.loads(path.read_text(encoding="utf-8"))["Name"])
-    except (OSError, ValueError, KeyError, TypeError):
-        return folder.resolve().name

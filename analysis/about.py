@@ -1,0 +1,110 @@
+"""What a data set says of itself: sidecars, participants, the study's frozen choices, its title."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+from pydantic import ValidationError
+
+from analysis.tables import Problems, Source, digest, faults_of, read_bytes, read_tables
+from experiments.analysis_choices import AnalysisChoices
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+
+def sidecars(
+    tables: Sequence[Path], folder: Path, problems: Problems
+) -> tuple[dict[str, tuple[str, ...]], list[tuple[str, Path]], list[Source]]:
+    """Return what the sidecars say, each file's mode, and the sidecars as sources."""
+    found: dict[str, set[str]] = {}
+    modes: list[tuple[str, Path]] = []
+    sources: list[Source] = []
+    for table in tables:
+        path = table.with_suffix(".json")
+        if not path.is_file():
+            problems.add(f"{path.relative_to(folder)}: no such sidecar; study and seed unknown")
+            continue
+        content = read_bytes(path)
+        sources.append(Source(path.relative_to(folder).as_posix(), digest(content)))
+        try:
+            own = json.loads(content).get("Slipscale", {})
+            versions = dict(own.get("software") or {})
+        except (ValueError, TypeError, AttributeError) as error:
+            raise UserError(
+                f"{path}: not a sidecar; expected a JSON object, its Slipscale and software "
+                f"objects too ({error})"
+            ) from error
+        if mode := own.get("mode"):
+            modes.append((str(mode), path))
+        for key in ("study", "study_hash", "seed", "language", "plate"):
+            if key in own:
+                found.setdefault(key, set()).add(_in_words(own[key]))
+        for name, version in versions.items():
+            found.setdefault("software", set()).add(f"{name} {version}")
+    return {key: tuple(sorted(values)) for key, values in found.items()}, modes, sources
+
+
+def _in_words(value: Any) -> str:
+    """Return a sidecar's entry as text; of a plate's description only who made what."""
+    if isinstance(value, dict):
+        identity = value.get("identity", {})
+        named = [identity.get(key) for key in ("manufacturer", "model", "serial")]
+        return " ".join(str(part) for part in named if part) or str(value.get("backend", "plate"))
+    return str(value)
+
+
+def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
+    """Raise a `UserError` where a pilot's records lie among participants'."""
+    first: dict[str, Path] = {}
+    for mode, path in modes:
+        first.setdefault(mode, path)
+    if len(first) > 1:
+        examples = "; ".join(
+            f"'{mode}' in {path.relative_to(folder)}" for mode, path in sorted(first.items())
+        )
+        raise UserError(
+            f"{folder}: records of a pilot and of participants are mixed ({examples}); "
+            "expected one kind: move the pilot's files to a folder of their own"
+        )
+
+
+def participants(folder: Path, sources: list[Source]) -> pd.DataFrame:
+    """Return ``participants.tsv``; without a row where there is none."""
+    path = folder / "participants.tsv"
+    if not path.is_file():
+        return pd.DataFrame({"participant_id": pd.Series(dtype=str)})
+    frame, read = read_tables([path], folder, required=("participant_id",))
+    sources += read
+    return frame.drop(columns=["file", "line"])
+
+
+def choices(folder: Path, sources: list[Source]) -> tuple[AnalysisChoices, tuple[str, ...]]:
+    """Return the choices that the study file froze, else the defaults; and the keys it froze."""
+    path = folder / "code" / "study.toml"
+    if not path.is_file():
+        return AnalysisChoices(), ()
+    content = read_bytes(path)
+    sources.append(Source(path.relative_to(folder).as_posix(), digest(content)))
+    try:
+        table = tomllib.loads(content.decode("utf-8")).get("analysis", {})
+        choices = AnalysisChoices.model_validate(table)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: not a TOML file ({error})") from error
+    except ValidationError as error:
+        raise UserError(f"{path}: [analysis] {faults_of(error)}") from error
+    return choices, tuple(sorted(table))
+
+
+def title(folder: Path) -> str:
+    """Return the data set's name, else its folder's."""
+    path = folder / "dataset_description.json"
+    try:
+        return str(json.loads(path.read_text(encoding="utf-8"))["Name"])
+    except (OSError, ValueError, KeyError, TypeError):
+        return folder.resolve().name
