@@ -12,7 +12,7 @@ from analysis.codebook import SHIPPED, agreement, load_codebook
 from analysis.difference import analyse_differences
 from analysis.inference import Result, reason
 from analysis.mixed_model import mixed_model
-from analysis.normalisation import KEY, RULES, applicable, cell_means, normalise
+from analysis.normalisation import KEY, RULES, cell_means, normalise_by_all
 from analysis.pairwise import pairwise
 from analysis.prepared import Prepared, prepare
 from analysis.tables import read_tables, require
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from analysis.loading import Dataset
-    from experiments.analysis_choices import AnalysisChoices
 
 #: Everything that is concluded from magnitude estimates, by its name in inference.json.
 TESTS: dict[str, Callable[[Prepared], Any]] = {
@@ -91,8 +90,8 @@ def sensitivity(trials: pd.DataFrame, used: str) -> list[Result]:
     The exponent and every test within participants on logarithms are the same under all of them.
     """
     rows = []
-    for name in applicable(trials):
-        cells = cell_means(trials.assign(normalised=normalise(trials, name)), "normalised")
+    for name, normalised in normalise_by_all(trials).items():
+        cells = cell_means(trials.assign(normalised=normalised), "normalised")
         rows.append(
             {
                 "rule": name,
@@ -105,17 +104,15 @@ def sensitivity(trials: pd.DataFrame, used: str) -> list[Result]:
     return rows
 
 
-def robustness(
-    estimates: pd.DataFrame, flagged: set[str], choices: AnalysisChoices
-) -> list[Result]:
+def robustness(everyone: Prepared, flagged: set[str]) -> list[Result]:
     """Return the chief results with and without the participants who carry a flag."""
-    kept = ~estimates[KEY].astype(str).isin(flagged)
-    sets = [("all analysed", estimates)]
+    kept = ~everyone.trials[KEY].isin(flagged)
+    sets = {"all analysed": everyone}
     if flagged and kept.any():
-        sets.append(("without the flagged", estimates[kept]))
+        trials = everyone.trials[kept].reset_index(drop=True)
+        sets["without the flagged"] = prepare(trials, everyone.choices)
     rows = []
-    for name, trials in sets:
-        data = prepare(trials.reset_index(drop=True), choices)
+    for name, data in sets.items():
         exponent, friedman = scaling.power_law(data), inference.friedman(data)
         rows.append(
             {

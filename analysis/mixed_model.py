@@ -74,11 +74,11 @@ def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
         {
             "ly": trials["log"],
             "lx": np.log(trials["amplitude_um_pp"]),
-            "who": trials[KEY].astype(str),
+            "who": trials[KEY],
         }
     )
     n = frame["who"].nunique()
-    around = frame["ly"] - frame.groupby("who")["ly"].transform("mean")
+    around = frame["ly"] - frame.groupby("who", observed=True)["ly"].transform("mean")
     reasons: dict[str, bool] = {
         data.zero_sentence: data.refused,
         "three participants and two amplitudes above 0 are needed": n < FEWEST

@@ -226,10 +226,19 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
             f"normalisation '{rule}' needs {RULES[rule].needs}; missing for {listed}. "
             "Other rules: --normalise " + ", ".join(name for name in RULES if name != rule)
         )
+    return _scaled(trials, rule, below)
+
+
+def normalise_by_all(trials: pd.DataFrame) -> dict[str, pd.Series[float]]:
+    """Return normalised estimates under every rule that this data allows, in the table's order."""
+    found = {name: divisors(trials, name) for name in RULES}
+    return {
+        name: _scaled(trials, name, below)
+        for name, below in found.items()
+        if not below.isna().any()
+    }
+
+
+def _scaled(trials: pd.DataFrame, rule: str, below: pd.Series[float]) -> pd.Series[float]:
     # Times first: 58 on a scale of 100 stays 58.
     return trials["estimate"] * RULES[rule].top / below
-
-
-def applicable(trials: pd.DataFrame) -> list[str]:
-    """Return the rules that this data allows, in the table's order."""
-    return [name for name in RULES if not divisors(trials, name).isna().any()]

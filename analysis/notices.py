@@ -34,7 +34,7 @@ def absent(data: Dataset) -> list[str]:
     """Say who is on the list and not in the data, who is there twice, and who did not finish."""
     about = data.participants
     names = about["participant_id"].astype(str)
-    answered = set(data.answers[KEY].astype(str)) | set(data.differences[KEY].astype(str))
+    answered = {str(who) for rows in (data.answers, data.differences) for who in rows[KEY].unique()}
     notes = []
     if missing := sorted(set(names) - answered):
         notes.append(

@@ -125,7 +125,7 @@ def analyse(
     rule, notes = _choose_rule(data, normalise)
     estimates = data.estimates.assign(normalised=normalisation.normalise(data.estimates, rule))
     prepared = prepare(estimates, data.choices) if len(estimates) else None
-    cells = normalisation.cell_means(estimates, "normalised")
+    cells = prepared.cells if prepared else normalisation.cell_means(estimates, "normalised")
     choices = data.choices
     description = descriptives.describe(
         cells,
@@ -146,7 +146,7 @@ def analyse(
         prepared=prepared,
         inference=conclude.conclude(data, prepared, rule if prepared else None),
         sensitivity=conclude.sensitivity(data.estimates, rule) if prepared else [],
-        robustness=conclude.robustness(estimates, set(flags.index[flags.any(axis=1)]), choices)
+        robustness=conclude.robustness(prepared, set(flags.index[flags.any(axis=1)]))
         if prepared
         else [],
         measures=measures,

@@ -102,23 +102,20 @@ def reliability(data: Prepared) -> Result:
 
     if data.refused:
         return reason(data.zero_sentence)
+    target = [KEY, "amplitude_um_pp"]
     usable = data.trials[data.trials["log"].notna()]
-    counts = usable.groupby([KEY, "amplitude_um_pp"], observed=True).size()
+    counts = usable.groupby(target, observed=True).size()
     repeated = counts[counts >= 2]  # noqa: PLR2004
     if len(repeated) < 2:  # noqa: PLR2004
         return reason("no repetitions: reliability needs two estimates of a surface or more")
     fewest = int(repeated.min())
-    wide = (
-        usable.assign(target=usable[KEY].astype(str) + "@" + usable["amplitude_um_pp"].astype(str))
-        .pivot_table(index="target", columns="repetition", values="log", observed=True)
-        .iloc[:, :fewest]
-        .dropna()
-        .iloc[:TARGETS_AT_MOST]
-    )
-    if len(wide) < 5 or np.ptp(wide.to_numpy()) == 0:  # noqa: PLR2004
+    rows = usable[usable["repetition"] <= fewest]
+    targets = rows.groupby(target, observed=True).ngroup().to_numpy()
+    whole = np.flatnonzero(np.bincount(targets) == fewest)[:TARGETS_AT_MOST]
+    kept = np.isin(targets, whole)
+    long = rows.loc[kept, ["repetition", "log"]].assign(target=targets[kept])
+    if len(whole) < 5 or np.ptp(long["log"]) == 0:  # noqa: PLR2004
         return reason("too few repeated estimates, or all the same")
-    long = wide.reset_index().melt(id_vars="target", var_name="repetition", value_name="log")
-    long["repetition"] = long["repetition"].astype(int)
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
         table = pingouin.intraclass_corr(
@@ -134,6 +131,6 @@ def reliability(data: Prepared) -> Result:
             }
             for name, (_, row) in zip(names, table.iterrows(), strict=True)
         },
-        "targets": len(wide),
+        "targets": len(whole),
         "repetitions": fewest,
     }

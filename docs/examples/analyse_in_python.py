@@ -11,7 +11,7 @@ from pathlib import Path
 from analysis import figures, growth_models, inference, published, scaling
 from analysis.descriptives import describe, table3
 from analysis.loading import load
-from analysis.normalisation import applicable, cell_means, normalise
+from analysis.normalisation import cell_means, normalise, normalise_by_all
 from analysis.prepared import prepare
 
 # %% Load: a data set's folder, or a table with participant_id, amplitude_um_pp, estimate
@@ -19,7 +19,7 @@ data = load(published.ALLOWED_DATASET)
 print(data.counts["analysed"], "estimates;", "problems:", data.problems or "none")
 
 # %% Normalise: which rules does the data allow, and what does one give?
-print("rules:", ", ".join(applicable(data.estimates)))
+print("rules:", ", ".join(normalise_by_all(data.estimates)))
 estimates = data.estimates.assign(normalised=normalise(data.estimates, "grand_maximum"))
 
 # %% Describe: the paper's Table III, then everything

@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from analysis.loading import load
 from analysis.normalisation import (
     RULES,
-    applicable,
     cell_means,
     default_rule,
     log_cell_means,
     normalise,
+    normalise_by_all,
 )
 from analysis.published import ALLOWED_DATASET
 from experiments.analysis_choices import Normalisation
@@ -98,8 +98,8 @@ def test_a_participant_of_zeros_has_no_maximum():
     values[2] = 0
     with pytest.raises(UserError, match="missing for p2"):
         normalise(trials(values), "participant_maximum")
-    assert "participant_maximum" not in applicable(trials(values))
-    assert "grand_maximum" in applicable(trials(values))
+    assert "participant_maximum" not in normalise_by_all(trials(values))
+    assert "grand_maximum" in normalise_by_all(trials(values))
 
 
 def test_an_unknown_rule_is_refused_with_the_list():
