@@ -51,6 +51,9 @@ def install_with_uv(uv: str) -> bool:
     """Create .venv and fill it with uv; return whether that worked."""
     venv = [uv, "venv", "--quiet", "--allow-existing", "--python", sys.executable, str(VENV)]
     pip = [uv, "pip", "install", "--quiet", "--python", str(python_in(VENV))]
+    if sys.dont_write_bytecode:
+        # Python would compile PsychoPy and pandas anew at every start: once is enough.
+        pip.append("--compile-bytecode")
     steps = (venv, [*pip, "-r", "requirements.txt"], [*pip, "--no-deps", "-e", "."])
     return all(subprocess.run(step, cwd=ROOT, check=False).returncode == 0 for step in steps)
 
