@@ -7,14 +7,13 @@ one participant; where no data set is known to attain a bound, the reason says s
 
 from __future__ import annotations
 
-import math
 from functools import cache, partial
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 from analysis.reconstruction import reproduce_section
 from analysis.reconstruction.table import CONVENTIONS
-from analysis.reproduce import Outcome
+from analysis.reproduce import Outcome, record
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -82,16 +81,5 @@ ITEMS: dict[str, Callable[[], Outcome]] = {
 FIGURES: dict[str, Any] = {}
 
 
-def record() -> dict[str, float]:
-    """Return all items as the repository records them (integers as integers)."""
-    values = {item: call().ours for item, call in ITEMS.items()}
-    return {item: int(v) if math.isfinite(v) and v == int(v) else v for item, v in values.items()}
-
-
 if __name__ == "__main__":
-    import json
-    from importlib.resources import files
-    from pathlib import Path
-
-    path = Path(str(files("analysis").joinpath("recorded_datasets.json")))
-    path.write_text(json.dumps(record(), indent=2) + "\n", encoding="utf-8")
+    record(ITEMS, "recorded_datasets.json")

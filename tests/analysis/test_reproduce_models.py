@@ -1,13 +1,17 @@
 import json
 import subprocess
 import sys
+from importlib.resources import files
 
 import pytest
 
-from analysis import reproduce
+from analysis import reproduce, reproduce_film, reproduce_plate
 from analysis.perception_figure import perception_figure
 from analysis.reproduce import Comparison
-from analysis.reproduce_models import ITEMS, RECORDED, more_than
+from analysis.reproduce_film import more_than
+
+FILM_AND_PLATE = ("analysis.reproduce_film", "analysis.reproduce_plate")
+ITEMS = {**reproduce_film.ITEMS, **reproduce_plate.ITEMS}
 
 # Seconds, not minutes: the whole-plate items (fig11, fig12) are checked on a rougher mesh in
 # tests/hardware/plate/test_vibration.py and on this one by `slipscale reproduce`.
@@ -16,7 +20,9 @@ QUICK_ITEMS = [name for name in ITEMS if not name.startswith(("fig11", "fig12", 
 
 @pytest.fixture(scope="module")
 def recorded():
-    return json.loads(RECORDED.read_text(encoding="utf-8"))
+    names = [name for module, name in reproduce.SOURCES if module in FILM_AND_PLATE]
+    texts = [files("analysis").joinpath(name).read_text(encoding="utf-8") for name in names]
+    return {name: value for text in texts for name, value in json.loads(text).items()}
 
 
 @pytest.mark.parametrize("name", QUICK_ITEMS)
@@ -65,14 +71,15 @@ def test_more_than_is_strict():
 
 
 def test_items_fit_the_framework_s_choice_of_names(monkeypatch):
-    monkeypatch.setattr(reproduce, "SOURCES", (("analysis.reproduce_models", RECORDED.name),))
+    sources = [source for source in reproduce.SOURCES if source[0] in FILM_AND_PLATE]
+    monkeypatch.setattr(reproduce, "SOURCES", sources)
     assert len(reproduce.choose(["fig9.fe"])) == 8
     assert [c.failed for c in reproduce.compare(["fig5", "fig8"])] == [False] * 3
 
 
 def test_listing_the_items_loads_no_solver():
     code = (
-        "import sys; import analysis.reproduce_models; "
+        "import sys; import analysis.reproduce_film, analysis.reproduce_plate; "
         "print([m for m in ('scipy', 'skfem', 'matplotlib') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
