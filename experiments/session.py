@@ -350,10 +350,11 @@ class Session:
             self._journal.write("fault", code=fault.code, message=fault.message)
             self._plate.close()
             self._clock.sleep(RECONNECT_WAIT_S)
+            told = fault if self._unblind else fault.blinded()
             try:
-                self._wait_for("fault", "retry", str(fault))
+                self._wait_for("fault", "retry", str(told))
             except StopRequested:
-                raise fault from None
+                raise told from None
             try:
                 self._plate.connect()
             except PlateFault as again:

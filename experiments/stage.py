@@ -10,7 +10,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from experiments.steps import Presented
-from hardware.driver import ConnectionLost, PlateFault
+from hardware.driver import PlateFault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,11 +18,6 @@ if TYPE_CHECKING:
     from experiments.steps import Explore, Present, Reply
     from hardware.clock import Clock
     from hardware.driver import PlateDriver
-
-# A measured readback that far from the command means the surface is not there: the plate's own
-# noise and a finger's load stay well inside.
-READBACK_TOLERANCE_UM_PP = 0.15
-READBACK_TOLERANCE_RELATIVE = 0.15
 
 
 class Stage:
@@ -90,19 +85,20 @@ class Stage:
         return made
 
     def confirm(self) -> None:
-        """Raise a `PlateFault` unless the plate still makes the staged surface."""
+        """Raise a `PlateFault` unless the plate still makes the staged surface.
+
+        The tolerance is the driver's own: what it would not take for the surface when it was
+        presented is not taken for it when it was rated (docs/decisions/0022).
+        """
         if self._present is None:
             return
         self._plate.check()
         told = self._plate.read_back()
         if told.kind in ("measured", "applied") and told.amplitude_um_pp is not None:
-            # A texture may be anywhere in its swing; that of a plain surface is nothing.
             surface = self._present.surface
-            largest = surface.amplitude_um_pp
-            allowed = READBACK_TOLERANCE_UM_PP + READBACK_TOLERANCE_RELATIVE * largest
-            lowest = surface.lowest_um_pp
-            if not lowest - allowed <= told.amplitude_um_pp <= largest + allowed:
-                raise ConnectionLost("the plate no longer vibrates as commanded")
+            self._plate.limits.check_reached(
+                surface.amplitude_um_pp, told.amplitude_um_pp, lowest_um_pp=surface.lowest_um_pp
+            )
 
     def check(self) -> None:
         """Raise the plate's fault, if any, while a surface stands. Cheap."""

@@ -20,6 +20,10 @@ class PlateFault(RigError):
         super().__init__(f"{message}. {self.remedy}")
         self.message = message
 
+    def blinded(self) -> PlateFault:
+        """Return the fault as an operator may read it who must not know the amplitude."""
+        return self
+
 
 class PlateNotFound(PlateFault):
     """No device at that address."""
@@ -95,9 +99,15 @@ class NotReached(PlateFault):
 
     code = "not_reached"
     remedy = (
-        "Lower the study's largest amplitude, press less, or recalibrate: "
-        "the drive has no voltage left for this amplitude."
+        "Look whether the amplifier is on, and have the finger press less; otherwise lower the "
+        "study's largest amplitude or recalibrate: the drive may have no voltage left for it."
     )
+
+    def blinded(self) -> PlateFault:
+        """Return this fault without the amplitudes."""
+        return NotReached(
+            "the plate measures another amplitude than was commanded (the journal tells which)"
+        )
 
 
 FAULTS: dict[str, type[PlateFault]] = {

@@ -38,7 +38,7 @@ class Laboratory:
     person: object = None
     clock: VirtualClock = field(default_factory=VirtualClock)
 
-    def run(self, plan=None, *, person=None, operator=None, spec=None):
+    def run(self, plan=None, *, person=None, operator=None, spec=None, unblind=False):
         """Begin the plan's run, or go on with it where its journal exists."""
         plan = plan or make_plan()
         path = plan.journal_path(self.folder)
@@ -59,6 +59,7 @@ class Laboratory:
                 journal=journal,
                 clock=self.clock,
                 operator=operator or UnattendedOperator(),
+                unblind=unblind,
             )
 
     def simulated(self, plan):

@@ -166,6 +166,20 @@ def test_no_rating_is_taken_of_a_surface_that_has_gone(laboratory):
     assert seen[place[2] - 1] is Explore  # felt again before it was asked again
 
 
+def test_a_fault_that_names_the_amplitude_is_told_without_it_unless_unblinded(laboratory):
+    for unblind in (False, True):
+        operator = Planned({})
+        laboratory.folder /= str(unblind)
+        with pytest.raises(PlateFault) as ended:
+            # Fingers that press too hard: the drive's voltage does not suffice.
+            laboratory.run(spec="mock:finger=0.01", operator=operator, unblind=unblind)
+        told = [status.message for status in operator.told if status.state == "fault"]
+        assert told
+        assert all(("µm p-p was commanded" in text) == unblind for text in told)
+        assert ("µm p-p was commanded" in str(ended.value)) == unblind
+        assert "2.3 µm p-p was commanded" in laboratory.records(kind="fault")[0].data["message"]
+
+
 def test_a_rig_that_stays_dead_ends_the_session_resumable(laboratory):
     spec = "mock:fault=" + "+".join(f"lost@{n}" for n in range(30, 60))
     with pytest.raises((PlateFault, UserError)):
