@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from experiments.dataset import mode_of
-from experiments.run import check_labels, is_mock, journal_path, run_state
+from experiments.rehearsal import admit, surfaces
+from experiments.run import RunPlan, check_labels, is_mock, journal_path, run_state
 from experiments.study import read_study
 from faults import RigError, UserError
 from hardware.clock import SystemClock
@@ -140,16 +141,24 @@ def check_participant(setting: Setting) -> Finding:
 def check_plate(setting: Setting) -> Finding:
     """Have the plate answer, make the study's largest amplitude, and fall silent.
 
-    Textures are not played, but it must be able to.
+    Of the other surfaces it must be able to make each; textures are not played.
     """
-    study, _ = read_study(setting.study)
-    largest = max(study.amplitudes_um_pp)
+    study, text = read_study(setting.study)
+    plan = RunPlan(
+        study_name=setting.study,
+        study_text=text,
+        participant="01",
+        seed=study.seed,
+        language=study.language,
+        mode="pilot",
+    )
     with (
         open_plate(setting.plate, clock=SystemClock(), seed=study.seed) as plate,
         silent_on_signals(plate),
     ):
-        for texture in study.gratings:
-            plate.admit(texture)
+        admit(plan, plate)
+        plain = [each for each in surfaces(plan) if isinstance(each, VirtualSurface)]
+        largest = max((each.amplitude_um_pp for each in plain), default=0.0)
         made = plate.present(VirtualSurface(amplitude_um_pp=largest))
         plate.silence()
         who, notes = plate.identity, plate.notes

@@ -16,6 +16,7 @@ from experiments.dataset import build_dataset, mode_of
 from experiments.journal import Journal
 from experiments.participants.masking import MaskingNoise, check_device
 from experiments.participants.psychopy_window import PsychoPyWindow
+from experiments.rehearsal import admit
 from experiments.run import (
     RunPlan,
     dataset_of,
@@ -154,8 +155,7 @@ def _conduct(
         stack.push(partial(_leave, dataset, journal))
         stack.enter_context(journal)
         plate = stack.enter_context(open_plate(room.plate, clock=clock, seed=plan.seed))
-        for texture in plan.study.gratings:
-            plate.admit(texture)
+        admit(plan, plate)
         noise = _noise(plan)
         person = stack.enter_context(
             PsychoPyWindow(

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from experiments.rehearsal import rehearse
 from experiments.run import RunPlan
-from experiments.steps import EndTrial, Present, Reply, Voided
+from experiments.steps import Present
 from experiments.study import read_study, study_text
 from faults import UserError
 from stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from experiments.steps import Answer
 
 
 def new(path: Path, template: str) -> str:
@@ -75,18 +74,10 @@ def show(name: str, participant: str) -> str:
 def orders(plan: RunPlan) -> dict[str, str]:
     """Return each task's surfaces in order of presentation, practice in brackets."""
     found: dict[str, list[str]] = {}
-    steps = plan.steps()
-    answer: Answer = None
-    step = next(steps)
-    while True:
+    for step in rehearse(plan):
         if isinstance(step, Present) and step.trial:
             surface = step.surface
             what = surface.name if isinstance(surface, Grating) else f"{surface.amplitude_um_pp:g}"
             word = f"({what})" if step.trial.phase == "practice" else what
             found.setdefault(step.trial.task, []).append(word)
-        # Nobody is there: every question is answered with "yes", and no trial is voided.
-        answer = Voided() if isinstance(step, EndTrial) else Reply(value=True)
-        try:
-            step = steps.send(answer)
-        except StopIteration:
-            return {task: " ".join(order) for task, order in found.items()}
+    return {task: " ".join(order) for task, order in found.items()}

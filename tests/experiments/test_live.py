@@ -6,14 +6,16 @@ import sys
 import pytest
 
 from experiments import live
+from experiments.check import Setting, check_plate
 from experiments.journal import Journal
 from experiments.live import Room, begin, go_on, plan_run
 from experiments.participants.base import StopRequested
 from experiments.participants.scripted import ScriptedParticipant
 from experiments.run import read_plan
 from faults import UserError
+from hardware.backends import mock
 from hardware.clock import VirtualClock
-from hardware.driver import PlateFault
+from hardware.driver import PlateFault, PlateLimits
 from slipscale import main
 
 ROOM = Room(plate="mock")
@@ -74,6 +76,22 @@ def test_a_plate_that_is_not_there_leaves_no_trace_of_the_participant(no_window,
     with pytest.raises(PlateFault):
         begin(tmp_path, a_plan(), Room(plate="mock:fault=not_there@1"))
     assert list((tmp_path / "sourcedata").iterdir()) == []
+
+
+def test_a_surface_beyond_this_plate_is_told_before_anybody_sits_down(
+    no_window, tmp_path, monkeypatch
+):
+    """The study keeps its own [plate]; a calibration or a board may allow less."""
+    study = tmp_path / "study.toml"
+    tasks = 'protocol = "magnitude_estimation"\nstandard_um_pp = 2.0\nmodulus = 10'
+    study.write_text(f'name = "s"\ntitle = "S"\namplitudes_um_pp = [0, 1]\n[[tasks]]\n{tasks}\n')
+    monkeypatch.setattr(mock, "PlateLimits", lambda: PlateLimits(amplitude_um_pp=1.5))
+    plan = plan_run(str(study), participant="01", pilot=True)
+    with pytest.raises(PlateFault, match=r"amplitude 2 µm p-p is outside 0 to 1\.5"):
+        begin(tmp_path, plan, ROOM)
+    with pytest.raises(PlateFault, match=r"amplitude 2 µm p-p is outside 0 to 1\.5"):
+        check_plate(Setting(study=str(study), plate="mock", out=tmp_path))
+    assert not plan.journal_path(tmp_path).exists()
 
 
 def test_a_stopped_session_leaves_a_data_set_and_can_go_on(window, tmp_path):
