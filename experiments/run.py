@@ -21,10 +21,11 @@ from faults import UserError
 
 if TYPE_CHECKING:
     from experiments.journal import Journal, Record
+    from experiments.noise import Noise
     from experiments.operator import Operator
     from experiments.participants.base import Participant
     from experiments.protocols.base import Options, Protocol
-    from experiments.session import Noise, Outcome
+    from experiments.session import Outcome
     from experiments.study import Study
     from experiments.texts import Texts
     from hardware.clock import Clock

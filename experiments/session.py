@@ -7,8 +7,10 @@ first answers taken from the journal.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Any, Literal
 
+from experiments.interruptions import Interruptions
+from experiments.noise import NoNoise
 from experiments.participants.base import StopRequested
 from experiments.progress import Progress
 from experiments.records import answer_from, answer_record, same_step, step_record
@@ -34,7 +36,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from experiments.journal import Journal, Record
-    from experiments.operator import Operator, State
+    from experiments.noise import Noise
+    from experiments.operator import Operator
     from experiments.participants.base import Participant
     from experiments.steps import Step, Steps
     from experiments.texts import Texts
@@ -42,32 +45,6 @@ if TYPE_CHECKING:
     from hardware.driver import PlateDriver
 
 Outcome = Literal["complete", "stopped"]
-
-RECONNECT_WAIT_S = 0.5
-
-
-class Noise(Protocol):
-    """Masking noise in the headphones."""
-
-    def start(self) -> None:
-        """Fade in, unless it plays."""
-
-    def stop(self) -> None:
-        """Fade out, if it plays."""
-
-
-class NoNoise:
-    """No masking noise."""
-
-    def start(self) -> None:
-        """Do nothing."""
-
-    def stop(self) -> None:
-        """Do nothing."""
-
-
-class _Paused(Exception):
-    """The operator asked for a pause in the middle of a step."""
 
 
 class Session:
@@ -105,18 +82,26 @@ class Session:
         unblind: bool = False,
     ) -> None:
         self._steps = steps
-        self._plate = plate
         self._participant = participant
         self._journal = journal
         self._clock = clock
-        self._operator = operator
-        self._texts = texts
         self._noise = noise or NoNoise()
         self._unblind = unblind
         self._stage = Stage(plate, clock, self._feel)
         voided = sum(record.kind == "void" for record in journal.records)
         self._progress = Progress(operator, clock, planned, voided)
-        self._voids = _unheard_voids(journal.records)
+        self._between = Interruptions(
+            plate=plate,
+            stage=self._stage,
+            participant=participant,
+            journal=journal,
+            clock=clock,
+            operator=operator,
+            noise=self._noise,
+            progress=self._progress,
+            hold_text=texts["session.hold"],
+            unblind=unblind,
+        )
         self._presented_s = 0.0  # when the staged surface was, for one that is taken up again
         self._perform: Mapping[type, Callable[[Any], Answer]] = {
             Instruct: self._show,
@@ -207,7 +192,7 @@ class Session:
         if virtual and self._stage.broken:
             virtual.set(self._presented_s)
         if not isinstance(step, Silence):
-            self._attempt(lambda: self._mend(step))
+            self._between.attempt(lambda: self._mend(step))
         if virtual:
             virtual.set(began_s)
 
@@ -217,28 +202,14 @@ class Session:
         """Carry out a step, however often it takes, and write down its answer."""
         self._journal.write("begin", step=number, what=step_record(step))
         self._progress.begins(step)
-        answer = self._attempt(lambda: self._perform[type(step)](step))
+        answer = self._between.attempt(lambda: self._perform[type(step)](step))
         self._journal.write("done", step=number, answer=answer_record(answer))
         return answer
-
-    def _attempt(self, action: Callable[[], Answer]) -> Answer:
-        """Do something until neither a fault nor a pause comes between."""
-        paused = False
-        while True:
-            try:
-                if paused:
-                    self._hold()
-                    paused = False
-                return action()
-            except PlateFault as fault:
-                self._recover(fault)
-            except _Paused:
-                paused = True
 
     def _show(self, step: Instruct | Rest) -> Reply:
         self._noise.stop()
         self._progress.tell("showing")
-        return self._participant.perform(step, self._watch)
+        return self._participant.perform(step, self._between.watch)
 
     def _present(self, step: Present) -> Presented:
         self._noise.start()
@@ -256,12 +227,12 @@ class Session:
     def _feel(self, step: Explore) -> Reply:
         """Have the participant stroke the plate."""
         self._wait()
-        return self._participant.perform(step, self._watch)
+        return self._participant.perform(step, self._between.watch)
 
     def _ask(self, step: Ask) -> Reply:
         self._mend(step)
         self._wait()
-        reply = self._participant.perform(step, self._watch)
+        reply = self._participant.perform(step, self._between.watch)
         try:
             self._stage.confirm()
         except PlateFault:
@@ -274,9 +245,8 @@ class Session:
         self._stage.strike()
 
     def _end_trial(self, _step: EndTrial) -> Voided:
-        self._watch_operator()
-        voided, self._voids = Voided(trials=tuple(self._voids)), []
-        return voided
+        self._between.watch_operator()
+        return self._between.heard()
 
     def _mend(self, step: Step) -> None:
         """Have a broken surface presented and explored again before the step."""
@@ -292,105 +262,8 @@ class Session:
         amplitude_um_pp = self._stage.amplitude_um_pp if self._unblind else None
         self._progress.tell("waiting", amplitude_um_pp=amplitude_um_pp)
 
-    # What comes between ---------------------------------------------------------------------
-
-    def _watch(self) -> None:
-        """Look after the plate and the operator: runs at every frame of a participant's step."""
-        self._stage.check()
-        self._watch_operator()
-
-    def _watch_operator(self) -> None:
-        request = self._operator.poll()
-        if request is None:
-            return
-        if request.what == "void":
-            self._void(request.reason)
-        elif request.what == "pause":
-            raise _Paused
-        elif request.what == "stop":
-            raise StopRequested("asked by the operator")
-
-    def _void(self, reason: str) -> None:
-        """Void the trial in progress, or the last one while the next is not yet presented."""
-        trial = self._progress.trial
-        refusal = self._refusal()
-        if trial is None or refusal:
-            self._progress.say(refusal)
-            return
-        self._journal.write("void", task=trial.task, trial=trial.number, reason=reason)
-        self._voids.append(trial.number)
-        self._progress.void()
-        self._progress.say(f"trial {trial.number} will be repeated")
-
-    def _refusal(self) -> str:
-        """Return why no trial can be voided now; empty where one can."""
-        trial = self._progress.trial
-        if trial is None:
-            return "no trial to void yet"
-        if self._progress.over and trial.number >= trial.total:
-            return "the task is over: its last trial can no longer be repeated"
-        voided = [r.data for r in self._journal.records if r.kind == "void"]
-        if any((v["task"], v["trial"]) == (trial.task, trial.number) for v in voided):
-            return f"trial {trial.number} is voided already"
-        return ""
-
-    def _hold(self) -> None:
-        """Pause: silence, wait for the operator, let the step begin anew."""
-        self._stage.interrupt()
-        self._plate.silence()
-        self._journal.write("pause")
-        self._wait_for("paused", "go_on")
-        self._journal.write("go_on")
-
-    def _recover(self, fault: PlateFault) -> None:
-        """Silence, write down, ask whether to retry, reconnect."""
-        self._stage.quieten()
-        while True:
-            self._progress.fault()
-            self._journal.write("fault", code=fault.code, message=fault.message)
-            self._plate.close()
-            self._clock.sleep(RECONNECT_WAIT_S)
-            told = fault if self._unblind else fault.blinded()
-            try:
-                self._wait_for("fault", "retry", str(told))
-            except StopRequested:
-                raise told from None
-            try:
-                self._plate.connect()
-            except PlateFault as again:
-                fault = again
-            else:
-                return
-
-    def _wait_for(self, state: State, wanted: str, message: str = "") -> None:
-        """Have the participant wait until the operator says what is wanted, or stops."""
-        self._noise.stop()
-        self._progress.tell(state, message=message)
-
-        def answered() -> bool:
-            request = self._operator.poll()
-            if request is not None and request.what == "stop":
-                raise StopRequested("asked by the operator")
-            if request is not None and request.what == "void":
-                self._void(request.reason)
-            return request is not None and request.what == wanted
-
-        if not answered():
-            self._participant.hold(self._texts["session.hold"], answered)
-
 
 def _past(records: list[Record]) -> list[tuple[Record, Record]]:
     """Return the steps that are over: the records of their beginning and of their answer."""
     begun = {r.data["step"]: r for r in records if r.kind == "begin"}
     return [(begun[r.data["step"]], r) for r in records if r.kind == "done"]
-
-
-def _unheard_voids(records: list[Record]) -> list[int]:
-    """Return the trials voided that no `EndTrial` has told the protocol of."""
-    waiting: list[int] = []
-    for record in records:
-        if record.kind == "void":
-            waiting.append(record.data["trial"])
-        elif record.kind == "done" and (record.data["answer"] or {}).get("type") == "Voided":
-            waiting = []
-    return waiting
