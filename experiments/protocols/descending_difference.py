@@ -9,9 +9,7 @@ stand on the ladder of amplitudes that is stepped down.
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, Self
-
-from pydantic import model_validator
+from typing import TYPE_CHECKING
 
 from experiments.protocols.base import (
     Amplitude,
@@ -20,12 +18,10 @@ from experiments.protocols.base import (
     Context,
     Count,
     Flag,
-    Options,
-    Positive,
     Protocol,
-    Seconds,
     TrialRecord,
 )
+from experiments.protocols.pacing import PacedOptions
 from experiments.randomisation import with_catch_steps
 from experiments.steps import (
     Answer,
@@ -36,7 +32,6 @@ from experiments.steps import (
     Instruct,
     Present,
     Reply,
-    Rest,
     Silence,
     Step,
     Steps,
@@ -54,8 +49,8 @@ if TYPE_CHECKING:
 TASK = "descendingdifference"
 
 
-class DescendingDifference(Options):
-    """What a study may set for the descending-difference protocol.
+class DescendingDifference(PacedOptions):
+    """What a study may set for the descending-difference protocol, its pace apart.
 
     Parameters
     ----------
@@ -67,28 +62,12 @@ class DescendingDifference(Options):
         Amplitude to start from; by default the study's largest.
     confidence : bool
         Whether to ask how sure the participant is.
-    exploration_minimum_s, exploration_maximum_s : float
-        How long a surface is stroked before the question.
-    response_time_limit_s : float
-        After which "do you feel a difference?" counts as timed out.
-    rest_minimum_s : float
-        Shortest rest between series.
     """
 
     series: AtLeastOne = 1
     catch_steps: Count = 1
     start_um_pp: Amplitude | None = None
     confidence: Flag = False
-    exploration_minimum_s: Seconds = 0.0
-    exploration_maximum_s: Positive | None = None
-    response_time_limit_s: Positive | None = None
-    rest_minimum_s: Seconds = 0.0
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if (self.exploration_maximum_s or self.exploration_minimum_s) < self.exploration_minimum_s:
-            raise ValueError("exploration_maximum_s must not lie below exploration_minimum_s")
-        return self
 
 
 def descent(options: DescendingDifference, context: Context) -> list[float]:
@@ -113,9 +92,7 @@ def steps(options: DescendingDifference, context: Context) -> Steps:
     run = _Run(options, context)
     for series in range(1, options.series + 1):
         if series > 1:
-            text = texts["session.rest"]
-            minimum_s = options.rest_minimum_s
-            yield Rest(text=text, done=run.number, total=run.total, minimum_s=minimum_s)
+            yield options.rest(texts["session.rest"], done=run.number, total=run.total)
         yield from run.series(series)
 
 
@@ -131,12 +108,7 @@ class _Run:
 
     def explore(self, text: str, trial: Trial | None = None) -> Explore:
         """Return the exploration of the surface that is on the plate."""
-        return Explore(
-            text=self.context.texts[f"descending_difference.{text}"],
-            trial=trial,
-            minimum_s=self.options.exploration_minimum_s,
-            maximum_s=self.options.exploration_maximum_s,
-        )
+        return self.options.explore(self.context.texts[f"descending_difference.{text}"], trial)
 
     def series(self, series: int) -> Steps:
         """Yield one descent, and after it the steps that the operator voided."""

@@ -19,11 +19,10 @@ from experiments.protocols.base import (
     Context,
     Count,
     Flag,
-    Options,
     Positive,
     Protocol,
-    Seconds,
 )
+from experiments.protocols.pacing import PacedOptions
 from experiments.randomisation import Rule, presentation_order
 from experiments.steps import (
     Answer,
@@ -52,8 +51,10 @@ if TYPE_CHECKING:
 TASK = "magnitudeestimation"
 
 
-class MagnitudeEstimation(Options):
-    """What a study may set for magnitude estimation.
+class MagnitudeEstimation(PacedOptions):
+    """What a study may set for magnitude estimation, its pace apart.
+
+    At the longest exploration the surface goes silent.
 
     Parameters
     ----------
@@ -70,14 +71,8 @@ class MagnitudeEstimation(Options):
     standard_um_pp, modulus : float
         A standard shown before each block, and the number it is given; both or neither (then the
         modulus is free).
-    response_time_limit_s : float
-        After which a trial counts as timed out.
     repeat_timed_out : bool
         Whether a timed-out trial is repeated, once.
-    exploration_minimum_s, exploration_maximum_s : float
-        How long a surface is stroked; at the maximum it goes silent.
-    rest_minimum_s : float
-        Shortest rest between blocks.
     rest_every_trials : int
         Rest after so many trials; by default after each block.
     """
@@ -89,19 +84,13 @@ class MagnitudeEstimation(Options):
     scale_top: Literal["none", "declared"] = "none"
     standard_um_pp: Amplitude | None = None
     modulus: Positive | None = None
-    response_time_limit_s: Positive | None = None
     repeat_timed_out: Flag = True
-    exploration_minimum_s: Seconds = 0.0
-    exploration_maximum_s: Positive | None = None
-    rest_minimum_s: Seconds = 0.0
     rest_every_trials: AtLeastOne | None = None
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if (self.standard_um_pp is None) != (self.modulus is None):
             raise ValueError("standard_um_pp and modulus go together: give both, or neither")
-        if (self.exploration_maximum_s or self.exploration_minimum_s) < self.exploration_minimum_s:
-            raise ValueError("exploration_maximum_s must not lie below exploration_minimum_s")
         return self
 
 
@@ -168,8 +157,7 @@ class _Run:
     def rest(self) -> Rest:
         """Return the break screen for now."""
         text = self.context.texts["session.rest"]
-        minimum_s = self.options.rest_minimum_s
-        return Rest(text=text, done=self.number, total=self.total, minimum_s=minimum_s)
+        return self.options.rest(text, done=self.number, total=self.total)
 
     def block(self, block: int, phase: Phase, surfaces: list[Surface]) -> Steps:
         """Yield a block: the standard if there is one, its trials, and what must be repeated."""
@@ -209,12 +197,7 @@ class _Run:
             repeats=repeats,
         )
         yield Present(surface=surface, trial=trial)
-        yield Explore(
-            text=texts["magnitude_estimation.explore"],
-            trial=trial,
-            minimum_s=options.exploration_minimum_s,
-            maximum_s=options.exploration_maximum_s,
-        )
+        yield options.explore(texts["magnitude_estimation.explore"], trial)
         if options.exploration_maximum_s is not None:
             yield Silence(trial=trial)
         reply = yield Ask(

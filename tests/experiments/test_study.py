@@ -34,6 +34,7 @@ amplitudes_um_pp = [0, 1]
 protocol = "magnitude_estimation"
 """
 
+SHORT = "\nexploration_maximum_s = 1.0\nexploration_minimum_s = 2.0"
 ASKED = """[[about_you]]
 name = "sex"
 options = [{}]
@@ -82,6 +83,14 @@ def test_every_fault_is_told_at_once_with_line_key_and_what_was_expected():
         (("[[tasks]]", "[tasks]"), "expected \\[\\[tasks\\]\\] tables"),
         (('protocol = "magnitude_estimation"', "modulus = 3"), "expected one of"),
         (('"magnitude_estimation"', '"magnitude_estimation"\nmodulus = 10'), "go together"),
+        (
+            ('"magnitude_estimation"', f'"magnitude_estimation"{SHORT}'),
+            "line 7, tasks.1.exploration_maximum_s: expected no less than",
+        ),
+        (
+            ('"magnitude_estimation"', f'"descending_difference"{SHORT}'),
+            "line 7, tasks.1.exploration_maximum_s: expected no less than",
+        ),
         (
             (
                 '"magnitude_estimation"',

@@ -1,0 +1,52 @@
+"""How long a participant explores, answers and rests: options that protocols share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from pydantic import ValidationInfo, field_validator
+
+from experiments.protocols.base import Options, Positive, Seconds
+from experiments.steps import Explore, Rest
+
+if TYPE_CHECKING:
+    from experiments.steps import Trial
+
+
+class PacedOptions(Options):
+    """What a study may set for any protocol in which surfaces are stroked and asked about.
+
+    Parameters
+    ----------
+    exploration_minimum_s, exploration_maximum_s : float
+        How long a surface is stroked before the question.
+    response_time_limit_s : float
+        After which the trial's main question counts as timed out.
+    rest_minimum_s : float
+        Shortest rest.
+    """
+
+    exploration_minimum_s: Seconds = 0.0
+    exploration_maximum_s: Positive | None = None
+    response_time_limit_s: Positive | None = None
+    rest_minimum_s: Seconds = 0.0
+
+    @field_validator("exploration_maximum_s")
+    @classmethod
+    def _not_below_the_minimum(cls, value: float | None, info: ValidationInfo) -> float | None:
+        if value is not None and value < info.data.get("exploration_minimum_s", 0.0):
+            raise ValueError("expected no less than exploration_minimum_s")
+        return value
+
+    def explore(self, text: str, trial: Trial | None = None) -> Explore:
+        """Return the exploration of the surface that is on the plate."""
+        return Explore(
+            text=text,
+            trial=trial,
+            minimum_s=self.exploration_minimum_s,
+            maximum_s=self.exploration_maximum_s,
+        )
+
+    def rest(self, text: str, *, done: int, total: int) -> Rest:
+        """Return a break after ``done`` of ``total`` trials."""
+        return Rest(text=text, done=done, total=total, minimum_s=self.rest_minimum_s)
