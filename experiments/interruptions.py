@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from experiments.journal import Journal, Record
     from experiments.noise import Noise
-    from experiments.operator import Operator, State
+    from experiments.operator import Operator, Request, State
     from experiments.participants.base import Participant
     from experiments.progress import Progress
     from experiments.stage import Stage
@@ -96,7 +96,7 @@ class Interruptions:
         if request is None:
             return
         if request.what == "void":
-            self._void(request.reason)
+            self._void(request)
         elif request.what == "pause":
             raise _Paused
         elif request.what == "stop":
@@ -107,29 +107,36 @@ class Interruptions:
         voided, self._voids = Voided(trials=tuple(self._voids)), []
         return voided
 
-    def _void(self, reason: str) -> None:
-        """Void the trial in progress, or the last one while the next is not yet presented."""
-        trial = self._progress.trial
-        refusal = self._refusal()
-        if trial is None or refusal:
-            self._progress.say(refusal)
-            return
-        self._journal.write("void", task=trial.task, trial=trial.number, reason=reason)
-        self._voids.append(trial.number)
-        self._progress.void()
-        self._progress.say(f"trial {trial.number} will be repeated")
+    def await_reason(self) -> None:
+        """Have the participant wait while the operator types why a trial is to be voided."""
 
-    def _refusal(self) -> str:
-        """Return why no trial can be voided now; empty where one can."""
-        trial = self._progress.trial
+        def typed() -> bool:
+            self.watch_operator()
+            return not self._operator.busy
+
+        if not typed():
+            self._participant.hold(self._hold_text, typed)
+
+    def _void(self, request: Request) -> None:
+        """Void the trial in progress, or one that is over while the protocol can repeat it."""
+        now = self._progress.voidable
+        trial = request.trial or now
         if trial is None:
-            return "no trial to void yet"
-        if self._progress.over and trial.number >= trial.total:
-            return "the task is over: its last trial can no longer be repeated"
-        voided = [r.data for r in self._journal.records if r.kind == "void"]
-        if any((v["task"], v["trial"]) == (trial.task, trial.number) for v in voided):
-            return f"trial {trial.number} is voided already"
-        return ""
+            self._progress.say("there is no trial to void")
+        elif now is None or trial.task != now.task:
+            self._progress.say(f"trial {trial.number}: its part is over, it cannot be repeated")
+        elif (trial.task, trial.number) in self._voided():
+            self._progress.say(f"trial {trial.number} is voided already")
+        else:
+            self._journal.write("void", task=trial.task, trial=trial.number, reason=request.reason)
+            self._voids.append(trial.number)
+            self._progress.void()
+            self._progress.say(f"trial {trial.number} will be repeated")
+
+    def _voided(self) -> list[tuple[str, int]]:
+        """Return all trials voided in this run, by task and number."""
+        voids = [record.data for record in self._journal.records if record.kind == "void"]
+        return [(void["task"], void["trial"]) for void in voids]
 
     def _hold(self) -> None:
         """Pause: silence, wait for the operator, let the step begin anew."""
@@ -169,7 +176,7 @@ class Interruptions:
             if request is not None and request.what == "stop":
                 raise StopRequested("asked by the operator")
             if request is not None and request.what == "void":
-                self._void(request.reason)
+                self._void(request)
             return request is not None and request.what == wanted
 
         if not answered():

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
+
+if TYPE_CHECKING:
+    from experiments.steps import Trial
 
 State = Literal["showing", "presenting", "waiting", "paused", "fault", "done"]
 
@@ -21,6 +24,8 @@ class Status:
         The task's label.
     trial, total : int
         Trial k of n within the task; 0 before the first.
+    voidable : Trial or None
+        The trial that would be voided now: the one in progress, or the last.
     done, planned : int
         Trials over and planned in the whole session.
     elapsed_s : float
@@ -39,6 +44,7 @@ class Status:
     task: str = ""
     trial: int = 0
     total: int = 0
+    voidable: Trial | None = None
     done: int = 0
     planned: int = 0
     elapsed_s: float = 0.0
@@ -51,14 +57,23 @@ class Status:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """What the operator asks for: to pause or go on, void the last trial, retry, or stop."""
+    """What the operator asks for: to pause or go on, void a trial, retry, or stop.
+
+    ``trial`` is the one to be voided, None the one that is `Status.voidable` now: while a reason
+    is typed the session may have come to the next.
+    """
 
     what: Literal["pause", "go_on", "void", "retry", "stop"]
     reason: str = ""
+    trial: Trial | None = None
 
 
 class Operator(Protocol):
     """The operator's side of a session."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether a request is being typed: the end of a task waits for it."""
 
     def tell(self, status: Status) -> None:
         """Show what goes on."""
@@ -74,6 +89,11 @@ class UnattendedOperator:
         self._retries = retries
         self._asked = 0
         self._state: State = "showing"
+
+    @property
+    def busy(self) -> bool:
+        """Never."""
+        return False
 
     def tell(self, status: Status) -> None:
         """Note the state."""

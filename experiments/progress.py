@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from experiments.operator import Status
-from experiments.steps import EndTrial, Present
+from experiments.steps import EndBlock, EndTrial, Present
 
 if TYPE_CHECKING:
     from experiments.operator import Operator, State
@@ -33,9 +33,16 @@ class Progress:
         self._status = Status(state="showing", planned=planned + voided, voided=voided)
         self._begun_s = clock.now()
         self._done_before = 0
-        # The last trial whose surface was presented, and whether it is over.
-        self.trial: Trial | None = None
-        self.over = False
+        self._trial: Trial | None = None  # the last whose surface was presented
+        self._over = False
+        self._closing = False  # the protocol will still hear of a trial that is over
+
+    @property
+    def voidable(self) -> Trial | None:
+        """The trial that can be voided now: the one in progress, or the last, or none."""
+        trial = self._trial
+        ended = trial and self._over and trial.number >= trial.total and not self._closing
+        return None if ended else trial
 
     def replayed(self) -> None:
         """Note that what follows is live: the pace is reckoned from here."""
@@ -43,6 +50,7 @@ class Progress:
 
     def begins(self, step: Step) -> None:
         """Note the trial that a step belongs to."""
+        self._closing = isinstance(step, EndBlock)
         if step.trial:
             self._status = replace(
                 self._status,
@@ -54,10 +62,11 @@ class Progress:
     def ends(self, step: Step) -> None:
         """Note what is over with a step."""
         self.begins(step)
+        self._closing = False
         if isinstance(step, Present) and step.trial:
-            self.trial, self.over = step.trial, False
+            self._trial, self._over = step.trial, False
         elif isinstance(step, EndTrial):
-            self.trial, self.over = step.trial, True
+            self._trial, self._over = step.trial, True
             self._status = replace(self._status, done=self._status.done + 1)
 
     def fault(self) -> None:
@@ -84,6 +93,7 @@ class Progress:
             self._status,
             state=state,
             message=message,
+            voidable=self.voidable,
             elapsed_s=elapsed_s,
             time_left_s=elapsed_s / done * left if done else None,
             amplitude_um_pp=amplitude_um_pp,

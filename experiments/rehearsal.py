@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from experiments.steps import EndTrial, Present, Reply, Voided
+from experiments.steps import EndBlock, EndTrial, Present, Reply, Voided
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -23,7 +23,7 @@ def rehearse(plan: RunPlan) -> Iterator[Step]:
         step = next(steps)
         while True:
             yield step
-            answer = Voided() if isinstance(step, EndTrial) else Reply(value=True)
+            answer = Voided() if isinstance(step, EndTrial | EndBlock) else Reply(value=True)
             step = steps.send(answer)
     except StopIteration:
         return

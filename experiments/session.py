@@ -18,6 +18,7 @@ from experiments.stage import Stage
 from experiments.steps import (
     Answer,
     Ask,
+    EndBlock,
     EndTrial,
     Explore,
     Instruct,
@@ -111,6 +112,7 @@ class Session:
             Present: self._present,
             Silence: self._silence,
             EndTrial: self._end_trial,
+            EndBlock: self._end_block,
         }
 
     def run(self) -> Outcome:
@@ -246,6 +248,11 @@ class Session:
 
     def _end_trial(self, _step: EndTrial) -> Voided:
         self._between.watch_operator()
+        return self._between.heard()
+
+    def _end_block(self, step: EndBlock) -> Voided:
+        self._show(step.screen)
+        self._between.await_reason()
         return self._between.heard()
 
     def _mend(self, step: Step) -> None:

@@ -14,6 +14,7 @@ step          what the session does                                  reply
 `Silence`     stops the plate                                        None
 `Rest`        shows a break screen with the progress                 `Reply`
 `EndTrial`    closes a trial; hears which trials the operator voided `Voided`
+`EndBlock`    shows the screen after a block; hears likewise         `Voided`
 ============  =====================================================  ==============
 """
 
@@ -171,8 +172,20 @@ class EndTrial:
     trial: Trial
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EndBlock:
+    """The last trial before a text or a break is over, and may still be voided.
+
+    The participant reads ``screen``; what the operator voids meanwhile is in the reply, so that
+    the protocol can repeat it before it goes on.
+    """
+
+    screen: Instruct | Rest
+    trial: Trial | None = None
+
+
 ParticipantStep = Instruct | Explore | Ask | Rest
-Step = ParticipantStep | Present | Silence | EndTrial
+Step = ParticipantStep | Present | Silence | EndTrial | EndBlock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -221,7 +234,7 @@ class Presented:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Voided:
-    """The numbers of the trials voided since the last `EndTrial`: the protocol repeats them."""
+    """The numbers of the trials voided since this was last told: the protocol repeats them."""
 
     trials: tuple[int, ...] = ()
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from experiments.operator import State
+    from experiments.steps import Trial
 
 ENTER, ESCAPE, BACKSPACE = "\r\n", "\x1b", "\x7f\b"
 # A key: an arrow's or function key's whole sequence, or one character.
@@ -85,8 +86,14 @@ class TerminalOperator:
         self._retries = retries
         self._status = Status(state="showing")
         self._reason: str | None = None  # being typed
+        self._voiding: Trial | None = None  # the trial that it is about
         self._stopping = False  # asked for, not yet confirmed
         self._live = Live(console=console, auto_refresh=False, transient=False)
+
+    @property
+    def busy(self) -> bool:
+        """Whether a reason is being typed."""
+        return self._reason is not None
 
     def tell(self, status: Status) -> None:
         """Show what goes on."""
@@ -105,7 +112,9 @@ class TerminalOperator:
         if self._stopping:
             return self._confirm(key)
         if key == "v" and state not in ("fault", "done"):
-            self._reason = ""
+            if self._status.voidable is None:
+                return Request(what="void")  # the session says why not
+            self._reason, self._voiding = "", self._status.voidable
         elif key == "s" and state != "done":
             self._stopping = True
         else:
@@ -128,7 +137,7 @@ class TerminalOperator:
             return None
         if key in ENTER and reason.strip():
             self._reason = None
-            return Request(what="void", reason=reason.strip())
+            return Request(what="void", reason=reason.strip(), trial=self._voiding)
         if key == ESCAPE:
             self._reason = None
         elif key in BACKSPACE:
@@ -157,7 +166,8 @@ class TerminalOperator:
         if status.message:
             text.append(f"\n  {status.message}", style=style)
         if self._reason is not None:
-            text.append("\n  void the last trial because (Enter to void, Esc not to): ", "bold")
+            which = self._voiding.number if self._voiding else 0
+            text.append(f"\n  void trial {which} because (Enter to void, Esc not to): ", "bold")
             text.append(f"{self._reason}▏")
         elif self._stopping:
             text.append("\n  stop the session? y stops, any other key goes on", "bold")

@@ -16,6 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from experiments.participants.psychopy_window import scene
 from experiments.participants.psychopy_window.display import Display
 from experiments.participants.psychopy_window.screens import Stopping, screen_for
+from experiments.protocols.repeating import part_over
 from experiments.steps import (
     Ask,
     ChoiceQuestion,
@@ -87,6 +88,7 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
         "explore-minimum": Explore(text=stroke, minimum_s=5.0, maximum_s=10.0),
         "rest": Rest(text=texts["session.rest"], done=12, total=28),
         "rest-minimum": Rest(text=texts["session.rest"], done=12, total=28, minimum_s=30.0),
+        "part-over": part_over(texts),
         "thanks": Instruct(
             title=texts["session.thanks_title"], text=texts["session.thanks"], last=True
         ),

@@ -8,8 +8,7 @@ stand on the ladder of amplitudes that is stepped down.
 
 from __future__ import annotations
 
-from collections import deque
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from experiments.protocols.base import (
     Amplitude,
@@ -22,6 +21,7 @@ from experiments.protocols.base import (
     TrialRecord,
 )
 from experiments.protocols.pacing import PacedOptions
+from experiments.protocols.repeating import Repeating, part_over
 from experiments.randomisation import with_catch_steps
 from experiments.steps import (
     Answer,
@@ -44,6 +44,7 @@ from experiments.steps import (
 if TYPE_CHECKING:
     from collections.abc import Generator
 
+    from experiments.steps import Rest
     from stimuli.surface import Surface
 
 TASK = "descendingdifference"
@@ -91,27 +92,42 @@ def steps(options: DescendingDifference, context: Context) -> Steps:
     )
     run = _Run(options, context)
     for series in range(1, options.series + 1):
-        if series > 1:
-            yield options.rest(texts["session.rest"], done=run.number, total=run.total)
         yield from run.series(series)
+        yield from run.close(run.rest if series < options.series else run.part_over)
 
 
-class _Run:
+class _Step(NamedTuple):
+    """What makes a trial: where it stands in which series, and the amplitudes, µm p-p."""
+
+    series: int
+    step: int
+    before: float
+    after: float
+
+
+class _Run(Repeating[_Step]):
     """The steps of a run, counted."""
 
     def __init__(self, options: DescendingDifference, context: Context) -> None:
+        super().__init__(trials(options, context))
         self.options = options
         self.context = context
-        self.total = trials(options, context)
-        self.number = 0
-        self.felt: dict[int, tuple[int, float, float]] = {}
 
     def explore(self, text: str, trial: Trial | None = None) -> Explore:
         """Return the exploration of the surface that is on the plate."""
         return self.options.explore(self.context.texts[f"descending_difference.{text}"], trial)
 
+    def rest(self) -> Rest:
+        """Return the break screen for now."""
+        text = self.context.texts["session.rest"]
+        return self.options.rest(text, done=self.number, total=self.total)
+
+    def part_over(self) -> Instruct:
+        """Return the screen after the last series."""
+        return part_over(self.context.texts)
+
     def series(self, series: int) -> Steps:
-        """Yield one descent, and after it the steps that the operator voided."""
+        """Yield one descent."""
         falling = with_catch_steps(
             descent(self.options, self.context),
             self.options.catch_steps,
@@ -119,33 +135,28 @@ class _Run:
         )
         yield Present(surface=self.context.surface(falling[0][0]))
         yield self.explore("start")
-        queue: deque[tuple[int, float, float, int | None]] = deque(
-            (step, before, after, None) for step, (before, after) in enumerate(falling, start=1)
+        yield from self.block(
+            _Step(series, step, *amplitudes) for step, amplitudes in enumerate(falling, start=1)
         )
-        while queue:
-            step, before, after, repeats = queue.popleft()
-            voided = yield from self.step(series, step, before, after, repeats)
-            for number in voided:
-                self.total += 1
-                queue.append((*self.felt[number], number))
+
+    def finish(self) -> Steps:
+        """Yield the silence that is not between the steps."""
         yield Silence()
 
-    def step(
-        self, series: int, step: int, before: float, after: float, repeats: int | None
+    def trial(
+        self, what: _Step, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
         """Yield one step; return the numbers of the trials voided meanwhile."""
-        self.number += 1
-        self.felt[self.number] = (step, before, after)
         trial = Trial(
             task=TASK,
-            number=self.number,
+            number=number,
             total=self.total,
-            factors={"series": series, "step": step},
+            factors={"series": what.series, "step": what.step},
             repeats=repeats,
         )
         # The surface before is felt already, unless a fault, a pause or a void came between.
-        lead_in = (Present(surface=self.context.surface(before)), self.explore("start"))
-        yield Present(surface=self.context.surface(after), trial=trial, lead_in=lead_in)
+        lead_in = (Present(surface=self.context.surface(what.before)), self.explore("start"))
+        yield Present(surface=self.context.surface(what.after), trial=trial, lead_in=lead_in)
         yield self.explore("explore", trial)
         yield from self.questions(trial)
         voided = yield EndTrial(trial=trial)

@@ -7,8 +7,7 @@ out, is repeated at the end of its block under a number of its own.
 
 from __future__ import annotations
 
-from collections import deque
-from typing import TYPE_CHECKING, Literal, Self
+from typing import TYPE_CHECKING, Literal, NamedTuple, Self
 
 from pydantic import model_validator
 
@@ -23,6 +22,7 @@ from experiments.protocols.base import (
     Protocol,
 )
 from experiments.protocols.pacing import PacedOptions
+from experiments.protocols.repeating import Repeating, part_over
 from experiments.randomisation import Rule, presentation_order
 from experiments.steps import (
     Answer,
@@ -134,45 +134,51 @@ def steps(options: MagnitudeEstimation, context: Context) -> Steps:
         question = NumberQuestion(prompt=texts["magnitude_estimation.scale_top"], positive=True)
         yield Ask(name="scale_top", question=question, task=TASK)
     run = _Run(options, context)
-    phase: Phase | None = None
-    for block, (next_phase, surfaces) in enumerate(blocks(options, context), start=1):
-        if options.practice and next_phase != phase:
-            yield Instruct(text=texts[f"magnitude_estimation.{next_phase}"])
-        elif block > 1 and options.rest_every_trials is None:
-            yield run.rest()
-        phase = next_phase
-        yield from run.block(block, phase, surfaces)
+    planned = blocks(options, context)
+    if options.practice:
+        yield Instruct(text=texts["magnitude_estimation.practice"])
+    for block, (phase, surfaces) in enumerate(planned, start=1):
+        yield from run.block(_Presentation(block, phase, surface) for surface in surfaces)
+        following = planned[block][0] if block < len(planned) else None
+        if following is None:
+            yield from run.close(lambda: part_over(texts))
+        elif following != phase:
+            yield from run.close(lambda: Instruct(text=texts["magnitude_estimation.main"]))
+        elif options.rest_every_trials is None:
+            yield from run.close(run.rest)
 
 
-class _Run:
+class _Presentation(NamedTuple):
+    """What makes a trial: a surface, and the block and phase that it belongs to."""
+
+    block: int
+    phase: Phase
+    surface: Surface
+
+
+class _Run(Repeating[_Presentation]):
     """The trials of a run, counted."""
 
     def __init__(self, options: MagnitudeEstimation, context: Context) -> None:
+        super().__init__(trials(options, context))
         self.options = options
         self.context = context
-        self.total = trials(options, context)
-        self.number = 0
-        self.presented: dict[int, Surface] = {}
 
     def rest(self) -> Rest:
         """Return the break screen for now."""
         text = self.context.texts["session.rest"]
         return self.options.rest(text, done=self.number, total=self.total)
 
-    def block(self, block: int, phase: Phase, surfaces: list[Surface]) -> Steps:
-        """Yield a block: the standard if there is one, its trials, and what must be repeated."""
+    def start(self) -> Steps:
+        """Yield the standard before some trials, if there is one."""
         if self.options.standard_um_pp is not None:
             yield from self.standard(self.options.standard_um_pp)
-        queue: deque[tuple[Surface, int | None]] = deque((each, None) for each in surfaces)
-        while queue:
-            surface, repeats = queue.popleft()
-            again = yield from self.trial(block, phase, surface, repeats)
-            for number in again:
-                self.total += 1
-                queue.append((self.presented[number], number))
-            every = self.options.rest_every_trials
-            if every and self.number % every == 0 and self.number < self.total:
-                yield self.rest()
+
+    def between(self) -> Steps:
+        """Yield the rest after so many trials."""
+        every = self.options.rest_every_trials
+        if every and self.number % every == 0 and self.number < self.total:
+            yield self.rest()
 
     def standard(self, amplitude_um_pp: float) -> Steps:
         """Yield the standard, to be felt with the number that it is given."""
@@ -182,21 +188,19 @@ class _Run:
         yield Silence()
 
     def trial(
-        self, block: int, phase: Phase, surface: Surface, repeats: int | None
-    ) -> Generator[Step, Answer, list[int]]:
+        self, what: _Presentation, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
         """Yield one trial; return the numbers of the trials to be repeated."""
         options, texts = self.options, self.context.texts
-        self.number += 1
-        self.presented[self.number] = surface
         trial = Trial(
             task=TASK,
-            number=self.number,
+            number=number,
             total=self.total,
-            phase=phase,
-            factors={"block": block, "modulus": options.modulus},
+            phase=what.phase,
+            factors={"block": what.block, "modulus": options.modulus},
             repeats=repeats,
         )
-        yield Present(surface=surface, trial=trial)
+        yield Present(surface=what.surface, trial=trial)
         yield options.explore(texts["magnitude_estimation.explore"], trial)
         if options.exploration_maximum_s is not None:
             yield Silence(trial=trial)
@@ -209,10 +213,10 @@ class _Run:
         # Silence between surfaces: otherwise the change itself would be felt, not the surface.
         yield Silence(trial=trial)
         voided = yield EndTrial(trial=trial)
-        again = list(voided.trials) if isinstance(voided, Voided) else []
+        again = voided.trials if isinstance(voided, Voided) else ()
         timed_out = isinstance(reply, Reply) and reply.timed_out
-        if timed_out and options.repeat_timed_out and repeats is None and trial.number not in again:
-            again.append(trial.number)
+        if timed_out and options.repeat_timed_out and repeats is None and number not in again:
+            again = (*again, number)
         return again
 
 

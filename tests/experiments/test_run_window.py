@@ -29,6 +29,7 @@ SLIPSCALE = Path(sys.executable).with_name("slipscale")
 JOURNAL = "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
 SAID = "moins glissé, ça colle à peine où"
 PATIENCE_S = 60.0
+SHOWN = ("Instruct", "Explore", "Ask", "Rest", "EndBlock")
 
 
 class Hand:
@@ -61,11 +62,7 @@ class Hand:
                     # The surface is presented again, and must be stroked again.
                     self.answered = last.number
                     self.retry = "space"
-                elif (
-                    new
-                    and last.kind == "begin"
-                    and last.data["what"]["type"] in ("Instruct", "Explore", "Ask", "Rest")
-                ):
+                elif new and last.kind == "begin" and last.data["what"]["type"] in SHOWN:
                     self.answered = last.number
                     self.retry = None
                     time.sleep(0.4)  # the screen is up a few frames after the record

@@ -275,3 +275,136 @@ def test_questions_are_asked_while_the_surface_stands(laboratory):
         if (record.data["answer"] or {}).get("type") == "Presented"
     ][1:]  # the first is the start of the descent
     assert [amplitude for _, amplitude in felt] == pytest.approx(presented, abs=0.02)
+
+
+class Regretful(UnattendedOperator):
+    """Voids a trial while the screen after its block is shown.
+
+    ``ponders`` polls pass before the reason is typed; the participant goes on meanwhile.
+    """
+
+    def __init__(self, task, trial, ponders=0):
+        super().__init__()
+        self.wanted, self.left = (task, trial), ponders
+        self.told, self.asked, self.busy_now = [], None, False
+
+    @property
+    def busy(self):
+        return self.busy_now
+
+    def tell(self, status):
+        super().tell(status)
+        self.told.append(status)
+        now = status.voidable
+        shown = status.state == "showing" and now and (now.task, now.number) == self.wanted
+        if shown and self.asked is None:
+            self.asked, self.busy_now = now, True
+
+    def poll(self):
+        if not self.busy_now:
+            return super().poll()
+        self.left -= 1
+        if self.left >= 0:
+            return None
+        self.busy_now = False
+        return Request(what="void", reason="sneezed", trial=self.asked)
+
+
+DESCENT, ESTIMATES = "descendingdifference", "magnitudeestimation"
+
+
+def trials_of(folder, task):
+    """Return a task's rows, keyed by column."""
+    name = f"sub-01/beh/sub-01_task-{task}_run-01_beh.tsv"
+    header, *rows = [line.split("\t") for line in (folder / name).read_text().splitlines()]
+    return [dict(zip(header, row, strict=True)) for row in rows]
+
+
+@pytest.mark.parametrize("ponders", [0, 25])
+@pytest.mark.parametrize("task, last", [(DESCENT, 4), (ESTIMATES, 8)])
+def test_the_last_trial_of_a_task_can_be_voided_until_the_next_screen_is_left(
+    laboratory, task, last, ponders
+):
+    operator = Regretful(task, last, ponders)
+    assert laboratory.run(operator=operator) == "complete"
+    build_dataset(laboratory.folder)
+    *_, voided, again = trials_of(laboratory.folder, task)
+    assert (voided["trial"], voided["flag"]) == (str(last), "voided")
+    assert (again["trial"], again["repeats"]) == (str(last + 1), str(last))
+    same = {"block", "phase", "series", "step", "amplitude_um_pp", "amplitude_before_um_pp"}
+    assert all(voided.get(name) == again.get(name) for name in same)
+    assert (operator.told[-1].done, operator.told[-1].planned) == (13, 13)
+    other = DESCENT if task == ESTIMATES else ESTIMATES
+    assert all(row["flag"] == "n/a" for row in trials_of(laboratory.folder, other))
+
+
+def test_wherever_a_run_is_cut_a_voided_last_trial_is_repeated_once(laboratory, tmp_path, plan):
+    """Cut after every record from the void on: also where the protocol had not heard of it."""
+    whole = tmp_path / "whole"
+    laboratory.folder = whole
+    laboratory.run(operator=Regretful(ESTIMATES, 8))
+    build_dataset(whole)
+    expected = tables(whole)
+    lines = plan().journal_path(whole).read_bytes().splitlines(keepends=True)
+    (void,) = laboratory.records(kind="void")
+    assert laboratory.records()[void.number - 1].data["what"]["type"] == "EndBlock"
+    for kept in range(void.number + 1, len(lines)):
+        laboratory.folder = tmp_path / f"cut{kept}"
+        path = plan().journal_path(laboratory.folder)
+        path.parent.mkdir(parents=True)
+        path.write_bytes(b"".join(lines[:kept]))
+        assert laboratory.run() == "complete"
+        build_dataset(laboratory.folder)
+        assert tables(laboratory.folder) == expected, f"cut after record {kept - 1}"
+
+
+def test_once_the_participant_has_gone_on_a_task_is_over(laboratory):
+    class Late(Regretful):
+        def tell(self, status):
+            if any(t.voidable and t.voidable.task == DESCENT for t in self.told) and (
+                status.voidable is None and self.asked is None
+            ):
+                self.asked, self.busy_now = self.told[-1].voidable, True
+            super().tell(status)
+
+    operator = Late("nothing", 0)
+    laboratory.run(operator=operator)
+    assert operator.asked.task == DESCENT
+    assert not laboratory.records(kind="void")
+    assert any("its part is over" in status.message for status in operator.told)
+
+
+def test_a_reason_typed_slowly_voids_the_trial_it_is_about(laboratory):
+    class Slow(Regretful):
+        """Asks for the void of trial 2 when trial 3 is well under way."""
+
+        def tell(self, status):
+            now = status.voidable
+            if now and (now.task, now.number) == (ESTIMATES, 2):
+                self.asked = now
+            if now and (now.task, now.number) == (ESTIMATES, 3) and self.asked:
+                self.busy_now = not laboratory.records(kind="void")
+            UnattendedOperator.tell(self, status)
+
+    laboratory.run(operator=Slow("nothing", 0))
+    build_dataset(laboratory.folder)
+    flagged = [r["trial"] for r in trials_of(laboratory.folder, ESTIMATES) if r["flag"] != "n/a"]
+    assert flagged == ["2"]
+
+
+def test_a_practice_trial_voided_at_the_end_of_practice_is_repeated_as_practice(laboratory):
+    laboratory.run(operator=Regretful(ESTIMATES, 4))
+    build_dataset(laboratory.folder)
+    rows = trials_of(laboratory.folder, ESTIMATES)
+    assert [row["phase"] for row in rows] == ["practice"] * 5 + ["main"] * 4
+    assert rows[4]["repeats"] == "4"
+    assert rows[4]["amplitude_um_pp"] == rows[3]["amplitude_um_pp"]
+
+
+def test_a_step_voided_between_two_series_belongs_to_its_own(laboratory, plan):
+    text = plan().study_text.replace("series = 1", "series = 2")
+    laboratory.run(plan(text), operator=Regretful(DESCENT, 4))
+    build_dataset(laboratory.folder)
+    rows = trials_of(laboratory.folder, DESCENT)
+    assert [row["series"] for row in rows] == ["1"] * 5 + ["2"] * 4
+    assert rows[4]["repeats"] == "4"

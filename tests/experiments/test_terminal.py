@@ -8,9 +8,12 @@ import pytest
 from rich.console import Console
 
 from experiments.operator import Request, Status
+from experiments.steps import Trial
 from experiments.terminal import Keys, TerminalOperator
 
 GLISSE = "glissé"
+THIRD = Trial(task="t", number=3, total=8)
+FOURTH = Trial(task="t", number=4, total=8)
 BEFORE = ("showing", "presenting", "waiting")
 
 
@@ -25,7 +28,7 @@ def operator(*keys, width=80, terminal=True, retries=0):
 def asked(state, *keys, retries=0):
     """Return what is asked for when ``keys`` are pressed in a state, but for the polls between."""
     who, _ = operator(*keys, retries=retries)
-    who.tell(Status(state=state))
+    who.tell(Status(state=state, voidable=THIRD))
     return [request for _ in range(len(keys) + 1) if (request := who.poll())]
 
 
@@ -62,11 +65,13 @@ def test_no_key_does_anything_once_the_session_is_over(key):
 @pytest.mark.parametrize("state", [*BEFORE, "paused"])
 def test_v_voids_with_the_reason_typed_letter_by_letter(state):
     keys = ["v", *"glx", "\x7f", *"issé", "\r"]
-    assert asked(state, *keys) == [Request(what="void", reason=GLISSE)]
+    assert asked(state, *keys) == [Request(what="void", reason=GLISSE, trial=THIRD)]
 
 
 def test_letters_of_a_reason_are_no_commands():
-    assert asked("waiting", "v", *"pvsr", "\n") == [Request(what="void", reason="pvsr")]
+    assert asked("waiting", "v", *"pvsr", "\n") == [
+        Request(what="void", reason="pvsr", trial=THIRD)
+    ]
 
 
 def test_a_reason_is_needed_and_escape_takes_it_all_back():
@@ -76,7 +81,7 @@ def test_a_reason_is_needed_and_escape_takes_it_all_back():
 
 def test_a_fault_does_not_swallow_the_reason_being_typed():
     who, _ = operator("v", "a", "b", "\r")
-    who.tell(Status(state="waiting"))
+    who.tell(Status(state="waiting", voidable=THIRD))
     who.poll()
     who.poll()
     who.tell(Status(state="fault", message="unplugged"))
@@ -84,7 +89,26 @@ def test_a_fault_does_not_swallow_the_reason_being_typed():
     who.poll()
     assert "unplugged" in who.lines().plain
     assert "ab" in who.lines().plain
-    assert who.poll() == Request(what="void", reason="ab")
+    assert who.poll() == Request(what="void", reason="ab", trial=THIRD)
+
+
+def test_the_trial_voided_is_the_one_at_v_however_long_the_reason_takes():
+    who, _ = operator("v", "a", "\r")
+    who.tell(Status(state="waiting", trial=3, voidable=THIRD))
+    who.poll()
+    assert who.busy
+    who.tell(Status(state="waiting", trial=4, voidable=FOURTH))
+    assert "void trial 3 because" in who.lines().plain
+    who.poll()
+    assert who.poll() == Request(what="void", reason="a", trial=THIRD)
+    assert not who.busy
+
+
+def test_where_nothing_can_be_voided_no_reason_is_asked_for():
+    who, _ = operator("v", "p")
+    who.tell(Status(state="showing"))
+    assert who.poll() == Request(what="void")
+    assert who.poll() == Request(what="pause")
 
 
 def test_the_lines_tell_what_goes_on_and_what_the_keys_do():

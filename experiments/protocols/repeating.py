@@ -1,0 +1,86 @@
+"""The trials of a task, counted: one that does not hold comes again under a number of its own."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections import deque
+from typing import TYPE_CHECKING, Generic, TypeVar
+
+from experiments.steps import EndBlock, Instruct, Voided
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterable
+
+    from experiments.steps import Answer, Rest, Step, Steps
+    from experiments.texts import Texts
+
+What = TypeVar("What")
+
+
+class Repeating(ABC, Generic[What]):
+    """The trials of a task, block by block.
+
+    ``What`` is whatever makes a trial (surface, block, phase, ...); a repetition has the same,
+    whenever it comes.
+
+    Parameters
+    ----------
+    total : int
+        How many trials the task has if none is repeated.
+    """
+
+    def __init__(self, total: int) -> None:
+        self.total = total
+        self.number = 0
+        self._known: dict[int, What] = {}
+
+    @abstractmethod
+    def trial(
+        self, what: What, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one trial; return the numbers of the trials to be repeated."""
+
+    def start(self) -> Steps:
+        """Yield what comes before the first of some trials: nothing, by default."""
+        yield from ()
+
+    def between(self) -> Steps:
+        """Yield what comes after each trial: nothing, by default."""
+        yield from ()
+
+    def finish(self) -> Steps:
+        """Yield what comes after the last of some trials: nothing, by default."""
+        yield from ()
+
+    def block(self, whats: Iterable[What]) -> Steps:
+        """Yield a block's trials, and at its end those to be repeated."""
+        yield from self._trials(deque((what, None) for what in whats))
+
+    def close(self, screen: Callable[[], Instruct | Rest]) -> Steps:
+        """Yield the screen that follows a block; repeat what is voided while it is shown.
+
+        The screen is shown again after that: it tells where the participant stands.
+        """
+        while isinstance(heard := (yield EndBlock(screen=screen())), Voided) and heard.trials:
+            yield from self._trials(self._again(heard.trials))
+
+    def _trials(self, queue: deque[tuple[What, int | None]]) -> Steps:
+        yield from self.start()
+        while queue:
+            what, repeats = queue.popleft()
+            self.number += 1
+            self._known[self.number] = what
+            queue += self._again((yield from self.trial(what, self.number, repeats)))
+            yield from self.between()
+        yield from self.finish()
+
+    def _again(self, numbers: Iterable[int]) -> deque[tuple[What, int | None]]:
+        again: deque[tuple[What, int | None]] = deque()
+        again.extend((self._known[number], number) for number in numbers)
+        self.total += len(again)
+        return again
+
+
+def part_over(texts: Texts) -> Instruct:
+    """Return the screen at a task's end: until it is left, the last trial can be repeated."""
+    return Instruct(title=texts["session.part_over_title"], text=texts["session.part_over"])
