@@ -14,7 +14,8 @@ from typing import TYPE_CHECKING
 
 from experiments.dataset import mode_of
 from experiments.rehearsal import admit, surfaces
-from experiments.run import RunPlan, check_labels, is_mock, journal_path, run_state
+from experiments.run import RunPlan, check_labels, is_mock, journal_path
+from experiments.run_state import remedy, run_state
 from experiments.study import read_study
 from faults import RigError, UserError
 from hardware.clock import SystemClock
@@ -132,9 +133,7 @@ def check_participant(setting: Setting) -> Finding:
         name="participant",
         passed=False,
         detail=f"{setting.participant} has a run already ({state}): {path}",
-        remedy=f"slipscale resume {path}"
-        if state == "interrupted"
-        else "take another number, --session or --run",
+        remedy=remedy(path, state),
     )
 
 

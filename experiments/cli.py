@@ -139,7 +139,7 @@ def _end(outcome: str, journal: Path) -> int:
     if outcome == "complete":
         print(f"complete: {journal}")
         return DONE
-    from experiments.live import to_go_on  # noqa: PLC0415
+    from experiments.run_state import to_go_on  # noqa: PLC0415
 
     print(f"stopped; nothing is lost. {to_go_on(journal)}")
     return INTERRUPTED

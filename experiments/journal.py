@@ -75,6 +75,18 @@ def has_begun(path: Path) -> bool:
         raise UserError(f"journal {path}: {error.strerror}") from None
 
 
+def is_being_written(path: Path) -> bool:
+    """Return whether a session writes a journal now; False where there is none to be seen."""
+    try:
+        with path.open("rb") as stream:
+            portalocker.lock(stream, portalocker.LOCK_SH | portalocker.LOCK_NB)
+    except portalocker.LockException:
+        return True
+    except OSError:
+        return False
+    return False
+
+
 def read_records(path: Path, most: int | None = None) -> tuple[list[Record], int]:
     """Return a journal's records and the length in bytes of what is whole.
 

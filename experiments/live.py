@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -26,8 +25,8 @@ from experiments.run import (
     last_plate,
     perform,
     read_plan,
-    run_state,
 )
+from experiments.run_state import remedy, run_state, to_go_on
 from experiments.study import read_study
 from experiments.terminal import Keys, TerminalOperator
 from faults import UserError
@@ -104,11 +103,9 @@ def begin(dataset: Path, plan: RunPlan, room: Room) -> Outcome:
     state = run_state(path)
     if state != "free":
         # Said before the plate moves and the window opens; `Journal.create` would refuse as well.
-        remedy = "name another participant, or a new --session or --run"
-        if state == "interrupted":
-            remedy = to_go_on(path)
         raise UserError(
-            f"participant {plan.participant} has a run already ({state}): {path}; {remedy}"
+            f"participant {plan.participant} has a run already ({state}): {path}; "
+            f"{remedy(path, state)}"
         )
     clock = SystemClock()
     return _conduct(dataset, plan, room, Journal.create(path, clock), clock)
@@ -199,11 +196,6 @@ def _leave(
         print(f"the data set was not built: {fault}", file=sys.stderr)
     if error is not None:
         print(f"All answers until now are kept. {to_go_on(journal.path)}", file=sys.stderr)
-
-
-def to_go_on(journal: Path) -> str:
-    """Return the sentence that says how to go on with a run."""
-    return f"To go on: slipscale resume {shlex.quote(str(journal))}"
 
 
 def _noise(plan: RunPlan) -> MaskingNoise | None:

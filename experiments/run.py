@@ -11,7 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from experiments.journal import FORMAT, has_begun, read_records
+from experiments.journal import FORMAT, read_records
 from experiments.protocols.base import Context, load_protocol
 from experiments.session import Session
 from experiments.steps import Ask, ChoiceQuestion, Instruct, Steps
@@ -54,9 +54,6 @@ def journal_path(dataset: Path, *, participant: str, session: str, run: str) -> 
     """Return where a run's journal lies in a data set."""
     folder = dataset / "sourcedata" / f"sub-{participant}"
     return folder / f"{stem(participant, session)}_run-{run}_journal.jsonl"
-
-
-RunState = Literal["free", "interrupted", "complete"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -237,13 +234,6 @@ def elapsed_s(records: list[Record]) -> float:
 def is_complete(records: list[Record]) -> bool:
     """Return whether a run went on to its end."""
     return any(record.kind == "end" for record in records)
-
-
-def run_state(path: Path) -> RunState:
-    """Return how far the run of a journal has come; "free" where it has not begun."""
-    if not has_begun(path):
-        return "free"
-    return "complete" if is_complete(read_plan(path)[1]) else "interrupted"
 
 
 def perform(

@@ -1,12 +1,13 @@
 """A session with a person: what is refused before anything moves, and what is said at its end."""
 
 import os
+import subprocess
 import sys
 
 import pytest
 
 from experiments import live
-from experiments.check import Setting, check_plate
+from experiments.check import Setting, check_participant, check_plate
 from experiments.journal import Journal
 from experiments.live import Room, begin, go_on, plan_run
 from experiments.participants.base import StopRequested
@@ -67,9 +68,32 @@ def test_a_second_session_of_the_same_run_is_refused_before_the_plate_moves(no_w
     plan = a_plan()
     with (
         Journal.create(plan.journal_path(tmp_path), VirtualClock()),
-        pytest.raises(UserError, match="another session is writing it"),
+        pytest.raises(UserError, match=r"already \(running now\).*end it where it runs"),
     ):
         begin(tmp_path, plan, ROOM)
+
+
+def test_a_run_that_another_process_writes_is_running_and_not_interrupted(window, tmp_path, capsys):
+    path = stopped(tmp_path, window)
+    words = ["--participant", "01", "--out", str(tmp_path)]
+    writer = "import sys, time; from pathlib import Path; from experiments.journal import Journal\n"
+    writer += "from hardware.clock import SystemClock\n"
+    writer += "journal = Journal.reopen(Path(sys.argv[1]), SystemClock())\n"
+    writer += "print('locked', flush=True); time.sleep(60)"
+    other = subprocess.Popen([sys.executable, "-c", writer, path], stdout=subprocess.PIPE)
+    with other:
+        assert other.stdout.readline() == b"locked\n"
+        assert main(["run", *words]) == 2
+        said = capsys.readouterr().err
+        assert "running now" in said
+        assert "resume" not in said
+        found = check_participant(Setting(study="", plate="mock", out=tmp_path, participant="01"))
+        assert (found.passed, "running now" in found.detail) == (False, True)
+        assert main(["resume", str(path)]) == 2
+        assert "another session is writing it" in capsys.readouterr().err
+        other.kill()
+    assert main(["run", *words]) == 2
+    assert f"interrupted): {path}; To go on: slipscale resume {path}" in capsys.readouterr().err
 
 
 def test_a_plate_that_is_not_there_leaves_no_trace_of_the_participant(no_window, tmp_path):
