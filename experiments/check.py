@@ -205,12 +205,18 @@ def check_display(setting: Setting) -> Finding:
 
 
 def check_sound(setting: Setting) -> Finding:
-    """Look for a device for the masking noise, if the study wants it."""
-    from experiments.participants.masking import check_device  # noqa: PLC0415 - loads PortAudio
+    """Look for a device for the masking noise, if the study wants it, and make the noise."""
+    from experiments.participants.masking import (  # noqa: PLC0415 - loads PortAudio
+        MaskingNoise,
+        check_device,
+    )
 
-    noise = read_study(setting.study)[0].masking_noise
+    study, _ = read_study(setting.study)
+    noise = study.masking_noise
     if noise is None:
         return Finding(name="sound", passed=True, detail="the study has no masking noise")
+    # Raises where its peaks would clip: the very noise that a session plays.
+    MaskingNoise(level_db=noise.level_db, fade_s=noise.fade_s, seed=study.seed)
     remedy = check_device()
     if remedy is None:
         return Finding(name="sound", passed=True, detail=f"pink noise at {noise.level_db:g} dB FS")

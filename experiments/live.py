@@ -205,7 +205,7 @@ def _noise(plan: RunPlan) -> MaskingNoise | None:
         return None
     missing = check_device()
     if missing is None:
-        return MaskingNoise(level_db=wanted.level_db, fade_s=wanted.fade_s, seed=plan.seed)
+        return MaskingNoise(level_db=wanted.level_db, fade_s=wanted.fade_s, seed=plan.study.seed)
     if wanted.required:
         raise UserError(f"masking noise is required by the study: {missing}")
     print(f"no masking noise: {missing}", file=sys.stderr)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 REMEDY = "plug in headphones and choose them as the system's output, or turn masking off"
+COMMON_RATE_HZ = 48_000.0
 STOP_S = 1.0  # how long after its fade a device may take to end
 
 
@@ -29,6 +30,15 @@ def check_device() -> str | None:
     except (sounddevice.PortAudioError, ValueError) as error:
         return f"no sound can be played ({error}): {REMEDY}"
     return None
+
+
+def device_rate_hz() -> float:
+    """Return the sample rate at which the noise will play; a common one where nothing can."""
+    if check_device():
+        return COMMON_RATE_HZ
+    import sounddevice  # noqa: PLC0415  see check_device
+
+    return float(sounddevice.query_devices(kind="output")["default_samplerate"])
 
 
 class Playback:
@@ -82,10 +92,10 @@ class MaskingNoise:
     """
 
     def __init__(self, level_db: float, fade_s: float, seed: int) -> None:
-        self._level_db = level_db
         self._fade_s = fade_s
-        self._seed = seed
-        pink_noise(level_db=level_db, seed=seed)  # a wrong level is said now, not at the start
+        # Made now, so that a level at which it would clip is said before anybody sits down.
+        self._rate_hz = device_rate_hz()
+        self._noise = pink_noise(level_db=level_db, seed=seed, sample_rate_hz=self._rate_hz)
         self._stream: Any = None
         self._playback: Playback
 
@@ -104,9 +114,7 @@ class MaskingNoise:
             raise RigError(f"masking noise: {wrong}")
         import sounddevice  # noqa: PLC0415  see check_device
 
-        rate_hz = float(sounddevice.query_devices(kind="output")["default_samplerate"])
-        noise = pink_noise(level_db=self._level_db, seed=self._seed, sample_rate_hz=rate_hz)
-        playback = Playback(noise, round(self._fade_s * rate_hz))
+        playback = Playback(self._noise, round(self._fade_s * self._rate_hz))
         playback.target = 1.0
 
         def fill(block: NDArray[np.float32], *_about: Any) -> None:
@@ -114,7 +122,7 @@ class MaskingNoise:
 
         try:
             stream = sounddevice.OutputStream(
-                samplerate=rate_hz, channels=2, dtype="float32", callback=fill
+                samplerate=self._rate_hz, channels=2, dtype="float32", callback=fill
             )
             stream.start()
         except sounddevice.PortAudioError as error:

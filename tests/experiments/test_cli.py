@@ -10,6 +10,7 @@ import slipscale
 from experiments.check import Setting, check
 from experiments.pilot import pilot_plans, run_pilot
 from experiments.run import read_plan
+from experiments.study import study_text
 from faults import UserError
 from slipscale import main
 
@@ -180,6 +181,23 @@ def test_check_of_a_broken_room_tells_every_fault(capsys, tmp_path, monkeypatch)
     assert found["study"]["passed"] is False
     assert found["participant"]["passed"] is False
     assert "study, participant" in err
+
+
+@pytest.mark.parametrize("required", ["true", "false"])
+def test_check_tells_of_noise_that_would_clip_and_where_it_would_not(tmp_path, required):
+    path = tmp_path / "loud.toml"
+
+    def sound(level_db):
+        text = study_text("biet2007").replace("level_db = -20.0", f"level_db = {level_db}")
+        path.write_text(text.replace("required = false", f"required = {required}"))
+        setting = Setting(study=str(path), plate="mock", out=tmp_path)
+        return next(f for f in check(setting, lambda _: None) if f.name == "sound")
+
+    loud = sound(-3.0)
+    assert loud.passed is False
+    highest = re.search(r"level_db is -3, expected (-\d+\.\d) or less", loud.detail)[1]
+    assert "leave full scale" not in sound(highest).detail
+    assert "leave full scale" in sound(float(highest) + 0.2).detail
 
 
 def test_check_refuses_a_label_that_run_would_refuse(tmp_path):
