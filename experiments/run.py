@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from experiments.participants.base import Participant
     from experiments.protocols.base import Options, Protocol
     from experiments.session import Outcome
-    from experiments.study import Study
+    from experiments.study_model import Study
     from experiments.texts import Texts
     from hardware.clock import Clock
     from hardware.driver import PlateDriver

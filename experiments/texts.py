@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Iterator, Mapping
+from difflib import get_close_matches
 from importlib.resources import files
 from string import Formatter
 from typing import Any
@@ -56,20 +57,34 @@ def load_texts(language: str, replacements: Mapping[str, Any] | None = None) -> 
     """
     if language not in languages():
         raise UserError(f"language '{language}': expected one of {', '.join(languages())}")
-    source = files("experiments").joinpath("languages", f"{language}.toml")
-    shipped = flatten(tomllib.loads(source.read_text(encoding="utf-8")))
-    own = flatten(replacements or {})
-    unknown = sorted(set(own) - set(shipped))
-    if unknown:
-        raise UserError(
-            f"texts.{language}: no text is called {', '.join(unknown)}; "
-            f"there are: {', '.join(sorted(shipped))}"
-        )
-    whole = shipped | own
-    faults = [*_blank_faults(own, shipped), *_key_faults(whole)]
+    faults = text_faults(language, replacements or {})
     if faults:
-        raise UserError("; ".join(f"texts.{language}.{fault}" for fault in faults))
-    return whole
+        told = (f"texts.{language}.{key}: {sentence}" for key, sentence in faults)
+        raise UserError("; ".join(told))
+    return shipped_texts(language) | flatten(replacements or {})
+
+
+def shipped_texts(language: str) -> dict[str, str]:
+    """Return the texts of a shipped language as they come."""
+    source = files("experiments").joinpath("languages", f"{language}.toml")
+    return flatten(tomllib.loads(source.read_text(encoding="utf-8")))
+
+
+def text_faults(language: str, replacements: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return each text of a study's own that would fail in a session: its key, and a sentence."""
+    shipped, own = shipped_texts(language), flatten(replacements)
+    known = {key: text for key, text in own.items() if key in shipped}
+    return [
+        *((key, _unknown(key, shipped)) for key in own if key not in shipped),
+        *_blank_faults(known, shipped),
+        *_key_faults(shipped | known),
+    ]
+
+
+def _unknown(key: str, shipped: Texts) -> str:
+    """Return the sentence about a text that there is not."""
+    near = get_close_matches(key, shipped, n=3) or sorted(shipped)
+    return f"there is no such text; there are: {', '.join(near)}"
 
 
 def blanks(text: str) -> set[str] | None:
@@ -85,22 +100,22 @@ def blanks(text: str) -> set[str] | None:
     return {f"{name}{f':{form}' if form else ''}" for _, name, form, _ in parts if name is not None}
 
 
-def _blank_faults(own: Texts, shipped: Texts) -> Iterator[str]:
-    """Yield a sentence for each text with {braces} that nothing will fill in."""
+def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
+    """Yield key and sentence for each text with {braces} that nothing will fill in."""
     for key, text in own.items():
         found, known = blanks(text), blanks(shipped[key]) or set()
         if found is None or not found <= known:
             filled = ", ".join(f"{{{name}}}" for name in sorted(known)) or "none"
-            yield f"{key}: its braces cannot be filled in; those there are: {filled}"
+            yield key, f"its braces cannot be filled in; those there are: {filled}"
 
 
-def _key_faults(texts: Texts) -> Iterator[str]:
-    """Yield a sentence where an answer that is given by a key has no key of its own."""
+def _key_faults(texts: Texts) -> Iterator[tuple[str, str]]:
+    """Yield key and sentence where an answer that is given by a key has no key of its own."""
     yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
     if len(yes) != 1 or len(no) != 1 or yes == no or not (yes + no).isalpha():
-        yield f"window: yes_key '{yes}' and no_key '{no}': expected two different letters"
+        yield "window", f"yes_key '{yes}' and no_key '{no}': expected two different letters"
     key = "descending_difference.confidence_options"
     words = [word.strip() for word in texts[key].split("|")]
     fits = FEWEST_ANSWERS <= len(words) <= NUMBER_KEYS
     if not fits or "" in words or len(set(words)) < len(words):
-        yield f"{key}: expected {FEWEST_ANSWERS} to {NUMBER_KEYS} different answers, with | between"
+        yield key, f"expected {FEWEST_ANSWERS} to {NUMBER_KEYS} different answers, with | between"

@@ -7,9 +7,9 @@ out, is repeated at the end of its block under a number of its own.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from pydantic import model_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from experiments.protocols.base import (
     Amplitude,
@@ -83,15 +83,18 @@ class MagnitudeEstimation(PacedOptions):
     no_immediate_repeat: Flag = True
     scale_top: Literal["none", "declared"] = "none"
     standard_um_pp: Amplitude | None = None
-    modulus: Positive | None = None
+    modulus: Positive | None = Field(default=None, validate_default=True)
     repeat_timed_out: Flag = True
     rest_every_trials: AtLeastOne | None = None
 
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if (self.standard_um_pp is None) != (self.modulus is None):
+    @field_validator("modulus")
+    @classmethod
+    def _with_its_standard(cls, value: float | None, info: ValidationInfo) -> float | None:
+        if "standard_um_pp" in info.data and (value is None) != (
+            info.data["standard_um_pp"] is None
+        ):
             raise ValueError("standard_um_pp and modulus go together: give both, or neither")
-        return self
+        return value
 
 
 def trials(options: MagnitudeEstimation, context: Context) -> int:

@@ -4,7 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from experiments.study import Study, line_of, parse_study, read_study, shipped_studies
+from experiments.study import parse_study, read_study, shipped_studies
+from experiments.study_faults import line_of
+from experiments.study_model import Study
 from faults import UserError
 
 BAD = """
@@ -73,6 +75,84 @@ def test_every_fault_is_told_at_once_with_line_key_and_what_was_expected():
         assert part in message
 
 
+IMPOSSIBLE = """
+name = "impossible"
+title = "Each key is sound, together they are not"
+language = "fr"
+seed = -1
+amplitudes_um_pp = [0.5, 0.5, 3.0]
+texts.en.session.wellcome = "Hello"
+texts.fr.session.welcome = '''
+language = "{name}"
+'''
+texts.tlh.session.rest = "Hu"
+
+[[textures]]
+name = "ridges"
+spatial_period_mm = 2.5
+mean_um_pp = 1.5
+depth_um_pp = 1.2
+finger_speed_mm_s = 50.0
+
+[[tasks]]
+protocol = "descending_difference"
+start_um_pp = 2.7
+
+[[tasks]]
+protocol = "descending_difference"
+start_um_pp = 2.9
+
+[[tasks]]
+protocol = "magnitude_estimation"
+standard_um_pp = 4.0
+practise = 1
+
+[[about_you]]
+name = "sex"
+options = ["a", "b"]
+
+[[about_you]]
+name = "shoe_size"
+options = ["a", "b"]
+
+[[about_you]]
+name = "sex"
+options = ["a", "b"]
+"""
+
+
+def test_faults_between_keys_are_told_at_once_too_each_with_its_line():
+    with pytest.raises(UserError) as caught:
+        parse_study(IMPOSSIBLE, "impossible.toml")
+    expected = [
+        "impossible.toml has 14 faults:",
+        "  line 5, seed: input should be greater than or equal to 0, got -1",
+        "  line 6, amplitudes_um_pp: 3.0 is beyond the plate's 2.5 µm p-p",
+        "  line 6, amplitudes_um_pp: expected them to be all different",
+        "  line 7, texts.en.session.wellcome: there is no such text; there are: session.welcome, ",
+        "  line 8, texts.fr.session.welcome: its braces cannot be filled in; those there are: none",
+        "  line 11, texts.tlh: expected one of en, fr",
+        "  line 13, textures.1: 2.7 is beyond the plate's 2.5 µm p-p",
+        "  line 22, tasks.1.start_um_pp: 2.7 is beyond the plate's 2.5 µm p-p",
+        "  line 25, tasks.2.protocol: expected each protocol once; repetitions or series repeat it",
+        "  line 26, tasks.2.start_um_pp: 2.9 is beyond the plate's 2.5 µm p-p",
+        "  line 28, tasks.3.modulus: standard_um_pp and modulus go together: give both, or neither",
+        "  line 31, tasks.3.practise: there is no such key",
+        "  line 37, about_you.2.prompt: 'shoe_size' needs a prompt of its own",
+        "  line 42, about_you.3.name: there is a 'sex' already",
+    ]
+    for told, line in zip(str(caught.value).splitlines(), expected, strict=True):
+        assert told.startswith(line)
+
+
+def test_a_task_without_trials_is_refused():
+    text = GOOD.replace("[0, 1]", "[1]").replace(
+        '"magnitude_estimation"', '"descending_difference"\ncatch_steps = 0'
+    )
+    with pytest.raises(UserError, match=r"line 5, tasks\.1: has no trials with these amplitudes"):
+        parse_study(text, "study.toml")
+
+
 @pytest.mark.parametrize(
     "change, complaint",
     [
@@ -104,7 +184,10 @@ def test_every_fault_is_told_at_once_with_line_key_and_what_was_expected():
         (('title = "Small"', 'title = "Small"\ntexts.fr.session.rest = "{x}"'), "session.rest"),
         (("[[tasks]]", '[[tasks]]\nprotocol = "magnitude_estimation"\n[[tasks]]'), "once"),
         (("[[tasks]]", ASKED.format('"a", "a"') + "[[tasks]]"), "line 7, .*options: .*different"),
-        (("[[tasks]]", 2 * ASKED.format('"a", "b"') + "[[tasks]]"), "'sex' is asked more than"),
+        (
+            ("[[tasks]]", 2 * ASKED.format('"a", "b"') + "[[tasks]]"),
+            "line 9, about_you.2.name: there is a 'sex' already",
+        ),
     ],
 )
 def test_each_fault_is_one_clear_sentence(change, complaint):
@@ -134,4 +217,10 @@ def test_lines_are_found_in_repeated_and_nested_tables():
     assert line_of(text, ("tasks", 1, "x")) == 5
     assert line_of(text, ("texts", "en", "y")) == 7
     assert line_of(text, ("tasks", 1, "missing")) == 4
+    assert line_of(text, ("texts",)) == 6
     assert line_of(text, ("elsewhere",)) == 0
+
+
+def test_words_in_a_long_text_are_not_taken_for_keys():
+    text = 'a = """\nb = 1\n[c]\n"""\nb = 2\n'
+    assert line_of(text, ("b",)) == 5

@@ -105,9 +105,17 @@ def test_every_fault_of_the_textures_is_told_at_once():
 @pytest.mark.parametrize(
     "old, new, complaint",
     [
-        ("mean_um_pp = 1.2", "mean_um_pp = 1.8", r"textures: 2\.6 is beyond the plate's 2\.5 µm"),
-        ("[[tasks]]", f"{RIDGES}[[tasks]]", "textures: expected names that are all different"),
-        ('[[tasks]]\nprotocol = "magnitude_estimation"', "", "textures: no task presents them"),
+        (
+            "mean_um_pp = 1.2",
+            "mean_um_pp = 1.8",
+            r"textures\.1: 2\.6 is beyond the plate's 2\.5 µm",
+        ),
+        ("[[tasks]]", f"{RIDGES}[[tasks]]", "textures.2.name: there is a 'ridges' already"),
+        (
+            '[[tasks]]\nprotocol = "magnitude_estimation"',
+            "",
+            "line 6, textures.1: no task presents them",
+        ),
     ],
 )
 def test_textures_must_be_distinct_presented_and_within_the_plate(old, new, complaint):
