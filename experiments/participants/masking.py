@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 REMEDY = "plug in headphones and choose them as the system's output, or turn masking off"
 COMMON_RATE_HZ = 48_000.0
+CHANNELS = 2
 STOP_S = 1.0  # how long after its fade a device may take to end
 
 
@@ -26,7 +27,8 @@ def check_device() -> str | None:
         return "PortAudio is missing: install it (Debian: apt-get install libportaudio2)"
     try:
         device = sounddevice.query_devices(kind="output")
-        sounddevice.check_output_settings(samplerate=device["default_samplerate"], channels=2)
+        rate_hz = device["default_samplerate"]
+        sounddevice.check_output_settings(samplerate=rate_hz, channels=CHANNELS)
     except (sounddevice.PortAudioError, ValueError) as error:
         return f"no sound can be played ({error}): {REMEDY}"
     return None
@@ -117,12 +119,13 @@ class MaskingNoise:
         playback = Playback(self._noise, round(self._fade_s * self._rate_hz))
         playback.target = 1.0
 
-        def fill(block: NDArray[np.float32], *_about: Any) -> None:
-            playback.fill(block)
+        def fill(memory: Any, *_about: Any) -> None:
+            playback.fill(np.frombuffer(memory, np.float32).reshape(-1, CHANNELS))
 
         try:
-            stream = sounddevice.OutputStream(
-                samplerate=self._rate_hz, channels=2, dtype="float32", callback=fill
+            # Raw: sounddevice's own arrays are made in a way that NumPy 2.5 warns of, each time.
+            stream = sounddevice.RawOutputStream(
+                samplerate=self._rate_hz, channels=CHANNELS, dtype="float32", callback=fill
             )
             stream.start()
         except sounddevice.PortAudioError as error:
