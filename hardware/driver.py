@@ -12,10 +12,10 @@ from abc import ABC, abstractmethod
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from datetime import UTC, datetime
-from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from faults import UserError
+from hardware.installed import BACKENDS, Backend, backend_names, open_plate
 from hardware.limits import OnTime, PlateLimits
 from hardware.plate_faults import (
     FAULTS,
@@ -68,8 +68,6 @@ __all__ = [
     "open_plate",
 ]
 
-BACKENDS = "slipscale.backends"  # the entry-point group
-
 
 class PlateDriver(ABC):
     """A plate, whatever drives it. A context manager that ends silent on every path.
@@ -89,10 +87,13 @@ class PlateDriver(ABC):
         After `connect`: what the operator should know (calibration old, or of another plate).
     modulator : Modulator or None
         How fast plate and line follow a texture; None: this backend cannot modulate.
+    rigid : str
+        Why it cannot.
     """
 
     name: ClassVar[str]
     modulator: Modulator | None = None
+    rigid: str = "it holds one amplitude at a time"
 
     def __init__(
         self,
@@ -133,18 +134,23 @@ class PlateDriver(ABC):
         Raises
         ------
         OverLimit
-            The largest amplitude is outside the limits.
+            An amplitude is outside the limits.
         UserError
             A texture, and this backend cannot modulate, or not as fast as that.
         """
         self.limits.check_amplitude(surface.amplitude_um_pp)
         loop = surface.loop(self.modulator or DEFAULT_MODULATOR)
-        if loop and self.modulator is None:
+        if loop is None:
+            return None
+        if self.modulator is None:
             raise UserError(
-                f"plate: backend '{self.name}' cannot present the texture '{surface.label}': it "
-                "holds one amplitude at a time; present it on a backend that modulates (mock), "
+                f"plate: backend '{self.name}' cannot present the texture '{surface.label}': "
+                f"{self.rigid}; present it on a plate that modulates, "
                 "or take the textures out of the study"
             )
+        for each in loop.amplitudes_um_pp:
+            self.limits.check_amplitude(each)
+        self.modulator.check(loop)
         return loop
 
     def present(self, surface: Surface) -> Presentation:
@@ -321,41 +327,3 @@ class PlateDriver(ABC):
         trace: TracebackType | None,
     ) -> None:
         self.close()
-
-
-class Backend(Protocol):
-    """What an entry point of the group ``slipscale.backends`` is: it makes a driver."""
-
-    def __call__(self, address: str, *, clock: Clock, seed: int) -> PlateDriver:
-        """Return a driver, not yet connected.
-
-        Parameters
-        ----------
-        address : str
-            What follows the colon of the plate's SPEC: a port, a VISA resource, or "".
-        clock : Clock
-            The session's clock.
-        seed : int
-            For a backend that simulates; others ignore it.
-        """
-
-
-def backend_names() -> list[str]:
-    """Return the names of all installed backends, sorted."""
-    return sorted(entry_points(group=BACKENDS).names)
-
-
-def open_plate(spec: str, *, clock: Clock, seed: int = 0) -> PlateDriver:
-    """Return the driver that a SPEC names (``mock``, ``serial:PORT``, ``scpi:RESOURCE``).
-
-    Raises
-    ------
-    UserError
-        No backend of that name is installed.
-    """
-    name, _, address = spec.partition(":")
-    found = {point.name: point for point in entry_points(group=BACKENDS)}
-    if name not in found:
-        raise UserError(f"plate '{spec}': no backend '{name}'; there are: {', '.join(found)}")
-    backend: Backend = found[name].load()
-    return backend(address, clock=clock, seed=seed)

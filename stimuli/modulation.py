@@ -2,7 +2,8 @@
 
 A plate at resonance rings: its amplitude follows a command as a first-order lag with the time
 constant τ = Q/(π f0), so it passes modulation up to f0/(2Q) (-3 dB). With Q = 60 at 30.5 kHz that
-is 0.63 ms and 254 Hz; the line that carries the commands is usually slower.
+is 0.63 ms and 254 Hz; the line that carries the commands is usually slower. A step of the drive
+would be a click: from one amplitude to the next it goes along an edge of some time constants.
 """
 
 from __future__ import annotations
@@ -12,6 +13,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from faults import UserError
+
+STEPS_MAX = 64  # a period: smoother is not felt, and loads the line
+EDGE_TIME_CONSTANTS = 3  # of the plate
+ROUNDING = 1e-9
 
 
 class AmplitudeStep(NamedTuple):
@@ -28,16 +33,42 @@ class Loop:
     Parameters
     ----------
     amplitudes_um_pp : tuple of float
-        Amplitudes commanded, µm peak to peak, each for the same time.
+        Amplitudes commanded, µm peak to peak, each for the same time; two at least.
     step_s : float
         That time.
+    edge_s : float
+        The part of it, at its beginning, in which the drive goes from the amplitude before along
+        half a period of a cosine.
     mean_um_pp : float
         Where the plate settles before it plays.
+
+    Raises
+    ------
+    UserError
+        An amplitude or a time is out of range.
     """
 
     amplitudes_um_pp: tuple[float, ...]
     step_s: float
+    edge_s: float
     mean_um_pp: float
+
+    def __post_init__(self) -> None:
+        if len(self.amplitudes_um_pp) < 2:  # noqa: PLR2004 - one amplitude is no modulation
+            raise UserError(f"loop: {len(self.amplitudes_um_pp)} amplitude, expected two or more")
+        for each in (*self.amplitudes_um_pp, self.mean_um_pp):
+            if not (math.isfinite(each) and each >= 0):
+                raise UserError(f"loop: an amplitude is {each}, expected 0 or more µm peak to peak")
+        if not (math.isfinite(self.step_s) and 0 < self.edge_s <= self.step_s):
+            raise UserError(
+                f"loop: step_s is {self.step_s} and edge_s {self.edge_s}, expected an edge above "
+                "0 s and no longer than a step"
+            )
+
+    @property
+    def period_s(self) -> float:
+        """Time of one period."""
+        return len(self.amplitudes_um_pp) * self.step_s
 
     def step_at(self, time_s: float) -> int:
         """Return the number of the step at a time, counted from time 0 through all periods."""
@@ -46,6 +77,18 @@ class Loop:
     def amplitude_um_pp(self, step: int) -> float:
         """Return the amplitude commanded in a step."""
         return self.amplitudes_um_pp[step % len(self.amplitudes_um_pp)]
+
+    def before_um_pp(self, step: int) -> float:
+        """Return the amplitude from which a step comes: for step 0 the mean, where it settled."""
+        return self.amplitude_um_pp(step - 1) if step else self.mean_um_pp
+
+    def at_um_pp(self, time_s: float) -> float:
+        """Return the amplitude that is due at a time, edges included."""
+        step = self.step_at(time_s)
+        before = self.before_um_pp(step)
+        part = min((time_s - step * self.step_s) / self.edge_s, 1.0)
+        share = 0.5 - 0.5 * math.cos(math.pi * part)
+        return before + share * (self.amplitude_um_pp(step) - before)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,11 +103,14 @@ class Modulator:
         Q of the plate, better measured with a finger on it; the default is the ceramic's.
     command_interval_s : float
         Shortest time between two commands on the line.
+    shortest_edge_s : float
+        Shortest time from one amplitude to the next that whatever drives the plate can shape.
     """
 
     resonance_hz: float = 30_500.0
     quality_factor: float = 60.0
     command_interval_s: float = 0.004
+    shortest_edge_s: float = 0.002
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
@@ -78,6 +124,16 @@ class Modulator:
         return self.quality_factor / (math.pi * self.resonance_hz)
 
     @property
+    def edge_s(self) -> float:
+        """Time from one amplitude to the next: less would outrun the plate, and click."""
+        return max(EDGE_TIME_CONSTANTS * self.time_constant_s, self.shortest_edge_s)
+
+    @property
+    def shortest_step_s(self) -> float:
+        """Shortest time that one amplitude can take, its edge included."""
+        return max(self.command_interval_s, self.edge_s)
+
+    @property
     def bandwidth_hz(self) -> float:
         """Modulation frequency at which the plate renders 71 % of the depth."""
         return self.resonance_hz / (2 * self.quality_factor)
@@ -88,7 +144,20 @@ class Modulator:
 
     def fastest_hz(self, steps_per_period: int) -> float:
         """Return the fastest modulation that plate and line allow with so many steps a period."""
-        return min(self.bandwidth_hz, 1 / (steps_per_period * self.command_interval_s))
+        return min(self.bandwidth_hz, 1 / (steps_per_period * self.shortest_step_s))
+
+    def check(self, loop: Loop) -> None:
+        """Raise `UserError` unless plate and line can follow the loop as it stands."""
+        for what, value_s, shortest_s in (
+            ("step_s", loop.step_s, self.shortest_step_s),
+            ("edge_s", loop.edge_s, self.edge_s),
+        ):
+            if value_s < shortest_s * (1 - ROUNDING):
+                raise UserError(f"loop: {what} is {value_s:.6g}, expected {shortest_s:.6g} or more")
+        if len(loop.amplitudes_um_pp) > STEPS_MAX:
+            raise UserError(
+                f"loop: {len(loop.amplitudes_um_pp)} amplitudes, expected {STEPS_MAX} at most"
+            )
 
 
 DEFAULT_MODULATOR = Modulator()

@@ -12,7 +12,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
 from faults import UserError
-from stimuli.modulation import DEFAULT_MODULATOR, AmplitudeStep, Loop, Modulator
+from stimuli.modulation import (
+    DEFAULT_MODULATOR,
+    STEPS_MAX,
+    AmplitudeStep,
+    Loop,
+    Modulator,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,7 +39,6 @@ _WAVES: dict[Waveform, _Wave] = {
     "triangle": _Wave(lambda phase: 1 - 4 * abs(((phase + 0.25) % 1) - 0.5), 8),
     "sawtooth": _Wave(lambda phase: 2 * phase - 1, 8),
 }
-_STEPS_MAX = 64  # a period: smoother is not felt, and loads the line
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -161,8 +166,8 @@ class Grating:
                 f"most: expected a finger up to {fastest * self.spatial_period_mm:.3g} mm/s or a "
                 f"period from {abs(finger_speed_mm_s) / fastest:.3g} mm"
             )
-        most = math.floor(1 / (rate * modulator.command_interval_s) + 1e-9)
-        steps = fewest if self.waveform == "square" else min(most, _STEPS_MAX)
+        most = math.floor(1 / (rate * modulator.shortest_step_s) + 1e-9)
+        steps = fewest if self.waveform == "square" else min(most, STEPS_MAX)
         step_s = 1 / (rate * steps)
         count = math.ceil(duration_s / step_s - 1e-9)
         return tuple(
@@ -184,8 +189,10 @@ class Grating:
             return None
         period_s = 1 / self.modulation_hz(self.finger_speed_mm_s)
         steps = self.envelope(self.finger_speed_mm_s, period_s, modulator)
+        step_s = period_s / len(steps)
         return Loop(
             amplitudes_um_pp=tuple(step.amplitude_um_pp for step in steps),
-            step_s=period_s / len(steps),
+            step_s=step_s,
+            edge_s=min(modulator.edge_s, step_s),  # the same but for rounding, at the fastest
             mean_um_pp=self.mean_um_pp,
         )

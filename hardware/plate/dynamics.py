@@ -135,9 +135,38 @@ class Conditions:
             The envelope in µm peak to peak.
         """
         steady = self.response_um_pp_per_v(frequency_hz) * voltage_v
-        detuning_hz = frequency_hz - self.resonance_hz
-        rate = 1 / self.time_constant_s + 2j * math.pi * detuning_hz
+        rate = self._rate_per_s(frequency_hz)
         return steady + (envelope_um_pp - steady) * cmath.exp(-rate * duration_s)
+
+    def edge(
+        self,
+        envelope_um_pp: complex,
+        since_s: float,
+        until_s: float,
+        *,
+        edge_s: float,
+        before_v: float,
+        after_v: float,
+        frequency_hz: float,
+    ) -> complex:
+        """Return the envelope at ``until_s`` of an edge of the drive, from that at ``since_s``.
+
+        The drive goes from one voltage to another along half a period of a cosine that lasts
+        ``edge_s``; times count from its beginning.
+        """
+        rate, turn = self._rate_per_s(frequency_hz), math.pi / edge_s
+        response = self.response_um_pp_per_v(frequency_hz)
+        middle, half = response * (before_v + after_v) / 2, response * (after_v - before_v) / 2
+
+        def forced(time_s: float) -> complex:
+            wave = rate * math.cos(turn * time_s) + turn * math.sin(turn * time_s)
+            return middle - half * rate * wave / (rate**2 + turn**2)
+
+        own = envelope_um_pp - forced(since_s)
+        return forced(until_s) + own * cmath.exp(-rate * (until_s - since_s))
+
+    def _rate_per_s(self, frequency_hz: float) -> complex:
+        return 1 / self.time_constant_s + 2j * math.pi * (frequency_hz - self.resonance_hz)
 
 
 def conditions(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from statistics import fmean
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,13 +16,12 @@ import numpy as np
 from hardware.plate.dynamics import NO_FINGER, Conditions, Finger, Resonator, conditions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from stimuli.modulation import Loop
 
 TEMPERATURE_PERIODS_S = (2_700.0, 1_130.0, 470.0)  # air conditioning, doors, people
 WORD = (1 << 64) - 1  # a Philox key has two 64-bit words
 SETTLING_TIME_CONSTANTS = 40  # e^-40: to the last digit, nothing is left of what was before
+FIRST_READ_PERIODS = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,14 +50,16 @@ class Drive:
 
     Either a voltage (``target_um_pp`` is None), or an amplitude that the board's control loop
     holds as long as its voltage suffices; the loop is taken as ideal. ``frequency_hz`` None
-    follows the resonance. ``played`` modulates the amplitude, about ``target_um_pp``: where in
-    its period it is depends on the time alone.
+    follows the resonance. ``played`` modulates the amplitude, about ``target_um_pp``: it began at
+    ``since_s``, or (None) it is taken to have been played for ever, so that where in its period
+    it is depends on the time alone.
     """
 
     frequency_hz: float | None = None
     voltage_v: float = 0.0
     target_um_pp: float | None = None
     played: Loop | None = None
+    since_s: float | None = None
 
 
 OFF = Drive()
@@ -101,6 +103,7 @@ class Twin:
         phases = self._random(WORD).uniform(0, 2 * math.pi, len(TEMPERATURE_PERIODS_S))
         self._phases: list[float] = phases.tolist()
         self._envelope_um_pp: complex = 0
+        self._began_um_pp: complex = 0  # the envelope when the drive was set
         self._time_s = 0.0
         self.drive = OFF
 
@@ -121,7 +124,7 @@ class Twin:
 
     def set_drive(self, drive: Drive, now_s: float) -> None:
         """Change the drive at ``now_s``."""
-        self._advance(now_s)
+        self._began_um_pp = self._advance(now_s)
         self.drive = drive
 
     def amplitude_um_pp(self, now_s: float) -> float:
@@ -129,43 +132,84 @@ class Twin:
         return abs(self._advance(now_s))
 
     def measure_um_pp(self, now_s: float) -> float:
-        """Return a vibrometer's reading of the amplitude in µm p-p."""
+        """Return a vibrometer's reading of the amplitude in µm p-p.
+
+        Of what is played it is the mean over the last whole period, as only that can be compared
+        with a command. The first period begins at the settled mean and does not count: until the
+        second is over, the reading is that of the amplitude where it began.
+        """
         noise_um = self._random(round(now_s * 1e6)).normal(0, self.noise_um)
-        return round(float(abs(self.amplitude_um_pp(now_s) + noise_um)), 6)
+        played = self.drive.played
+        true_um_pp = self._mean_um_pp(played, now_s) if played else self.amplitude_um_pp(now_s)
+        return round(float(abs(true_um_pp + noise_um)), 6)
 
     def voltage_v(self, now_s: float) -> float:
-        """Return the drive voltage, V peak."""
-        target_um_pp = self.drive.target_um_pp
-        if played := self.drive.played:
-            target_um_pp = played.amplitude_um_pp(played.step_at(now_s))
-        return self._applied(self.conditions(now_s), target_um_pp)[1]
+        """Return the drive voltage, V peak; of what is played that of the mean."""
+        return self._applied(self.conditions(now_s), self.drive.target_um_pp)[1]
+
+    def saturates(self, target_um_pp: float, now_s: float) -> bool:
+        """Return whether the voltage's limit is reached when an amplitude is held."""
+        return self._applied(self.conditions(now_s), target_um_pp)[1] >= self.voltage_limit_v
 
     def _advance(self, now_s: float) -> complex:
         """Let the envelope run to ``now_s``; conditions change far slower than it does."""
         now = self.conditions(now_s)
-        for duration_s, target_um_pp in self._targets(now, now_s):
-            frequency_hz, voltage_v = self._applied(now, target_um_pp)
+        if self.drive.played:
+            self._envelope_um_pp = self._play(now, self.drive.played, now_s)
+        else:
+            frequency_hz, voltage_v = self._applied(now, self.drive.target_um_pp)
             self._envelope_um_pp = now.step(
-                self._envelope_um_pp, duration_s, voltage_v=voltage_v, frequency_hz=frequency_hz
+                self._envelope_um_pp,
+                max(now_s - self._time_s, 0.0),
+                voltage_v=voltage_v,
+                frequency_hz=frequency_hz,
             )
         self._time_s = now_s
         return self._envelope_um_pp
 
-    def _targets(self, now: Conditions, now_s: float) -> Iterator[tuple[float, float | None]]:
-        """Yield what was to be held up to ``now_s``, as (for how many seconds, µm p-p).
+    def _play(self, now: Conditions, played: Loop, now_s: float) -> complex:
+        """Return the envelope of what is played.
 
-        Of what is played only the last time constants are gone through: nothing is left of what
-        was before, and so the amplitude depends on the time and not on when one last looked.
+        Only the last time constants are gone through: nothing is left of what was before, and so
+        the amplitude depends on the time and not on when one last looked.
         """
-        played = self.drive.played
-        if played is None:
-            yield max(now_s - self._time_s, 0.0), self.drive.target_um_pp
-            return
+        since_s = self.drive.since_s
         begin_s = now_s - SETTLING_TIME_CONSTANTS * now.time_constant_s
-        for step in range(played.step_at(begin_s), played.step_at(now_s) + 1):
-            since_s = max(step * played.step_s, begin_s)
-            until_s = min((step + 1) * played.step_s, now_s)
-            yield max(until_s - since_s, 0.0), played.amplitude_um_pp(step)
+        if since_s is not None:
+            begin_s, now_s = max(begin_s - since_s, 0.0), now_s - since_s
+        envelope = self._began_um_pp
+        edge_s, steps = played.edge_s, range(played.step_at(begin_s), played.step_at(now_s) + 1)
+        _, after_v = self._applied(now, played.before_um_pp(steps[0]))
+        for step in steps:
+            before_v = after_v
+            frequency_hz, after_v = self._applied(now, played.amplitude_um_pp(step))
+            at_s = step * played.step_s
+            since, until = max(begin_s - at_s, 0.0), min(now_s - at_s, played.step_s)
+            if since < edge_s:
+                envelope = now.edge(
+                    envelope,
+                    since,
+                    min(until, edge_s),
+                    edge_s=edge_s,
+                    before_v=before_v,
+                    after_v=after_v,
+                    frequency_hz=frequency_hz,
+                )
+            held_s = max(until - max(since, edge_s), 0.0)
+            envelope = now.step(envelope, held_s, voltage_v=after_v, frequency_hz=frequency_hz)
+        return envelope
+
+    def _mean_um_pp(self, played: Loop, now_s: float) -> float:
+        """Return the mean over the last whole period, which a linear plate passes whole."""
+        since_s = self.drive.since_s
+        if since_s is not None and now_s - since_s < FIRST_READ_PERIODS * played.period_s:
+            return abs(self._began_um_pp)
+        now = self.conditions(now_s)
+        applied = (self._applied(now, each) for each in played.amplitudes_um_pp)
+        return fmean(
+            voltage_v * abs(now.response_um_pp_per_v(frequency_hz))
+            for frequency_hz, voltage_v in applied
+        )
 
     def _applied(self, now: Conditions, target_um_pp: float | None) -> tuple[float, float]:
         """Return the frequency in Hz and the voltage in V that are on the plate."""

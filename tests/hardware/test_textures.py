@@ -10,6 +10,7 @@ from hardware.backends.mock import MockPlate
 from hardware.backends.serial_board import SerialBoard
 from hardware.clock import VirtualClock
 from hardware.driver import OverLimit, open_plate
+from stimuli.modulation import Loop
 from stimuli.surface import VirtualSurface
 from stimuli.texture import Grating
 
@@ -39,7 +40,7 @@ def test_a_finger_feels_the_wave_go_by():
     presentation = plate.present(surface)
     times_s, amplitudes = felt(plate)
     expected = [surface.amplitude_at_um_pp(t * surface.finger_speed_mm_s) for t in times_s]
-    # Steps of 4 ms, and the plate's ring of 0.6 ms: 10 Hz are passed but a little late.
+    # Steps of 4 ms, edges of 2 ms, a ring of 0.6 ms: 10 Hz are passed but a little late.
     assert np.abs(amplitudes - expected).max() < 0.2
     assert amplitudes.mean() == pytest.approx(1.2, abs=0.01)
     assert presentation.commanded_um_pp == 1.2
@@ -59,7 +60,7 @@ def test_the_plate_rings_between_the_steps_as_its_equation_says():
     steady = rate.conjugate() / abs(rate)
 
     def slope(t, envelope):
-        return rate * (steady * loop.amplitude_um_pp(loop.step_at(t)) - envelope)
+        return rate * (steady * loop.at_um_pp(t) - envelope)
 
     begin_s = times_s[0] - 40 * now.time_constant_s
     solved = solve_ivp(
@@ -67,10 +68,49 @@ def test_the_plate_rings_between_the_steps_as_its_equation_says():
         (begin_s, times_s[-1]),
         [1.2 + 0j],
         t_eval=times_s,
-        max_step=loop.step_s / 200,
+        max_step=loop.edge_s / 100,
         rtol=1e-8,
     )
-    np.testing.assert_allclose(amplitudes, np.abs(solved.y[0]), atol=0.01)
+    np.testing.assert_allclose(amplitudes, np.abs(solved.y[0]), atol=1e-4)
+
+
+@pytest.mark.parametrize("spec, allowed_um", [("mock:noise=0", 1e-4), ("mock", 0.03)])
+def test_what_is_read_back_of_a_texture_is_its_mean(spec, allowed_um):
+    plate = connected(spec)
+    plate.present(grating(mean_um_pp=0.8, waveform="sawtooth"))
+    for _ in range(50):
+        plate.clock.sleep(0.0037)
+        assert plate.read_back().amplitude_um_pp == pytest.approx(0.8, abs=allowed_um)
+
+
+class OddSurface(VirtualSurface):
+    """A laboratory's own, which plays what it likes."""
+
+    def loop(self, modulator=None):  # noqa: ARG002 - whatever the plate follows
+        return OddSurface.played
+
+
+@pytest.mark.parametrize(
+    "changes, kind, said",
+    [
+        ({"amplitudes_um_pp": (0.5, 2.6)}, OverLimit, r"2\.6"),
+        ({"step_s": 0.003}, UserError, "step_s is 0.003, expected 0.004 or more"),
+        ({"edge_s": 0.001}, UserError, "edge_s is 0.001, expected 0.002 or more"),
+        ({"amplitudes_um_pp": (0.5,) * 65}, UserError, "65 amplitudes, expected 64 at most"),
+    ],
+)
+def test_whoever_makes_the_loop_its_limits_are_the_plates(changes, kind, said):
+    usual = {
+        "amplitudes_um_pp": (0.5, 1.5),
+        "step_s": 0.02,
+        "edge_s": 0.002,
+        "mean_um_pp": 1.0,
+    }
+    OddSurface.played = Loop(**usual | changes)
+    plate = connected()
+    with pytest.raises(kind, match=said):
+        plate.present(OddSurface(amplitude_um_pp=1.5))
+    assert plate.vibration_um_pp() == 0
 
 
 def test_what_is_felt_depends_on_the_time_alone():

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from faults import UserError
-from stimuli.modulation import AmplitudeStep, Modulator
+from stimuli.modulation import AmplitudeStep, Loop, Modulator
 from stimuli.surface import VirtualSurface
 from stimuli.texture import Grating
 
@@ -131,7 +131,9 @@ def test_impossible_stroke_is_refused(speed, duration):
         grating().envelope(speed, duration)
 
 
-@pytest.mark.parametrize("name", ["resonance_hz", "quality_factor", "command_interval_s"])
+@pytest.mark.parametrize(
+    "name", ["resonance_hz", "quality_factor", "command_interval_s", "shortest_edge_s"]
+)
 def test_impossible_modulator_is_refused(name):
     with pytest.raises(UserError, match=f"{name} is 0"):
         Modulator(**{name: 0.0})
@@ -163,3 +165,51 @@ def test_a_texture_is_played_for_a_finger_that_moves_forward(speed):
 def test_a_loop_faster_than_the_plate_is_refused():
     with pytest.raises(UserError, match=r"texture 'ridges'.*a period from 16 mm"):
         grating(name="ridges", finger_speed_mm_s=500.0).loop()
+
+
+def loop(**changes):
+    usual = {"amplitudes_um_pp": (0.5, 1.5), "step_s": 0.02, "edge_s": 0.002, "mean_um_pp": 1.0}
+    return Loop(**usual | changes)
+
+
+@settings(deadline=None)
+@given(time=st.floats(0, 10), depth=st.floats(0, 1))
+def test_what_is_due_has_no_step_and_no_slope_beyond_the_edges(time, depth):
+    played = loop(amplitudes_um_pp=(1 - depth, 1 + depth))
+    later = 1e-5
+    slope = abs(played.at_um_pp(time + later) - played.at_um_pp(time)) / later
+    assert slope <= 2 * depth * math.pi / 2 / played.edge_s * (1 + 1e-6) + 1e-6
+    assert 1 - depth - 1e-12 <= played.at_um_pp(time) <= 1 + depth + 1e-12
+
+
+def test_a_loop_begins_at_its_mean_and_then_goes_from_amplitude_to_amplitude():
+    played = loop()
+    times = (0.0, 0.001, 0.002, 0.019, 0.021, 0.03, 0.041)
+    assert [played.at_um_pp(t) for t in times] == pytest.approx([1, 0.75, 0.5, 0.5, 1, 1.5, 1])
+    assert played.period_s == 0.04
+
+
+@pytest.mark.parametrize(
+    "changes, said",
+    [
+        ({"amplitudes_um_pp": (1.0,)}, "1 amplitude, expected two or more"),
+        ({"amplitudes_um_pp": (1.0, math.nan)}, "an amplitude is nan"),
+        ({"mean_um_pp": -1.0}, "an amplitude is -1.0"),
+        ({"edge_s": 0.0}, "edge_s 0.0, expected an edge above"),
+        ({"edge_s": 0.03}, "no longer than a step"),
+        ({"step_s": math.inf}, "step_s is inf"),
+    ],
+)
+def test_impossible_loop_is_refused(changes, said):
+    with pytest.raises(UserError, match=said):
+        loop(**changes)
+
+
+def test_edges_take_three_time_constants_of_the_plate_and_bound_what_is_followed():
+    assert Modulator().edge_s == 0.002  # three time constants are 1.88 ms
+    ringing = Modulator(quality_factor=300.0)
+    assert ringing.edge_s == pytest.approx(3 * ringing.time_constant_s)
+    assert ringing.fastest_hz(8) == pytest.approx(1 / (8 * ringing.edge_s))
+    played = grating(finger_speed_mm_s=60.0).loop(ringing)
+    assert len(played.amplitudes_um_pp) == 8
+    assert played.edge_s <= played.step_s

@@ -1,0 +1,52 @@
+"""The backends that are installed, found by entry point; `hardware.driver` offers them too."""
+
+from __future__ import annotations
+
+from importlib.metadata import entry_points
+from typing import TYPE_CHECKING, Protocol
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from hardware.clock import Clock
+    from hardware.driver import PlateDriver
+
+BACKENDS = "slipscale.backends"  # the entry-point group
+
+
+class Backend(Protocol):
+    """What an entry point of the group ``slipscale.backends`` is: it makes a driver."""
+
+    def __call__(self, address: str, *, clock: Clock, seed: int) -> PlateDriver:
+        """Return a driver, not yet connected.
+
+        Parameters
+        ----------
+        address : str
+            What follows the colon of the plate's SPEC: a port, a VISA resource, or "".
+        clock : Clock
+            The session's clock.
+        seed : int
+            For a backend that simulates; others ignore it.
+        """
+
+
+def backend_names() -> list[str]:
+    """Return the names of all installed backends, sorted."""
+    return sorted(entry_points(group=BACKENDS).names)
+
+
+def open_plate(spec: str, *, clock: Clock, seed: int = 0) -> PlateDriver:
+    """Return the driver that a SPEC names (``mock``, ``serial:PORT``, ``scpi:RESOURCE``).
+
+    Raises
+    ------
+    UserError
+        No backend of that name is installed.
+    """
+    name, _, address = spec.partition(":")
+    found = {point.name: point for point in entry_points(group=BACKENDS)}
+    if name not in found:
+        raise UserError(f"plate '{spec}': no backend '{name}'; there are: {', '.join(found)}")
+    backend: Backend = found[name].load()
+    return backend(address, clock=clock, seed=seed)
