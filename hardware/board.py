@@ -8,13 +8,16 @@ docs/board-protocol.md.
 from __future__ import annotations
 
 import math
-import re
 from collections import deque
+from statistics import fmean
 from typing import TYPE_CHECKING
 
+from hardware import board_arguments as parse
 from hardware import board_protocol as wire
-from hardware.board_protocol import BoardLimits, Reply, Status
+from hardware.board_arguments import Refusal
+from hardware.board_protocol import BoardLimits, ListLimits, Reply, Status
 from hardware.plate.twin import OFF, Drive
+from stimuli.modulation import Loop
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -25,16 +28,8 @@ RAMP_S = 0.025
 SETTLE_S = 0.015
 HOTTEST_C = 60.0
 ERROR_QUEUE = 8
-NUMBER = re.compile(r"[+-]?\d{1,7}(\.\d{1,6})?")
-IDENTITY = f"Slipscale,{wire.PROTOCOL},EMULATED-1,1.0"
-
-
-class Refusal(Exception):
-    """A command that the board answers with an error code."""
-
-    def __init__(self, code: int) -> None:
-        super().__init__(wire.MEANINGS[code])
-        self.code = code
+IDENTITY = f"Slipscale,{wire.PROTOCOL},EMULATED-1,1.1"
+OLD_IDENTITY = f"Slipscale,{wire.PROTOCOL},EMULATED-1,1.0"  # knew no lists
 
 
 class Board:
@@ -50,6 +45,8 @@ class Board:
         Enforced on the board, whatever the host believes.
     identity : str
         The value of ``*IDN?``.
+    lists : bool
+        Whether its firmware knows lists of amplitudes.
     """
 
     def __init__(
@@ -59,16 +56,29 @@ class Board:
         boot: int,
         limits: BoardLimits | None = None,
         identity: str = IDENTITY,
+        lists: bool = True,
     ) -> None:
         self.twin = twin
         self.boot = f"{boot & 0xFFFF_FFFF:08X}"
         self.limits = limits or BoardLimits()
         self.identity = identity
+        self.lists = ListLimits()
+        self._commands = (
+            COMMANDS
+            if lists
+            else {
+                header: each for header, each in COMMANDS.items() if not header.startswith("LIST:")
+            }
+        )
         self.state = "OFF"
         self.busy = False
         self.hot = False
         self.target_um_pp = 0.0
+        self.points_um_pp: list[float] = []
+        self.played: Loop | None = None
+        self._played_since_s = 0.0
         self._from_um_pp = 0.0
+        self._now_um_pp = 0.0  # what the ramp has put on the plate
         self._frequency_hz: float | None = None  # None follows the resonance
         self._heard_s = 0.0
         self._commanded_s = 0.0
@@ -80,7 +90,7 @@ class Board:
     @property
     def vibrates(self) -> bool:
         """Whether the output is on."""
-        return self.state in ("RAMP", "HOLD", "SAT", "OPEN")
+        return self.state in ("RAMP", "HOLD", "SAT", "LIST", "OPEN")
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
         """Take bytes from the line; return (command, reply) for each that was complete."""
@@ -108,13 +118,19 @@ class Board:
             self.silence(now_s, "HOT")
         elif self.state == "RAMP":
             self._ramp(now_s)
-        elif self.state in ("HOLD", "SAT"):
+        elif self.state != "OPEN":
             self._note_saturation(now_s)
 
     def silence(self, now_s: float, state: str = "OFF") -> None:
         """Switch the output off."""
         self.twin.set_drive(OFF, now_s)
-        self.state, self.target_um_pp = state, 0.0
+        self.state, self.target_um_pp, self._now_um_pp, self.played = state, 0.0, 0.0, None
+
+    def commanded_um_pp(self, now_s: float) -> float:
+        """Return the amplitude that is due now."""
+        if self.played:
+            return self.played.at_um_pp(now_s - self._played_since_s)
+        return self._now_um_pp
 
     def temperature_c(self, now_s: float) -> float:
         """Return what the board's sensor says."""
@@ -159,14 +175,15 @@ class Board:
         self._heard_s = now_s
         self.tick(now_s)
         header, _, arguments = body.partition(" ")
-        if header not in COMMANDS:
+        if header not in self._commands:
             raise Refusal(wire.UNDEFINED_HEADER)
-        count, run = COMMANDS[header]
-        return run(self, _arguments(arguments, count), now_s)
+        fewest, most, run = self._commands[header]
+        return run(self, parse.split(arguments, fewest, most), now_s)
 
     def _reset(self, _: list[str], now_s: float) -> str:
         self.silence(now_s)
         self._errors.clear()
+        self.points_um_pp.clear()
         return ""
 
     def _error(self, _: list[str], __: float) -> str:
@@ -174,10 +191,10 @@ class Board:
         return f'{code},"{wire.MEANINGS[code]}"'
 
     def _amplitude(self, arguments: list[str], now_s: float) -> str:
-        amplitude_um_pp = _within(arguments[0], 0, self.limits.amplitude_um_pp)
+        amplitude_um_pp = parse.within(arguments[0], 0, self.limits.amplitude_um_pp)
         self._require_cool(now_s)
-        self._from_um_pp = self.target_um_pp if self.state != "OPEN" else 0.0
-        self.target_um_pp = amplitude_um_pp
+        self._from_um_pp = self._now_um_pp = self.commanded_um_pp(now_s)
+        self.target_um_pp, self.played = amplitude_um_pp, None
         self._frequency_hz, self._commanded_s, self._arrived_s = None, now_s, None
         if amplitude_um_pp == self._from_um_pp == 0:
             self.silence(now_s)
@@ -187,10 +204,10 @@ class Board:
 
     def _open_loop(self, arguments: list[str], now_s: float) -> str:
         limits = self.limits
-        frequency_hz = _within(arguments[0], limits.frequency_min_hz, limits.frequency_max_hz)
-        voltage_v = _within(arguments[1], 0, limits.voltage_v)
+        frequency_hz = parse.within(arguments[0], limits.frequency_min_hz, limits.frequency_max_hz)
+        voltage_v = parse.within(arguments[1], 0, limits.voltage_v)
         self._require_cool(now_s)
-        self.state, self.target_um_pp = "OPEN", 0.0
+        self.state, self.target_um_pp, self._now_um_pp, self.played = "OPEN", 0.0, 0.0, None
         self._frequency_hz, self._commanded_s = frequency_hz, now_s
         self.twin.set_drive(Drive(frequency_hz=frequency_hz, voltage_v=voltage_v), now_s)
         return ""
@@ -199,6 +216,36 @@ class Board:
         if arguments[0] not in ("OFF", "0"):
             raise Refusal(wire.OUT_OF_RANGE)
         self.silence(now_s)
+        return ""
+
+    def _list_amplitudes(self, arguments: list[str], _: float) -> str:
+        first, *texts = arguments
+        kept = parse.whole(first, 1, len(self.points_um_pp) + 1) - 1
+        points_um_pp = [parse.within(text, 0, self.limits.amplitude_um_pp) for text in texts]
+        if kept + len(points_um_pp) > self.lists.points:
+            raise Refusal(wire.OUT_OF_RANGE)
+        if self.played:
+            raise Refusal(wire.SETTINGS_CONFLICT)
+        self.points_um_pp[kept:] = points_um_pp
+        return ""
+
+    def _list_play(self, arguments: list[str], now_s: float) -> str:
+        count = parse.whole(arguments[0], 2, self.lists.points)
+        step_ms = parse.within(arguments[1], self.lists.step_ms, 1000 * self.limits.on_time_s)
+        edge_ms = parse.within(arguments[2], self.lists.edge_ms, step_ms)
+        self._require_cool(now_s)
+        if self.state != "HOLD" or count != len(self.points_um_pp):
+            raise Refusal(wire.SETTINGS_CONFLICT)
+        self.played = Loop(
+            amplitudes_um_pp=tuple(self.points_um_pp),
+            step_s=step_ms / 1000,
+            edge_s=edge_ms / 1000,
+            mean_um_pp=self.target_um_pp,
+        )
+        self.state, self.target_um_pp = "LIST", fmean(self.points_um_pp)
+        self._commanded_s = self._played_since_s = now_s
+        drive = Drive(target_um_pp=self.target_um_pp, played=self.played, since_s=now_s)
+        self.twin.set_drive(drive, now_s)
         return ""
 
     def _require_cool(self, now_s: float) -> None:
@@ -211,8 +258,8 @@ class Board:
         part = min((now_s - self._commanded_s) / RAMP_S, 1)
         if self._arrived_s is None:
             share = 0.5 - 0.5 * math.cos(math.pi * part)
-            target_um_pp = self._from_um_pp + share * (self.target_um_pp - self._from_um_pp)
-            self.twin.set_drive(Drive(target_um_pp=target_um_pp), now_s)
+            self._now_um_pp = self._from_um_pp + share * (self.target_um_pp - self._from_um_pp)
+            self.twin.set_drive(Drive(target_um_pp=self._now_um_pp), now_s)
             self._arrived_s = now_s if part == 1 else None
         elif now_s - self._arrived_s < SETTLE_S:
             return
@@ -223,34 +270,21 @@ class Board:
 
     def _note_saturation(self, now_s: float) -> None:
         saturated = self.twin.voltage_v(now_s) >= self.twin.voltage_limit_v
-        self.state = "SAT" if saturated else "HOLD"
+        holds = "LIST" if self.played else "HOLD"
+        self.state = "SAT" if saturated else holds
 
 
-def _arguments(text: str, count: int) -> list[str]:
-    arguments = text.split(",") if text else []
-    if len(arguments) < count:
-        raise Refusal(wire.MISSING_PARAMETER)
-    if len(arguments) > count:
-        raise Refusal(wire.DATA_TYPE)
-    return arguments
-
-
-def _within(text: str, lowest: float, highest: float) -> float:
-    if not NUMBER.fullmatch(text):
-        raise Refusal(wire.DATA_TYPE)
-    if not lowest <= float(text) <= highest:
-        raise Refusal(wire.OUT_OF_RANGE)
-    return float(text)
-
-
-# header: (number of arguments, what it does)
-COMMANDS: dict[str, tuple[int, Callable[[Board, list[str], float], str]]] = {
-    "*IDN?": (0, lambda board, _, __: board.identity),
-    "*RST": (0, Board._reset),  # noqa: SLF001 - the table belongs to the class
-    "SYST:ERR?": (0, Board._error),  # noqa: SLF001
-    "LIM?": (0, lambda board, _, __: wire.format_limits(board.limits)),
-    "AMPL": (1, Board._amplitude),  # noqa: SLF001
-    "DRIV": (2, Board._open_loop),  # noqa: SLF001
-    "OUTP": (1, Board._output),  # noqa: SLF001
-    "STAT?": (0, lambda board, _, now_s: wire.format_status(board.status(now_s))),
+# header: (fewest and most arguments, what it does)
+COMMANDS: dict[str, tuple[int, int, Callable[[Board, list[str], float], str]]] = {
+    "*IDN?": (0, 0, lambda board, _, __: board.identity),
+    "*RST": (0, 0, Board._reset),  # noqa: SLF001 - the table belongs to the class
+    "SYST:ERR?": (0, 0, Board._error),  # noqa: SLF001
+    "LIM?": (0, 0, lambda board, _, __: wire.format_limits(board.limits)),
+    "AMPL": (1, 1, Board._amplitude),  # noqa: SLF001
+    "DRIV": (2, 2, Board._open_loop),  # noqa: SLF001
+    "OUTP": (1, 1, Board._output),  # noqa: SLF001
+    "LIST:LIM?": (0, 0, lambda board, _, __: wire.format_list_limits(board.lists)),
+    "LIST:AMPL": (2, 1 + wire.POINTS_A_LINE, Board._list_amplitudes),  # noqa: SLF001
+    "LIST:PLAY": (3, 3, Board._list_play),  # noqa: SLF001
+    "STAT?": (0, 0, lambda board, _, now_s: wire.format_status(board.status(now_s))),
 }

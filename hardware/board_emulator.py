@@ -1,32 +1,21 @@
-"""The driver board as a program on a pseudo-terminal: `slipscale plate emulate`.
+"""The driver board on a pseudo-terminal, as `slipscale plate emulate` runs it.
 
-The first line on standard output is the port. It is a link that stays the same when the board is
-"unplugged" and "plugged in again". Lines on standard input control the run; each is answered with
-one line of JSON, the state after it:
-
-==================  ==============================================================
-``state``           only tell, see `Emulator.state`
-``fault NAME``      at the next command; ``NAME@PHASE/N`` as with ``--fault``
-``unplug``          now
-``quit``            end (so does SIGTERM)
-==================  ==============================================================
+Its port is a link that stays the same when the board is "unplugged" and "plugged in again".
 """
 
 from __future__ import annotations
 
-import json
 import os
 import select
-import sys
 import tempfile
 import tty
 from collections import deque
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 from hardware import board_protocol as wire
-from hardware.board import IDENTITY, Board
+from hardware.board import IDENTITY, OLD_IDENTITY, Board
 from hardware.injection import Schedule, parse_injections
 from hardware.misbehaviour import (
     FATAL,
@@ -69,6 +58,8 @@ class Emulator:
     dtr : bool
         Whether the line tells the board that the host let go of it. The board then silences the
         plate and restarts, as boards with an automatic reset do; without, the watchdog has to.
+    log : TextIO
+        Where to write what the plate does, a line a millisecond.
     """
 
     def __init__(
@@ -79,6 +70,7 @@ class Emulator:
         twin: Twin | None = None,
         back_s: float = 0.3,
         dtr: bool = True,
+        log: TextIO | None = None,
     ) -> None:
         orders = list(injections)
         self._standing = {each.fault for each in orders} & set(STANDING)
@@ -93,6 +85,10 @@ class Emulator:
         self._previous = b""
         self._outbox: deque[tuple[float, bytes | Act]] = deque()
         self._presented_um_pp: list[float] = []
+        self._played: list[tuple[float, ...]] = []
+        self._log = log
+        self._logged_ms = round(clock.now() * 1000)
+        self._note("time_s,state,commanded_um_pp,amplitude_um_pp")
         self._back_at_s: float | None
         self._nmea_at_s = 0.0
         self._folder = tempfile.TemporaryDirectory(prefix="slipscale-plate-")
@@ -105,9 +101,9 @@ class Emulator:
         """Return what the control channel tells: the board's state, and what the plate does.
 
         ``amplitude_um_pp`` is the twin's true amplitude; ``presented_um_pp`` lists the amplitudes
-        commanded so far, each once however often its command was repeated.
+        commanded so far, ``played`` the lists, each once however often its command was repeated.
         """
-        now_s = self._clock.now()
+        now_s = self._now()
         self.board.tick(now_s)
         return {
             "state": self.board.state,
@@ -117,6 +113,7 @@ class Emulator:
             "boots": self._boots,
             "plugged": self._master is not None,
             "presented_um_pp": self._presented_um_pp,
+            "played": self._played,
         }
 
     def order(self, text: str) -> None:
@@ -127,7 +124,7 @@ class Emulator:
     def unplug(self) -> None:
         """Pull the plug: the line goes dead, and so does the board, which the line feeds."""
         if self._master is not None:
-            self.board.silence(self._clock.now())
+            self.board.silence(self._now())
             # The system gives the terminal's number to whoever asks next: point there no more.
             self.port.unlink()
             os.close(self._master)
@@ -142,7 +139,7 @@ class Emulator:
 
     def turn(self, control: int | None = None) -> bool:
         """Let at most a tick pass, dealing with what comes; True: the control line is readable."""
-        now_s = self._clock.now()
+        now_s = self._now()
         self.board.tick(now_s)
         self._send_what_is_due()
         if self._back_at_s is not None and now_s >= self._back_at_s:
@@ -160,16 +157,17 @@ class Emulator:
 
     def _boot(self) -> None:
         if self._boots:
-            self.board.silence(self._clock.now())
+            self.board.silence(self._now())
         self._boots += 1
         self._back_at_s = None
         self._deaf = "nmea" in self._standing
         self._line = b""
         self._outbox.clear()
-        foreign = "wrong_identity" in self._standing
-        self.board = Board(
-            self._twin, boot=self._boots, identity=FOREIGN_IDENTITY if foreign else IDENTITY
-        )
+        old = "old_firmware" in self._standing
+        identity = OLD_IDENTITY if old else IDENTITY
+        if "wrong_identity" in self._standing:
+            identity = FOREIGN_IDENTITY
+        self.board = Board(self._twin, boot=self._boots, identity=identity, lists=not old)
 
     def _plug(self) -> None:
         """Make a pseudo-terminal and point the port's link at it.
@@ -202,7 +200,7 @@ class Emulator:
         if self._deaf:
             return
         if byte == wire.STOP:
-            self.board.receive(byte, self._clock.now())
+            self.board.receive(byte, self._now())
             return
         self._line += byte
         if byte == b"\n":
@@ -218,16 +216,37 @@ class Emulator:
                 self._act(STRIKES[fault])
                 if STRIKES[fault] in FATAL:
                     return
-        for body, reply in self.board.receive(line, self._clock.now()):
-            if body.startswith("AMPL") and reply != self._previous and b" 0 *" in reply:
-                self._presented_um_pp.append(self.board.target_um_pp)
+        for body, reply in self.board.receive(line, self._now()):
+            if reply != self._previous and b" 0 *" in reply:
+                self._remember(body)
             answer, self._previous = Answer(reply, self._previous), reply
             spoils = [SPOILS[fault](answer) for fault in faults if fault in SPOILS]
             self._post(spoils[0] if spoils else [reply])
 
+    def _remember(self, body: str) -> None:
+        if body.startswith("AMPL"):
+            self._presented_um_pp.append(self.board.target_um_pp)
+        elif body.startswith("LIST:PLAY") and self.board.played:
+            self._played.append(self.board.played.amplitudes_um_pp)
+
+    def _now(self) -> float:
+        """Return the time, having logged what the plate did until then."""
+        now_s = self._clock.now()
+        while self._log and self._logged_ms + 1 <= now_s * 1000:
+            self._logged_ms += 1
+            at_s = self._logged_ms / 1000
+            commanded_um_pp = self.board.commanded_um_pp(at_s)
+            amplitude_um_pp = self._twin.amplitude_um_pp(at_s)
+            self._note(f"{at_s:.3f},{self.board.state},{commanded_um_pp:.4f},{amplitude_um_pp:.4f}")
+        return now_s
+
+    def _note(self, line: str) -> None:
+        if self._log:
+            self._log.write(line + "\n")
+
     def _post(self, pieces: Iterable[Piece]) -> None:
         """Put pieces behind what still waits to be sent: the board goes on meanwhile."""
-        due_s = max(self._clock.now(), self._outbox[-1][0] if self._outbox else 0.0)
+        due_s = max(self._now(), self._outbox[-1][0] if self._outbox else 0.0)
         for piece in pieces:
             if isinstance(piece, float):
                 due_s += piece
@@ -236,7 +255,7 @@ class Emulator:
         self._send_what_is_due()
 
     def _send_what_is_due(self) -> None:
-        while self._outbox and self._outbox[0][0] <= self._clock.now():
+        while self._outbox and self._outbox[0][0] <= self._now():
             _, piece = self._outbox.popleft()
             if isinstance(piece, Act):
                 self._act(piece)
@@ -256,47 +275,9 @@ class Emulator:
         self._come_back_later()
 
     def _come_back_later(self) -> None:
-        self._back_at_s = self._clock.now() + self._back_s if self._back_s else None
+        self._back_at_s = self._now() + self._back_s if self._back_s else None
 
     def _send(self, data: bytes) -> None:
         if self._master is not None:
             with suppress(OSError):  # the host let go, or does not read: its own affair
                 os.write(self._master, data)
-
-
-def run(emulator: Emulator) -> None:
-    """Print the port, then emulate until told to end."""
-    print(emulator.port, flush=True)
-    control: int | None = sys.stdin.fileno()
-    buffer = b""
-    try:
-        while True:
-            if not emulator.turn(control):
-                continue
-            data = os.read(sys.stdin.fileno(), 4096)
-            if not data:
-                control = None  # started without a keyboard: go on
-            *lines, buffer = (buffer + data).split(b"\n")
-            for line in lines:
-                if line.strip() == b"quit":
-                    return
-                print(_answer(emulator, line.decode("utf-8", "replace").strip()), flush=True)
-    finally:
-        emulator.close()
-
-
-def _answer(emulator: Emulator, line: str) -> str:
-    """Carry out a control line; return a line of JSON."""
-    word, _, rest = line.partition(" ")
-    try:
-        if word == "fault":
-            emulator.order(rest)
-        elif word == "unplug":
-            emulator.unplug()
-        elif word != "state":
-            return json.dumps(
-                {"error": f"no control line '{line}': state, fault NAME, unplug, quit"}
-            )
-    except ValueError as error:
-        return json.dumps({"error": str(error)})
-    return json.dumps(emulator.state())

@@ -28,7 +28,16 @@ ATTEMPTS = 4  # in all less than the board's watchdog takes
 GREETING_S = 3.0  # many boards restart when their port is opened
 FOREIGN_LINES = 3  # so many lines that are no replies: this is another kind of device
 
-REFUSALS: dict[int, type[PlateFault]] = {wire.OUT_OF_RANGE: OverLimit, wire.BUSY: PlateBusy}
+
+class NotKnown(PlateRefused):
+    """The board's firmware does not know the command."""
+
+
+REFUSALS: dict[int, type[PlateFault]] = {
+    wire.OUT_OF_RANGE: OverLimit,
+    wire.BUSY: PlateBusy,
+    wire.UNDEFINED_HEADER: NotKnown,
+}
 
 
 class Line(Protocol):

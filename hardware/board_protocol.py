@@ -5,18 +5,24 @@ Pure: bytes in, records out. Both ends use it, the serial backend and the emulat
 
 from __future__ import annotations
 
+import math
 import re
 from binascii import crc_hqx
 from dataclasses import dataclass
-from typing import Final
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from stimuli.modulation import Loop
 
 PROTOCOL: Final = "slipscale-plate-1"  # the model field of *IDN?
 STOP: Final = b"!"  # one byte, anywhere: silence at once
 LONGEST_FRAME: Final = 96  # bytes, newline included
 LAST_SEQUENCE: Final = 65_535
+POINTS_A_LINE: Final = 8  # of LIST:AMPL: so many fit, however large their numbers
 
 OK: Final = 0
-DATA_TYPE, MISSING_PARAMETER, UNDEFINED_HEADER, OUT_OF_RANGE = -104, -109, -113, -222  # SCPI's own
+DATA_TYPE, MISSING_PARAMETER, UNDEFINED_HEADER = -104, -109, -113  # SCPI's own, as the next
+SETTINGS_CONFLICT, OUT_OF_RANGE = -221, -222
 TOO_HOT, BUSY = 101, 102  # positive: the device's
 
 MEANINGS: Final = {
@@ -24,6 +30,7 @@ MEANINGS: Final = {
     DATA_TYPE: "Data type error",
     MISSING_PARAMETER: "Missing parameter",
     UNDEFINED_HEADER: "Undefined header",
+    SETTINGS_CONFLICT: "Settings conflict",
     OUT_OF_RANGE: "Data out of range",
     TOO_HOT: "Over temperature",
     BUSY: "Busy",
@@ -47,8 +54,9 @@ class Reply:
 class Status:
     """What ``STAT?`` tells.
 
-    ``state``: OFF, RAMP (on its way), HOLD (settled), SAT (settled, but the voltage does not
-    suffice), OPEN (open loop); or why it is silent: WDOG, HOT, LONG.
+    ``state``: OFF, RAMP (on its way), HOLD (settled), LIST (plays a list; target and amplitude
+    are means over its period, the voltage is the largest), SAT (settled or playing, but the
+    voltage does not suffice), OPEN (open loop); or why it is silent: WDOG, HOT, LONG.
     """
 
     state: str
@@ -69,6 +77,15 @@ class BoardLimits:
     frequency_max_hz: float = 40_000.0
     watchdog_ms: float = 500.0
     on_time_s: float = 600.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ListLimits:
+    """What ``LIST:LIM?`` tells: how long a list may be, its shortest step and shortest edge."""
+
+    points: int = 64
+    step_ms: float = 4.0
+    edge_ms: float = 2.0
 
 
 def crc16(data: bytes) -> int:
@@ -159,3 +176,33 @@ def parse_limits(value: str) -> BoardLimits:
         watchdog_ms=watchdog,
         on_time_s=on_time,
     )
+
+
+def format_list_limits(limits: ListLimits) -> str:
+    """Return the value of a ``LIST:LIM?`` reply."""
+    return f"{limits.points},{limits.step_ms:.3f},{limits.edge_ms:.3f}"
+
+
+def parse_list_limits(value: str) -> ListLimits:
+    """Read the value of a ``LIST:LIM?`` reply; ValueError if it is none."""
+    points, step, edge = value.split(",")
+    limits = ListLimits(points=int(points), step_ms=float(step), edge_ms=float(edge))
+    if not (0 < limits.step_ms < math.inf and 0 < limits.edge_ms < math.inf):
+        raise ValueError("expected times above 0")
+    return limits
+
+
+def list_commands(loop: Loop) -> list[str]:
+    """Return what has the board play a loop about the amplitude at which it has settled.
+
+    >>> from stimuli.modulation import Loop
+    >>> list_commands(Loop(amplitudes_um_pp=(2, 0.4), step_s=0.025, edge_s=0.002, mean_um_pp=1.2))
+    ['LIST:AMPL 1,2.0000,0.4000', 'LIST:PLAY 2,25.000,2.000']
+    """
+    amplitudes = [f"{each:.4f}" for each in loop.amplitudes_um_pp]
+    lines = [
+        f"LIST:AMPL {first + 1},{','.join(amplitudes[first : first + POINTS_A_LINE])}"
+        for first in range(0, len(amplitudes), POINTS_A_LINE)
+    ]
+    times = f"{1000 * loop.step_s:.3f},{1000 * loop.edge_s:.3f}"
+    return [*lines, f"LIST:PLAY {len(amplitudes)},{times}"]

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from faults import UserError
@@ -37,6 +39,12 @@ def add_arguments(parser: ArgumentParser) -> None:
         action="store_true",
         help="the line does not tell the board that the host let go: its watchdog has to notice",
     )
+    parser.add_argument(
+        "--log",
+        type=Path,
+        metavar="FILE",
+        help="write what the simulated plate does, a line a millisecond: a new CSV file",
+    )
 
 
 def run(arguments: Namespace) -> int:
@@ -50,23 +58,31 @@ def run(arguments: Namespace) -> int:
         import tty  # noqa: F401, PLC0415 - there are no pseudo-terminals without it
     except ImportError:
         raise UserError("plate emulate needs pseudo-terminals: Linux or macOS") from None
-    from hardware import board_emulator  # noqa: PLC0415
+    from hardware import board_emulator, emulator_control  # noqa: PLC0415
     from hardware.clock import SystemClock  # noqa: PLC0415
     from hardware.plate.twin import Twin  # noqa: PLC0415
     from hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
 
-    emulator = board_emulator.Emulator(
-        clock=SystemClock(),
-        injections=orders,
-        twin=Twin(seed=arguments.seed),
-        back_s=arguments.back_after,
-        dtr=not arguments.no_dtr,
-    )
-    try:
-        with signals_raise():
-            board_emulator.run(emulator)
-    except EndedBySignal:
-        pass  # the usual way to end it
+    with ExitStack() as stack:
+        log = None
+        if arguments.log:
+            try:
+                log = stack.enter_context(arguments.log.open("x", encoding="utf-8"))
+            except OSError as error:
+                raise UserError(f"--log: {arguments.log}: {error.strerror}") from None
+        emulator = board_emulator.Emulator(
+            clock=SystemClock(),
+            injections=orders,
+            twin=Twin(seed=arguments.seed),
+            back_s=arguments.back_after,
+            dtr=not arguments.no_dtr,
+            log=log,
+        )
+        try:
+            with signals_raise():
+                emulator_control.run(emulator)
+        except EndedBySignal:
+            pass  # the usual way to end it
     return 0
 
 

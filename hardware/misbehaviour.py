@@ -79,14 +79,15 @@ STRIKES: dict[str, Act] = {
 FATAL = (Act.UNPLUG, Act.RESET, Act.DEAFEN)  # the command is not heard any more
 
 # Faults of the whole run.
-STANDING = ("wrong_identity", "nmea")
+STANDING = ("wrong_identity", "nmea", "old_firmware")
 
 FAULT_NAMES = (*SPOILS, *STRIKES, *STANDING)
 
 # Phases of a trial: the commands that belong to each.
 PHASES: dict[str, tuple[str, ...]] = {
-    "connect": ("*IDN?", "*RST", "LIM?"),
+    "connect": ("*IDN?", "*RST", "LIM?", "LIST:LIM?"),
     "present": ("AMPL", "DRIV"),
+    "play": ("LIST:AMPL", "LIST:PLAY"),
     "read": ("STAT?",),
     "silence": ("OUTP",),
 }

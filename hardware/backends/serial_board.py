@@ -10,41 +10,45 @@ SPEC: ``serial:PORT`` or ``serial:PORT,option=value,...`` with
 
 The heartbeat asks the board for its status ten times a second; the board silences itself when it
 has heard nothing for its watchdog's time. What the heartbeat learns, `check` raises.
+
+The board plays textures by itself, from a list of amplitudes that it is sent; older firmware does
+not know lists, and then textures are refused.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from statistics import fmean
 from threading import Event, Thread
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from faults import UserError
 from hardware import address as addresses
 from hardware import board_protocol as wire
-from hardware.board_link import BoardLink
+from hardware import board_watch as watch
+from hardware.board_link import BoardLink, NotKnown
 from hardware.clock import SystemClock
 from hardware.driver import (
     ConnectionLost,
     GarbledReply,
-    NotReached,
-    OverLimit,
     PlateDriver,
     PlateFault,
     PlateIdentity,
     PlateLimits,
-    PlateRefused,
     PlateTimeout,
     Presentation,
     Readback,
     WrongDevice,
 )
 from hardware.serial_line import SerialLine
+from stimuli.modulation import DEFAULT_MODULATOR, STEPS_MAX, Modulator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from hardware.calibration import Calibration
     from hardware.clock import Clock
+    from stimuli.modulation import Loop
 
 T = TypeVar("T")
 
@@ -58,22 +62,6 @@ OPTIONS: dict[str, Callable[[str], Any]] = {
     "attention": addresses.number,
     "calibration": addresses.calibration,
 }
-
-# Why a board that should vibrate does not.
-SILENCED: dict[str, tuple[type[PlateFault], str]] = {
-    "OFF": (ConnectionLost, "the board switched its output off by itself"),
-    "WDOG": (PlateTimeout, "the board heard nothing from this computer and silenced the plate"),
-    "HOT": (PlateRefused, "the board is too warm and silenced the plate"),
-    "LONG": (OverLimit, "the board silenced the plate: it was on for too long"),
-    "OPEN": (PlateRefused, "the board drives in open loop"),
-}
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Held:
-    """One presentation that the heartbeat watches over; each is a new object."""
-
-    amplitude_um_pp: float
 
 
 class SerialBoard(PlateDriver):
@@ -114,7 +102,7 @@ class SerialBoard(PlateDriver):
         self._link: BoardLink | None = None
         self._heart: Thread | None = None
         self._stop_heart = Event()
-        self._held: Held | None = None
+        self._held: watch.Held | None = None
         self._fault: PlateFault | None = None
 
     def _connect(self) -> PlateIdentity:
@@ -123,6 +111,7 @@ class SerialBoard(PlateDriver):
         self._line = SerialLine(self.port)
         self._link = link = BoardLink(self._line)
         identity = _identity(link.greet(), self.port)
+        self._learn_lists(link, identity.firmware)
         link.ask("*RST")
         self._heed(_parsed(wire.parse_limits, link.ask("LIM?")))
         self._attend()
@@ -143,14 +132,22 @@ class SerialBoard(PlateDriver):
             self._machine.sleep(POLL_S)
             status = self._status(self._attend())
         if amplitude_um_pp > 0:
-            self._judge(status, amplitude_um_pp)
-            self._held = Held(amplitude_um_pp)
+            held = watch.Held(amplitude_um_pp)
+            watch.judge(status, held, self.limits, port=self.port)
+            self._held = held
         return Presentation(
             commanded_um_pp=amplitude_um_pp,
             readback=self._readback(status),
             settled_by="readback",
             settle_time_s=self._machine.now() - begun_s,
         )
+
+    def _play(self, loop: Loop) -> None:
+        link = self._attend()
+        self._held = None
+        for command in wire.list_commands(loop):
+            link.ask(command)
+        self._held = watch.Held(fmean(loop.amplitudes_um_pp), "LIST")
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         link = self._attend()
@@ -189,22 +186,10 @@ class SerialBoard(PlateDriver):
                 status = self._status(link)
                 # Only if no command came in between is the status one of that presentation.
                 if held is not None and held is self._held:
-                    self._judge(status, held.amplitude_um_pp)
+                    watch.judge(status, held, self.limits, port=self.port)
             except PlateFault as fault:
                 self._fault = fault
                 return
-
-    def _judge(self, status: wire.Status, expected_um_pp: float) -> None:
-        """Raise unless the plate holds the amplitude that was commanded."""
-        if status.state in SILENCED:
-            fault, why = SILENCED[status.state]
-            raise fault(f"{self.port}: {why}")
-        if status.state == "SAT":
-            raise NotReached(
-                f"{expected_um_pp:g} µm p-p was commanded, {status.amplitude_um_pp:.3f} µm p-p "
-                f"is all that {status.voltage_v:.1f} V give"
-            )
-        self.limits.check_reached(expected_um_pp, status.amplitude_um_pp)
 
     def _attend(self) -> BoardLink:
         """Tell the heartbeat that the session is alive; return the link unless a fault is known."""
@@ -221,6 +206,26 @@ class SerialBoard(PlateDriver):
     def _readback(self, status: wire.Status) -> Readback:
         return Readback(
             amplitude_um_pp=status.amplitude_um_pp, kind="measured", time_s=self.clock.now()
+        )
+
+    def _learn_lists(self, link: BoardLink, firmware: str) -> None:
+        """Ask how fast the board plays a list, and for how long a one it has room."""
+        try:
+            lists = _parsed(wire.parse_list_limits, link.ask("LIST:LIM?"))
+        except NotKnown:
+            self.modulator = None
+            self.rigid = f"the board's firmware ({firmware}) holds one amplitude at a time"
+            return
+        if lists.points < STEPS_MAX:
+            self.modulator = None
+            self.rigid = f"the board has room for {lists.points} amplitudes, not for {STEPS_MAX}"
+            return
+        plate = self.calibration.resonance if self.calibration else None
+        self.modulator = Modulator(
+            resonance_hz=plate.frequency_hz if plate else DEFAULT_MODULATOR.resonance_hz,
+            quality_factor=plate.quality_factor if plate else DEFAULT_MODULATOR.quality_factor,
+            command_interval_s=lists.step_ms / 1000,
+            shortest_edge_s=lists.edge_ms / 1000,
         )
 
     def _heed(self, board: wire.BoardLimits) -> None:

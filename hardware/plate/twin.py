@@ -144,12 +144,10 @@ class Twin:
         return round(float(abs(true_um_pp + noise_um)), 6)
 
     def voltage_v(self, now_s: float) -> float:
-        """Return the drive voltage, V peak; of what is played that of the mean."""
-        return self._applied(self.conditions(now_s), self.drive.target_um_pp)[1]
-
-    def saturates(self, target_um_pp: float, now_s: float) -> bool:
-        """Return whether the voltage's limit is reached when an amplitude is held."""
-        return self._applied(self.conditions(now_s), target_um_pp)[1] >= self.voltage_limit_v
+        """Return the drive voltage, V peak; of what is played the largest."""
+        played = self.drive.played
+        target_um_pp = max(played.amplitudes_um_pp) if played else self.drive.target_um_pp
+        return self._applied(self.conditions(now_s), target_um_pp)[1]
 
     def _advance(self, now_s: float) -> complex:
         """Let the envelope run to ``now_s``; conditions change far slower than it does."""

@@ -8,6 +8,9 @@ from hardware import board_protocol as wire
 from hardware.board import Board
 from hardware.plate.dynamics import Finger
 from hardware.plate.twin import Twin
+from stimuli.modulation import Loop
+
+SQUARE = Loop(amplitudes_um_pp=(2.0, 0.4), step_s=0.02, edge_s=0.002, mean_um_pp=1.2)
 
 
 class Bench:
@@ -40,6 +43,12 @@ class Bench:
     def present(self, amplitude_um_pp):
         assert self.ask(f"AMPL {amplitude_um_pp}").code == 0
         self.wait(0.06)
+
+    def play(self, loop):
+        self.present(loop.mean_um_pp)
+        for body in wire.list_commands(loop):
+            assert self.ask(body).code == 0
+        return self.now_s
 
 
 @pytest.fixture
@@ -171,8 +180,126 @@ def test_a_plate_whose_voltage_does_not_suffice_says_so():
     assert status.amplitude_um_pp == pytest.approx(2.3 * 16.5 / 18, abs=0.03)
 
 
+def test_a_list_is_played_by_the_boards_own_time_and_read_as_its_mean(bench):
+    begun_s = bench.play(SQUARE)
+    assert bench.status().state == "LIST"
+    for _ in range(200):
+        bench.wait(0.005)
+        status = bench.status()
+        assert status.target_um_pp == pytest.approx(1.2)
+        assert status.amplitude_um_pp == pytest.approx(1.2, abs=0.03)
+        since_s = bench.now_s - begun_s
+        assert bench.board.commanded_um_pp(bench.now_s) == SQUARE.at_um_pp(since_s)
+        if since_s % SQUARE.step_s > 0.012:  # what rings of an edge is gone
+            level = SQUARE.amplitude_um_pp(SQUARE.step_at(since_s))
+            assert bench.twin.amplitude_um_pp(bench.now_s) == pytest.approx(level, abs=1e-3)
+    assert status.voltage_v == pytest.approx(2 / 2.3 * 15, abs=0.01)
+
+
+def test_a_list_is_filled_line_by_line_and_a_line_in_the_middle_ends_it(bench):
+    for body in ("LIST:AMPL 1,0.1,0.2,0.3", "LIST:AMPL 4,0.4,0.5", "LIST:AMPL 3,0.6"):
+        assert bench.ask(body).code == 0
+    assert bench.board.points_um_pp == [0.1, 0.2, 0.6]
+    assert bench.ask("LIST:AMPL 5,0.1").code == wire.OUT_OF_RANGE
+    assert bench.ask("*RST").code == 0
+    assert bench.board.points_um_pp == []
+
+
+def test_a_list_outside_the_boards_limits_is_refused_and_changes_nothing(bench):
+    bench.present(1.2)
+    assert bench.ask("LIST:AMPL 1,2,0.4").code == 0
+    for body in (
+        "LIST:AMPL 1,2.6",
+        "LIST:AMPL 1.5,1",
+        "LIST:AMPL 0,1",
+        "LIST:PLAY 1,20,2",
+        "LIST:PLAY 2,3.9,2",
+        "LIST:PLAY 2,20,1.9",
+        "LIST:PLAY 2,20,20.1",
+        "LIST:PLAY 2,600001,2",
+    ):
+        assert bench.ask(body).code == wire.OUT_OF_RANGE
+    for body in ("LIST:AMPL 1,nan", "LIST:AMPL 1,1,,1", "LIST:PLAY 2,20,2,1", "LIST:LIM? 1"):
+        assert bench.ask(body).code == wire.DATA_TYPE
+    for body in ("LIST:AMPL", "LIST:AMPL 1", "LIST:PLAY 2,20"):
+        assert bench.ask(body).code == wire.MISSING_PARAMETER
+    assert bench.ask("LIST:PLAY 3,20,2").code == wire.SETTINGS_CONFLICT
+    assert bench.board.points_um_pp == [2.0, 0.4]
+    status = bench.status()
+    assert (status.state, status.target_um_pp) == ("HOLD", 1.2)
+
+
+def test_only_a_settled_plate_plays_and_what_it_plays_is_not_changed(bench):
+    assert bench.ask("LIST:AMPL 1,2,0.4").code == 0
+    assert bench.ask("LIST:PLAY 2,20,2").code == wire.SETTINGS_CONFLICT
+    bench.ask("AMPL 1.2")
+    assert bench.ask("LIST:PLAY 2,20,2").code == wire.SETTINGS_CONFLICT
+    bench.wait(0.06)
+    assert bench.ask("LIST:PLAY 2,20,2").code == 0
+    for body in ("LIST:PLAY 2,20,2", "LIST:AMPL 1,1"):
+        assert bench.ask(body).code == wire.SETTINGS_CONFLICT
+    assert bench.board.points_um_pp == [2.0, 0.4]
+    assert bench.status().state == "LIST"
+
+
+def test_a_repeated_start_does_not_begin_the_list_anew(bench):
+    bench.present(1.2)
+    bench.ask("LIST:AMPL 1,2,0.4")
+    frame = wire.command_frame(500, "LIST:PLAY 2,20,2")
+    first = bench.send(frame)
+    begun_s = bench.now_s
+    bench.wait(0.03, alive=False)
+    assert bench.send(frame) == first
+    assert bench.board.commanded_um_pp(bench.now_s) == SQUARE.at_um_pp(bench.now_s - begun_s)
+
+
+def test_an_amplitude_after_a_list_is_ramped_to_from_where_the_list_was(bench):
+    begun_s = bench.play(SQUARE)
+    bench.wait(0.025)
+    due_um_pp = SQUARE.at_um_pp(bench.now_s - begun_s)
+    assert due_um_pp == pytest.approx(0.4)
+    bench.ask("AMPL 2.3")
+    assert bench.board.commanded_um_pp(bench.now_s) == pytest.approx(due_um_pp)
+    bench.wait(0.005)
+    assert bench.board.commanded_um_pp(bench.now_s) == pytest.approx(0.58, abs=0.01)
+    bench.wait(0.055)
+    assert bench.status().state == "HOLD"
+
+
+@pytest.mark.parametrize("why", ["OFF", "WDOG", "LONG", "HOT"])
+def test_what_silences_a_plate_silences_a_list(bench, why):
+    bench.board.limits = wire.BoardLimits(on_time_s=1)
+    bench.play(SQUARE)
+    if why == "OFF":
+        bench.send(b">12 LIST!")
+    bench.board.hot = why == "HOT"
+    bench.wait(1.1, alive=why != "WDOG")
+    assert bench.status().state == why
+    assert bench.twin.amplitude_um_pp(bench.now_s + 0.1) < 1e-6
+    assert bench.board.commanded_um_pp(bench.now_s) == 0
+
+
+def test_ridges_for_which_the_voltage_does_not_suffice_are_told():
+    bench = Bench(finger=Finger(loss=1 / 150))
+    bench.play(SQUARE)
+    bench.wait(0.1)
+    status = bench.status()
+    assert status.state == "SAT"
+    assert status.voltage_v == 16.5
+    assert status.amplitude_um_pp < 1.15
+
+
+def test_older_firmware_knows_no_lists_and_all_else():
+    bench = Bench()
+    bench.board = Board(bench.twin, boot=1, lists=False)
+    for body in ("LIST:LIM?", "LIST:AMPL 1,1", "LIST:PLAY 2,20,2"):
+        assert bench.ask(body).code == wire.UNDEFINED_HEADER
+    bench.present(1.2)
+    assert bench.status().state == "HOLD"
+
+
 def test_a_terminal_gets_a_plain_answer_to_a_plain_question(bench):
-    assert bench.send(b"*IDN?\r\n") == [b"Slipscale,slipscale-plate-1,EMULATED-1,1.0\r\n"]
+    assert bench.send(b"*IDN?\r\n") == [b"Slipscale,slipscale-plate-1,EMULATED-1,1.1\r\n"]
 
 
 @given(st.lists(st.binary(max_size=150), max_size=8))

@@ -3,19 +3,26 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hardware.board_protocol import (
+    LAST_SEQUENCE,
+    LONGEST_FRAME,
     BoardLimits,
+    ListLimits,
     Reply,
     Status,
     command_frame,
     crc16,
     format_limits,
+    format_list_limits,
     format_status,
+    list_commands,
     parse_command,
     parse_limits,
+    parse_list_limits,
     parse_reply,
     parse_status,
     reply_frame,
 )
+from stimuli.modulation import STEPS_MAX, Loop
 
 BODIES = st.text(
     st.characters(min_codepoint=32, max_codepoint=126, exclude_characters="<>!"),
@@ -95,3 +102,37 @@ def test_status_and_limits_survive_the_wire():
 def test_a_value_that_is_no_status_is_refused(value):
     with pytest.raises(ValueError, match=r"unpack|float"):
         parse_status(value)
+
+
+def test_the_limits_of_lists_survive_the_wire():
+    limits = ListLimits(points=80, step_ms=3.5, edge_ms=1.25)
+    assert parse_list_limits(format_list_limits(limits)) == limits
+
+
+@pytest.mark.parametrize("value", ["", "64", "64,4", "64,4,2,1", "many,4,2", "64,0,2", "64,4,nan"])
+def test_a_value_that_tells_no_limits_of_lists_is_refused(value):
+    with pytest.raises(ValueError, match=r"unpack|int\(\)|expected times"):
+        parse_list_limits(value)
+
+
+@given(
+    st.lists(st.floats(0, 99.9), min_size=2, max_size=STEPS_MAX),
+    st.floats(0.004, 600),
+    st.floats(0.01, 1),
+)
+def test_every_list_fits_into_its_lines_and_arrives_whole(amplitudes, step_s, part):
+    loop = Loop(
+        amplitudes_um_pp=tuple(amplitudes), step_s=step_s, edge_s=part * step_s, mean_um_pp=1.0
+    )
+    *lines, play = list_commands(loop)
+    assert all(len(command_frame(LAST_SEQUENCE, body)) <= LONGEST_FRAME for body in (*lines, play))
+    arrived = []
+    for line in lines:
+        first, *points = line.removeprefix("LIST:AMPL ").split(",")
+        assert int(first) == len(arrived) + 1
+        arrived += map(float, points)
+    assert arrived == pytest.approx(amplitudes, abs=5.1e-5)
+    count, step_ms, edge_ms = play.removeprefix("LIST:PLAY ").split(",")
+    assert int(count) == len(amplitudes)
+    assert float(step_ms) == pytest.approx(1000 * step_s, abs=5.1e-4)
+    assert float(edge_ms) <= float(step_ms)

@@ -1,7 +1,10 @@
 // The firmware on a desk computer: takes a transcript on standard input, answers on the output.
 //
-// "> text" hands a line to the board, ". 60" lets 60 ms pass; answers come as "< text".
-// Build: g++ -std=c++11 -I ../slipscale_plate replay.cpp ../slipscale_plate/plate_board.cpp
+// "> text" hands a line to the board, ". 60" lets 60 ms pass; answers come as "< text". "= 60" lets
+// 60 ms pass and tells of each what is on the plate: "= driven amplitude", in µm peak to peak.
+// Build: g++ -std=c++11 -I ../slipscale_plate replay.cpp ../slipscale_plate/*.cpp -o replay
+// Run: replay [TIME_CONSTANT_MS [GAIN]], the plate's; gain 1 is what the firmware believes.
+#include <cmath>
 #include <cstdlib>
 #include <iostream>
 #include <string>
@@ -10,30 +13,52 @@
 
 namespace {
 
-// A plate that answers at once: what is tested here are the rules, not the physics.
+// A plate that answers at once, or rings; what is tested here are the rules more than the physics.
 class DeskPlate : public slipscale::Hal {
  public:
-  void drive(float, float voltage_v) override { voltage_v_ = voltage_v; }
-  float amplitude_um_pp() override { return voltage_v_ * 2.3F / 15.0F; }
+  DeskPlate(double time_constant_ms, double gain)
+      : gain_um_pp_per_v_(gain * 2.3 / 15),
+        left_(time_constant_ms > 0 ? std::exp(-1 / time_constant_ms) : 0) {}
+
+  void drive(float, float voltage_v) override { put(voltage_v); }
+  void off() override { put(0); }
+  float amplitude_um_pp() override { return static_cast<float>(amplitude_um_pp_); }
   float resonance_hz() override { return 30500.0F; }
   float temperature_c() override { return 22.0F; }
 
+  void pass_a_millisecond() { ring(left_); }
+  double driven_um_pp() const { return voltage_v_ * gain_um_pp_per_v_; }
+
  private:
-  float voltage_v_ = 0;
+  void put(float voltage_v) {
+    voltage_v_ = voltage_v;
+    if (left_ <= 0) ring(0);
+  }
+  void ring(double left) { amplitude_um_pp_ += (1 - left) * (driven_um_pp() - amplitude_um_pp_); }
+
+  const double gain_um_pp_per_v_, left_;
+  double voltage_v_ = 0, amplitude_um_pp_ = 0;
 };
 
 }  // namespace
 
-int main() {
-  DeskPlate plate;
+int main(int count, char** words) {
+  DeskPlate plate(count > 1 ? std::atof(words[1]) : 0, count > 2 ? std::atof(words[2]) : 1);
   slipscale::Board board(plate, slipscale::Settings(), 42);
   uint32_t now_ms = 0;
   std::string line;
   while (std::getline(std::cin, line)) {
     if (line.size() < 2) continue;
     const std::string text = line.substr(2);
-    if (line[0] == '.') {
-      for (long left = std::atol(text.c_str()); left > 0; --left) board.tick(++now_ms);
+    if (line[0] == '.' || line[0] == '=') {
+      for (long left = std::atol(text.c_str()); left > 0; --left) {
+        plate.pass_a_millisecond();
+        board.tick(++now_ms);
+        const double amplitude_um_pp = static_cast<double>(plate.amplitude_um_pp());
+        if (line[0] == '=') {
+          std::cout << "= " << plate.driven_um_pp() << ' ' << amplitude_um_pp << '\n';
+        }
+      }
     } else if (line[0] == '>') {
       for (const char c : text + "\n") {
         const char* answer = board.receive(static_cast<uint8_t>(c), now_ms);

@@ -4,81 +4,34 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "plate_text.h"
+
 namespace slipscale {
 namespace {
 
-constexpr int kOk = 0, kDataType = -104, kMissing = -109, kUndefined = -113, kRange = -222;
-constexpr int kTooHot = 101;
 constexpr uint32_t kRampMs = 25, kSettleMs = 15, kCorrectMs = 10;
 constexpr float kPi = 3.14159265F;
-constexpr float kLargestCorrection = 0.05F;  // of the voltage, per kCorrectMs: no click
-
-struct Meaning {
-  int code;
-  const char* text;
-};
-constexpr Meaning kMeanings[] = {
-    {kOk, "No error"},
-    {kDataType, "Data type error"},
-    {kMissing, "Missing parameter"},
-    {kUndefined, "Undefined header"},
-    {kRange, "Data out of range"},
-    {kTooHot, "Over temperature"},
-};
-constexpr const char* kStates[] = {"OFF", "RAMP", "HOLD", "SAT", "OPEN", "WDOG", "HOT", "LONG"};
-
-const char* meaning(int code) {
-  for (const Meaning& each : kMeanings) {
-    if (each.code == code) return each.text;
-  }
-  return "Unknown error";
-}
-
-uint16_t crc16(const char* data, size_t length) {  // CRC-16/CCITT-FALSE
-  uint16_t crc = 0xFFFF;
-  for (size_t i = 0; i < length; ++i) {
-    crc ^= static_cast<uint16_t>(static_cast<uint8_t>(data[i]) << 8);
-    for (int bit = 0; bit < 8; ++bit) {
-      crc = static_cast<uint16_t>((crc & 0x8000) ? (crc << 1) ^ 0x1021 : crc << 1);
-    }
-  }
-  return crc;
-}
-
-// Small processors' printf knows no %f.
-char* append_fixed(char* end, float value, int decimals) {
-  long scale = 1;
-  for (int i = 0; i < decimals; ++i) scale *= 10;
-  const long scaled = lroundf(value * static_cast<float>(scale));
-  const long size = scaled < 0 ? -scaled : scaled;
-  end += sprintf(end, "%s%ld", scaled < 0 ? "-" : "", size / scale);
-  if (decimals) end += sprintf(end, ".%0*ld", decimals, size % scale);
-  return end;
-}
+constexpr float kLargestCorrection = 0.05F;  // of the voltage, at once: no click
+constexpr size_t kPointsALine = 8;
 
 bool digit(char c) { return c >= '0' && c <= '9'; }
 
-// Plain decimals only: no exponent, no nan, no inf.
-bool parse_number(const char* text, float* value) {
-  const bool negative = *text == '-';
-  if (*text == '-' || *text == '+') ++text;
-  double result = 0, place = 1;
-  int whole = 0, fraction = 0;
-  for (; digit(*text); ++text, ++whole) result = result * 10 + (*text - '0');
-  if (*text == '.') {
-    for (++text; digit(*text); ++text, ++fraction) result += (*text - '0') * (place /= 10);
-    if (fraction == 0) return false;
-  }
-  *value = static_cast<float>(negative ? -result : result);
-  return *text == '\0' && whole > 0 && whole <= 7 && fraction <= 6;
-}
-
-int within(const char* text, float lowest, float highest, float* value) {
-  if (!parse_number(text, value)) return kDataType;
-  return *value >= lowest && *value <= highest ? kOk : kRange;
-}
-
 }  // namespace
+
+// What there is to obey: header, fewest and most arguments, and what it does.
+const Board::Command Board::kCommands[] = {
+    {"*IDN?", 0, 0, &Board::tell_identity},
+    {"*RST", 0, 0, &Board::reset},
+    {"SYST:ERR?", 0, 0, &Board::tell_error},
+    {"LIM?", 0, 0, &Board::tell_limits},
+    {"AMPL", 1, 1, &Board::set_amplitude},
+    {"DRIV", 2, 2, &Board::set_open_loop},
+    {"OUTP", 1, 1, &Board::set_output},
+    {"LIST:LIM?", 0, 0, &Board::tell_list_limits},
+    {"LIST:AMPL", 2, 1 + kPointsALine, &Board::fill_list},
+    {"LIST:PLAY", 3, 3, &Board::play_list},
+    {"STAT?", 0, 0, &Board::tell_status},
+};
 
 const char* Board::receive(uint8_t byte, uint32_t now_ms) {
   if (byte == '!') {
@@ -104,6 +57,8 @@ void Board::tick(uint32_t now_ms) {
     stop(State::kHot);
   } else if (state_ == State::kRamp) {
     ramp(now_ms);
+  } else if (playing_) {
+    play(now_ms);
   } else if (state_ != State::kOpen && now_ms - corrected_ms_ >= kCorrectMs) {
     corrected_ms_ = now_ms;
     hold();
@@ -114,12 +69,14 @@ void Board::silence() { stop(State::kOff); }
 
 bool Board::vibrates() const {
   return state_ == State::kRamp || state_ == State::kHold || state_ == State::kSat ||
-         state_ == State::kOpen;
+         state_ == State::kList || state_ == State::kOpen;
 }
 
 void Board::stop(State why) {
-  voltage_v_ = target_um_pp_ = 0;
-  hal_.drive(frequency_hz_, 0);
+  voltage_v_ = target_um_pp_ = now_um_pp_ = 0;
+  volts_per_um_ = 1 / settings_.gain_um_pp_per_v;
+  playing_ = false;
+  hal_.off();
   state_ = why;
 }
 
@@ -148,7 +105,7 @@ const char* Board::line(uint32_t now_ms) {
   strcpy(last_command_, frame);
   tick(now_ms);
   *space = '\0';
-  char value[96] = "";
+  char value[kValue] = "";
   const int code = obey(space + 1, value, now_ms);
   if (code != kOk) {
     note(code);
@@ -162,59 +119,35 @@ const char* Board::line(uint32_t now_ms) {
 }
 
 int Board::obey(char* body, char* value, uint32_t now_ms) {
-  char* arguments = strchr(body, ' ');
-  if (arguments) *arguments++ = '\0';
-  const bool asked_with = arguments && *arguments;
-  const bool is_amplitude = strcmp(body, "AMPL") == 0, is_output = strcmp(body, "OUTP") == 0;
-  if (is_amplitude || is_output || strcmp(body, "DRIV") == 0) {
-    if (!asked_with) return kMissing;
-    if (is_amplitude) return set_amplitude(arguments, now_ms);
-    if (!is_output) return set_open_loop(arguments, now_ms);
-    if (strchr(arguments, ',')) return kDataType;
-    if (strcmp(arguments, "OFF") != 0 && strcmp(arguments, "0") != 0) return kRange;
-    silence();
-    return kOk;
+  char* text = strchr(body, ' ');
+  if (text) *text++ = '\0';
+  for (const Command& each : kCommands) {
+    if (strcmp(body, each.header) != 0) continue;
+    char* texts[1 + kPointsALine];
+    const size_t count = split(text, texts, 1 + kPointsALine);
+    if (count < each.fewest) return kMissing;
+    if (count > each.most) return kDataType;
+    return (this->*each.run)(Call{texts, count, value, now_ms});
   }
-  const char* const queries[] = {"*IDN?", "*RST", "SYST:ERR?", "LIM?", "STAT?"};
-  int which = 0;
-  while (which < 5 && strcmp(body, queries[which]) != 0) ++which;
-  if (which == 5) return kUndefined;
-  if (asked_with) return kDataType;
-  switch (which) {
-    case 0:
-      strcpy(value, settings_.identity);
-      break;
-    case 1:
-      silence();
-      error_count_ = 0;
-      break;
-    case 2: {
-      const int code = error_count_ ? errors_[0] : kOk;
-      if (error_count_) memmove(errors_, errors_ + 1, --error_count_ * sizeof errors_[0]);
-      sprintf(value, "%d,\"%s\"", code, meaning(code));
-      break;
-    }
-    case 3:
-      write_limits(value);
-      break;
-    default:
-      write_status(value);
-  }
+  return kUndefined;
+}
+
+int Board::reset(const Call&) {
+  silence();
+  error_count_ = 0;
+  list_.clear();
   return kOk;
 }
 
-int Board::set_amplitude(const char* text, uint32_t now_ms) {
+int Board::set_amplitude(const Call& call) {
   float amplitude_um_pp = 0;
-  const int code = within(text, 0, settings_.limits.amplitude_um_pp, &amplitude_um_pp);
+  const int code = within(call.texts[0], 0, settings_.limits.amplitude_um_pp, &amplitude_um_pp);
   if (code != kOk) return code;
-  if (hal_.temperature_c() > settings_.hottest_c) {
-    stop(State::kHot);
-    return kTooHot;
-  }
-  from_um_pp_ = state_ == State::kOpen ? 0 : target_um_pp_;
+  if (too_hot()) return kTooHot;
+  from_um_pp_ = now_um_pp_;
   target_um_pp_ = amplitude_um_pp;
-  commanded_ms_ = now_ms;
-  arrived_ = false;
+  commanded_ms_ = call.now_ms;
+  arrived_ = playing_ = false;
   if (amplitude_um_pp == 0 && from_um_pp_ == 0) {
     silence();
   } else {
@@ -223,27 +156,72 @@ int Board::set_amplitude(const char* text, uint32_t now_ms) {
   return kOk;
 }
 
-int Board::set_open_loop(char* text, uint32_t now_ms) {
-  char* comma = strchr(text, ',');
-  if (!comma) return kMissing;
-  *comma = '\0';
-  if (strchr(comma + 1, ',')) return kDataType;
+int Board::set_open_loop(const Call& call) {
   const Limits& limits = settings_.limits;
   float frequency_hz = 0, voltage_v = 0;
-  int code = within(text, limits.frequency_min_hz, limits.frequency_max_hz, &frequency_hz);
-  if (code == kOk) code = within(comma + 1, 0, limits.voltage_v, &voltage_v);
+  int code = within(call.texts[0], limits.frequency_min_hz, limits.frequency_max_hz, &frequency_hz);
+  if (code == kOk) code = within(call.texts[1], 0, limits.voltage_v, &voltage_v);
   if (code != kOk) return code;
-  if (hal_.temperature_c() > settings_.hottest_c) {
-    stop(State::kHot);
-    return kTooHot;
-  }
+  if (too_hot()) return kTooHot;
   state_ = State::kOpen;
-  target_um_pp_ = 0;
-  commanded_ms_ = now_ms;
+  target_um_pp_ = now_um_pp_ = 0;
+  playing_ = false;
+  commanded_ms_ = call.now_ms;
   frequency_hz_ = frequency_hz;
   voltage_v_ = voltage_v;
   hal_.drive(frequency_hz_, voltage_v_);
   return kOk;
+}
+
+int Board::set_output(const Call& call) {
+  if (strcmp(call.texts[0], "OFF") != 0 && strcmp(call.texts[0], "0") != 0) return kRange;
+  silence();
+  return kOk;
+}
+
+int Board::fill_list(const Call& call) {
+  size_t first = 0;
+  int code = whole_within(call.texts[0], 1, list_.size() + 1, &first);
+  float um_pp[kPointsALine];
+  const size_t count = call.count - 1, kept = first - 1;
+  const float largest_um_pp = fminf(settings_.limits.amplitude_um_pp, AmplitudeList::kLargest);
+  for (size_t i = 0; i < count && code == kOk; ++i) {
+    code = within(call.texts[1 + i], 0, largest_um_pp, &um_pp[i]);
+  }
+  if (code != kOk) return code;
+  if (kept + count > AmplitudeList::kPoints) return kRange;
+  if (playing_) return kConflict;
+  list_.put(kept, um_pp, count);
+  return kOk;
+}
+
+int Board::play_list(const Call& call) {
+  const Limits& limits = settings_.limits;
+  size_t count = 0;
+  float step_ms = 0, edge_ms = 0;
+  int code = whole_within(call.texts[0], 2, AmplitudeList::kPoints, &count);
+  const float longest_ms = static_cast<float>(limits.on_time_s) * 1000;
+  if (code == kOk) code = within(call.texts[1], limits.list_step_ms, longest_ms, &step_ms);
+  if (code == kOk) code = within(call.texts[2], limits.list_edge_ms, step_ms, &edge_ms);
+  if (code != kOk) return code;
+  if (too_hot()) return kTooHot;
+  if (state_ != State::kHold || count != list_.size()) return kConflict;
+  list_.start(target_um_pp_, static_cast<uint32_t>(lroundf(step_ms * 1000)),
+              static_cast<uint32_t>(lroundf(edge_ms * 1000)));
+  mean_um_pp_ = hal_.amplitude_um_pp();
+  target_um_pp_ = list_.mean_um_pp();
+  largest_um_pp_ = list_.largest_um_pp();
+  commanded_ms_ = played_ms_ = call.now_ms;
+  playing_ = first_period_ = true;
+  sum_um_ms_ = sum_ms_ = 0;
+  state_ = State::kList;
+  return kOk;
+}
+
+bool Board::too_hot() {
+  if (hal_.temperature_c() <= settings_.hottest_c) return false;
+  stop(State::kHot);
+  return true;
 }
 
 // Settling counts from when the end of the ramp was really put on the plate: a late call of tick
@@ -261,55 +239,60 @@ void Board::ramp(uint32_t now_ms) {
   const uint32_t elapsed_ms = now_ms - commanded_ms_;
   const float part = elapsed_ms >= kRampMs ? 1 : static_cast<float>(elapsed_ms) / kRampMs;
   const float share = 0.5F - 0.5F * cosf(kPi * part);
-  const float now_um_pp = from_um_pp_ + share * (target_um_pp_ - from_um_pp_);
+  now_um_pp_ = from_um_pp_ + share * (target_um_pp_ - from_um_pp_);
   frequency_hz_ = hal_.resonance_hz();
-  voltage_v_ = fminf(now_um_pp / settings_.gain_um_pp_per_v, settings_.limits.voltage_v);
-  hal_.drive(frequency_hz_, voltage_v_);
+  apply();
   arrived_ = elapsed_ms >= kRampMs;
   arrived_ms_ = now_ms;
 }
 
 // Follow the resonance and correct the voltage a little towards the amplitude that is due.
 void Board::hold() {
+  const bool enough = correct(hal_.amplitude_um_pp(), target_um_pp_);
+  frequency_hz_ = hal_.resonance_hz();
+  apply();
+  state_ = enough ? State::kHold : State::kSat;
+}
+
+// The list goes by the clock; the voltage is corrected by the mean over each whole period, which a
+// plate that rings passes whole. The first period does not count: it begins at the settled mean.
+void Board::play(uint32_t now_ms) {
+  const uint32_t elapsed_ms = now_ms - played_ms_;
+  if (elapsed_ms == 0) return;
+  played_ms_ = now_ms;
   const float measured_um_pp = hal_.amplitude_um_pp();
+  const bool ended = list_.advance(elapsed_ms * 1000);
+  const float next_ms = ended ? static_cast<float>(list_.in_step_us()) / 1000 : 0;
+  sum_um_ms_ += measured_um_pp * (static_cast<float>(elapsed_ms) - next_ms);
+  sum_ms_ += static_cast<float>(elapsed_ms) - next_ms;
+  if (ended) {
+    if (!first_period_) {
+      mean_um_pp_ = sum_um_ms_ / sum_ms_;
+      state_ = correct(mean_um_pp_, largest_um_pp_) ? State::kList : State::kSat;
+    }
+    first_period_ = false;
+    sum_um_ms_ = measured_um_pp * next_ms;  // what of this millisecond belongs to the next period
+    sum_ms_ = next_ms;
+  }
+  now_um_pp_ = list_.due_um_pp();
+  // In a groove there is little vibration, and no phase to follow.
+  if (now_um_pp_ >= target_um_pp_) frequency_hz_ = hal_.resonance_hz();
+  apply();
+}
+
+// Return whether the voltage suffices for the largest amplitude that is due.
+bool Board::correct(float measured_um_pp, float largest_um_pp) {
+  if (largest_um_pp <= 0) return true;
   float factor = measured_um_pp > 0 ? target_um_pp_ / measured_um_pp : 1 + kLargestCorrection;
   factor = fminf(fmaxf(factor, 1 - kLargestCorrection), 1 + kLargestCorrection);
-  frequency_hz_ = hal_.resonance_hz();
-  voltage_v_ = fminf(voltage_v_ * factor, settings_.limits.voltage_v);
+  const float most = settings_.limits.voltage_v / largest_um_pp;
+  volts_per_um_ = fminf(volts_per_um_ * factor, most);
+  return volts_per_um_ < most;
+}
+
+void Board::apply() {
+  voltage_v_ = fminf(now_um_pp_ * volts_per_um_, settings_.limits.voltage_v);
   hal_.drive(frequency_hz_, voltage_v_);
-  state_ = voltage_v_ >= settings_.limits.voltage_v ? State::kSat : State::kHold;
-}
-
-void Board::write_status(char* value) {
-  const bool open = state_ == State::kOpen;
-  char* end = value + sprintf(value, "%s,", kStates[static_cast<int>(state_)]);
-  end = append_fixed(end, target_um_pp_, 4);
-  *end++ = ',';
-  end = append_fixed(end, hal_.amplitude_um_pp(), 4);
-  *end++ = ',';
-  end = append_fixed(end, open ? frequency_hz_ : hal_.resonance_hz(), 1);
-  *end++ = ',';
-  end = append_fixed(end, voltage_v_, 3);
-  *end++ = ',';
-  append_fixed(end, hal_.temperature_c(), 1);
-}
-
-void Board::write_limits(char* value) const {
-  const Limits& limits = settings_.limits;
-  char* end = append_fixed(value, limits.amplitude_um_pp, 4);
-  *end++ = ',';
-  end = append_fixed(end, limits.voltage_v, 3);
-  *end++ = ',';
-  end = append_fixed(end, limits.frequency_min_hz, 1);
-  *end++ = ',';
-  end = append_fixed(end, limits.frequency_max_hz, 1);
-  sprintf(end, ",%lu,%lu", static_cast<unsigned long>(limits.watchdog_ms),
-          static_cast<unsigned long>(limits.on_time_s));
-}
-
-void Board::note(int code) {
-  if (error_count_ == kErrors) memmove(errors_, errors_ + 1, --error_count_ * sizeof errors_[0]);
-  errors_[error_count_++] = code;
 }
 
 }  // namespace slipscale

@@ -8,13 +8,17 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "amplitude_list.h"
+
 namespace slipscale {
 
 // What the rules need of the electronics. Volts are peak, amplitudes peak to peak.
 class Hal {
  public:
-  // Drive with this frequency and voltage. 0 V must open the output stage, not only lower it.
+  // Drive with this frequency and voltage; 0 V in a texture's grooves: the stage stays closed.
   virtual void drive(float frequency_hz, float voltage_v) = 0;
+  // Open the output stage.
+  virtual void off() = 0;
   // The vibration sensor's amplitude, µm peak to peak.
   virtual float amplitude_um_pp() = 0;
   // The frequency at which the plate resonates now; called often while it vibrates.
@@ -32,10 +36,12 @@ struct Limits {
   float frequency_max_hz = 40000.0F;
   uint32_t watchdog_ms = 500;
   uint32_t on_time_s = 600;
+  float list_step_ms = 4.0F;  // shortest, of a list
+  float list_edge_ms = 2.0F;  // at least three time constants of the plate: 3 Q / (pi f0)
 };
 
 struct Settings {
-  const char* identity = "Slipscale,slipscale-plate-1,EMULATED-1,1.0";
+  const char* identity = "Slipscale,slipscale-plate-1,EMULATED-1,1.1";
   float gain_um_pp_per_v = 2.3F / 15.0F;  // from slipscale plate calibrate
   float hottest_c = 60.0F;
   Limits limits;
@@ -44,7 +50,10 @@ struct Settings {
 class Board {
  public:
   Board(Hal& hal, const Settings& settings, uint32_t boot)
-      : hal_(hal), settings_(settings), boot_(boot) {}
+      : hal_(hal),
+        settings_(settings),
+        boot_(boot),
+        volts_per_um_(1 / settings.gain_um_pp_per_v) {}
 
   // Take one byte from the line. Returns an answer to send, or nullptr.
   const char* receive(uint8_t byte, uint32_t now_ms);
@@ -54,33 +63,61 @@ class Board {
   void silence();
 
  private:
-  enum class State : uint8_t { kOff, kRamp, kHold, kSat, kOpen, kWdog, kHot, kLong };
+  enum class State : uint8_t { kOff, kRamp, kHold, kSat, kList, kOpen, kWdog, kHot, kLong };
+  struct Call {
+    char** texts;  // the arguments
+    size_t count;
+    char* value;  // of the answer
+    uint32_t now_ms;
+  };
+  struct Command {
+    const char* header;
+    size_t fewest, most;
+    int (Board::*run)(const Call& call);
+  };
+  static const Command kCommands[];
   static constexpr size_t kLongest = 96;
   static constexpr size_t kErrors = 8;
+  static constexpr size_t kValue = 72;  // an answer's value; the identity must not be longer
 
   bool vibrates() const;
   void stop(State why);
   const char* line(uint32_t now_ms);
   int obey(char* body, char* value, uint32_t now_ms);
-  int set_amplitude(const char* text, uint32_t now_ms);
-  int set_open_loop(char* text, uint32_t now_ms);
+  int tell_identity(const Call& call);
+  int reset(const Call& call);
+  int tell_error(const Call& call);
+  int tell_limits(const Call& call);
+  int tell_list_limits(const Call& call);
+  int tell_status(const Call& call);
+  int set_amplitude(const Call& call);
+  int set_open_loop(const Call& call);
+  int set_output(const Call& call);
+  int fill_list(const Call& call);
+  int play_list(const Call& call);
+  bool too_hot();
   void ramp(uint32_t now_ms);
   void hold();
-  void write_status(char* value);
-  void write_limits(char* value) const;
+  void play(uint32_t now_ms);
+  bool correct(float measured_um_pp, float largest_um_pp);
+  void apply();
   void note(int code);
 
   Hal& hal_;
   const Settings settings_;
   const uint32_t boot_;
   State state_ = State::kOff;
-  float target_um_pp_ = 0, from_um_pp_ = 0, voltage_v_ = 0, frequency_hz_ = 0;
-  uint32_t heard_ms_ = 0, commanded_ms_ = 0, arrived_ms_ = 0, corrected_ms_ = 0;
+  float target_um_pp_ = 0, from_um_pp_ = 0, now_um_pp_ = 0, voltage_v_ = 0, frequency_hz_ = 0;
+  float volts_per_um_;  // of the plate as it is loaded now
+  uint32_t heard_ms_ = 0, commanded_ms_ = 0, arrived_ms_ = 0, corrected_ms_ = 0, played_ms_ = 0;
   bool arrived_ = false;  // the end of the ramp is on the plate, since arrived_ms_
+  AmplitudeList list_;
+  bool playing_ = false, first_period_ = false;
+  float mean_um_pp_ = 0, largest_um_pp_ = 0, sum_um_ms_ = 0, sum_ms_ = 0;
   char buffer_[kLongest + 1] = {};
   size_t length_ = 0;
   char last_command_[kLongest + 1] = {};
-  char reply_[160] = {};
+  char reply_[kValue + 32] = {};
   int errors_[kErrors] = {};
   size_t error_count_ = 0;
 };

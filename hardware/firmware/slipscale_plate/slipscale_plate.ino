@@ -33,14 +33,18 @@ class Electronics : public slipscale::Hal {
     digitalWrite(kSelect, HIGH);
     SPI.begin();
     Wire.begin();
+    Wire.setClock(400000);  // a texture sets the voltage every millisecond
   }
 
   void drive(float frequency_hz, float voltage_v) override {
-    if (voltage_v <= 0) digitalWrite(kEnable, LOW);
     set_voltage(voltage_v);
-    if (voltage_v <= 0) return;
     set_frequency(frequency_hz);
     digitalWrite(kEnable, HIGH);
+  }
+
+  void off() override {
+    digitalWrite(kEnable, LOW);
+    set_voltage(0);
   }
 
   float amplitude_um_pp() override { return volts(kSensor) * (kSensorUm / 5.0F); }
@@ -93,7 +97,7 @@ void setup() {
   electronics.begin();
   Serial.begin(115200);
   slipscale::Settings settings;
-  settings.identity = "Your laboratory,slipscale-plate-1,0001,1.0";
+  settings.identity = "Your laboratory,slipscale-plate-1,0001,1.1";
   static slipscale::Board the_board(electronics, settings, next_boot());
   board = &the_board;
   board->silence();

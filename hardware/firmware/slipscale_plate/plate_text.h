@@ -1,0 +1,26 @@
+// Numbers and checksums as the wire has them.
+#ifndef SLIPSCALE_PLATE_TEXT_H
+#define SLIPSCALE_PLATE_TEXT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+namespace slipscale {
+
+constexpr int kOk = 0, kDataType = -104, kMissing = -109, kUndefined = -113;
+constexpr int kConflict = -221, kRange = -222, kTooHot = 101;
+
+const char* meaning(int code);
+uint16_t crc16(const char* data, size_t length);
+// Write a number with so many decimals (up to 4); return the end of the text.
+char* append_fixed(char* end, float value, int decimals);
+// Read a number and hold it to its limits; return kOk, kDataType or kRange.
+int within(const char* text, float lowest, float highest, float* value);
+// The same for a whole number.
+int whole_within(const char* text, size_t lowest, size_t highest, size_t* value);
+// Cut a text at its commas. Return how many pieces there are; only the first `most` are told.
+size_t split(char* text, char** pieces, size_t most);
+
+}  // namespace slipscale
+
+#endif
