@@ -1,21 +1,28 @@
 """The real serial code against the emulated board, byte for byte over a pseudo-terminal."""
 
+import csv
 import os
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
+import numpy as np
 import pytest
 import serial
 
 from faults import UserError
+from hardware import board_protocol as wire
 from hardware.backends.serial_board import SerialBoard
+from hardware.board_protocol import parse_status
+from hardware.calibration import Calibration
 from hardware.clock import SystemClock
 from hardware.driver import (
     ConnectionLost,
     GarbledReply,
     NoPermission,
+    NotReached,
     OverLimit,
     PlateBusy,
     PlateFault,
@@ -26,9 +33,14 @@ from hardware.driver import (
     WrongDevice,
     open_plate,
 )
+from hardware.plate.twin import Drive, Twin
 from stimuli.surface import VirtualSurface
+from stimuli.texture import Grating
 
 SURFACE = VirtualSurface(amplitude_um_pp=1.2)
+TEXTURE = Grating(
+    spatial_period_mm=2.5, waveform="square", mean_um_pp=1.2, depth_um_pp=0.8, label="T1"
+)
 
 # What the host mends by itself: the command runs once, nobody notices.
 MENDED = [
@@ -56,7 +68,7 @@ PATIENCE = ("reset", "trickle", "deaf")
 MATRIX = [
     (fault, phase)
     for fault in ENDING
-    for phase in ("connect", "present", "read", "silence", "exploring")
+    for phase in ("connect", "present", "play", "read", "silence", "exploring")
     # A greeting is patient with a board that starts or is slow, and a hot one obeys a silence.
     if (fault, phase) not in {(each, "connect") for each in PATIENCE} | {("hot", "silence")}
 ]
@@ -116,18 +128,19 @@ def test_a_surface_is_presented_held_and_silenced(emulate):
     assert not board.state()["vibrates"]
 
 
-@pytest.mark.parametrize("phase", ["connect", "present", "read", "silence"])
+@pytest.mark.parametrize("phase", ["connect", "present", "play/1", "play/2", "read", "silence"])
 @pytest.mark.parametrize("fault", MENDED)
 def test_a_spoiled_answer_is_mended_and_its_command_ran_once(board, fault, phase):
-    before = board.fault(f"{fault}@{phase}")["presented_um_pp"]
+    before = board.fault(f"{fault}@{phase}")
     with serial_plate(board) as plate:
         boots = board.state()["boots"]
-        plate.present(SURFACE)
+        plate.present(TEXTURE)
         plate.read_back()
         plate.check()
         plate.silence()
         state = board.state()
-    assert state["presented_um_pp"] == [*before, 1.2]
+    assert state["presented_um_pp"] == [*before["presented_um_pp"], 1.2]
+    assert state["played"] == [*before["played"], [2.0, 0.4]]
     assert state["boots"] == boots
     assert not state["vibrates"]
 
@@ -146,7 +159,7 @@ def test_a_fault_ends_the_trial_silent_and_the_next_one_works(board, plate, faul
 
     def trial():
         plate.connect()
-        plate.present(SURFACE)
+        plate.present(TEXTURE)
         if phase == "exploring":
             board.fault(fault)
             fault_within(plate)
@@ -199,6 +212,133 @@ def test_unplugged_for_good_is_told_as_not_there(emulate):
     plate.close()
     with pytest.raises(PlateNotFound):
         plate.connect()
+
+
+def test_a_texture_is_held_watched_and_ended_by_the_next_surface(board):
+    with serial_plate(board) as plate:
+        presentation = plate.present(TEXTURE)
+        assert presentation.commanded_um_pp == 1.2
+        for _ in range(80):  # longer than the watchdog: the heartbeat keeps it up
+            time.sleep(0.01)
+            plate.check()
+            assert plate.read_back().amplitude_um_pp == pytest.approx(1.2, abs=0.03)
+        assert board.state()["state"] == "LIST"
+        plate.present(SURFACE)
+        assert board.state()["state"] == "HOLD"
+        plate.present(TEXTURE)
+    assert not board.state()["vibrates"]
+
+
+@pytest.mark.parametrize("waveform", ["sine", "square", "triangle", "sawtooth"])
+def test_the_board_makes_the_envelope_that_the_mock_makes(emulate, tmp_path, waveform):
+    """To 0.02 µm, wherever in the period each began."""
+    texture = replace(TEXTURE, waveform=waveform, spatial_period_mm=3.3, depth_um_pp=1.2)
+    log = tmp_path / "plate.csv"
+    board = emulate("--log", str(log))
+    with serial_plate(board) as plate:
+        plate.present(texture)
+        time.sleep(0.4)
+    board.close()
+    with log.open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["state"] == "LIST"]
+    assert len(rows) > 300
+    begun_s = float(rows[0]["time_s"])
+    rows = rows[5:]  # the first edge, from the mean
+    times_s = np.array([float(row["time_s"]) for row in rows])
+    commanded, made = (
+        np.array([float(row[name]) for row in rows])
+        for name in ("commanded_um_pp", "amplitude_um_pp")
+    )
+    loop = texture.loop()
+    since_s = times_s - begun_s + 100 * loop.period_s  # the mock has no first edge
+
+    def mock_um_pp(offset_s):
+        twin = Twin(seed=7)
+        twin.set_drive(Drive(frequency_hz=30_500, target_um_pp=1.2, played=loop), 0.0)
+        return np.array([twin.amplitude_um_pp(t) for t in since_s + offset_s])
+
+    # The log has a line a millisecond: within the one before its first, the list began.
+    offsets_s = np.linspace(0, 0.001, 41)
+    off_by_um = [np.abs(mock_um_pp(offset_s) - made).max() for offset_s in offsets_s]
+    assert min(off_by_um) < 0.02
+    offset_s = offsets_s[np.argmin(off_by_um)]
+    due = [loop.at_um_pp(t + offset_s) for t in since_s]
+    assert np.abs(commanded - due).max() < 0.05
+
+
+def test_older_firmware_is_told_and_its_textures_refused_before_anything_moves(emulate):
+    board = emulate("--fault", "old_firmware")
+    with serial_plate(board) as plate:
+        plate.present(SURFACE)
+        with pytest.raises(UserError, match=r"'T1': the board's firmware \(1\.0\) holds one ampl"):
+            plate.present(TEXTURE)
+        assert board.state()["state"] == "HOLD"
+        assert board.state()["target_um_pp"] == 1.2
+
+
+def test_a_board_with_a_short_list_is_told(board, monkeypatch):
+    monkeypatch.setattr(wire, "parse_list_limits", lambda _: wire.ListLimits(points=20))
+    with (
+        serial_plate(board) as plate,
+        pytest.raises(UserError, match="room for 20 amplitudes, not for 64"),
+    ):
+        plate.present(TEXTURE)
+
+
+def test_a_texture_for_which_the_voltage_does_not_suffice_is_a_fault(board, monkeypatch):
+    monkeypatch.setattr(
+        wire, "parse_status", lambda value: parse_status(value.replace("LIST", "SAT"))
+    )
+    with serial_plate(board) as plate:
+        plate.present(TEXTURE)
+        with pytest.raises(NotReached, match=r"a texture of mean 1\.2 µm p-p was commanded"):
+            fault_within(plate)
+
+
+def test_a_board_that_stops_playing_is_noticed(board, monkeypatch):
+    monkeypatch.setattr(
+        wire, "parse_status", lambda value: parse_status(value.replace("LIST", "HOLD"))
+    )
+    with serial_plate(board) as plate:
+        plate.present(TEXTURE)
+        with pytest.raises(PlateRefused, match="tells HOLD, not LIST"):
+            fault_within(plate)
+
+
+def test_the_plates_q_bounds_what_the_board_is_asked_for(board):
+    ringing = Calibration.model_validate(
+        {
+            "device": {"backend": "serial"},
+            "made": {"date": "2026-01-01", "by": "A. Test", "instrument": "none"},
+            "drive": {},
+            "resonance": {
+                "frequency_hz": 30_500,
+                "frequency_ci95_hz": 1,
+                "quality_factor": 600,
+                "quality_factor_ci95": 5,
+                "residual_um": 0,
+            },
+            "gain": {
+                "um_pp_per_v": 0.153,
+                "um_pp_per_v_ci95": 0,
+                "residual_um": 0,
+                "voltage_max_v": 16.5,
+                "amplitude_max_um_pp": 2.5,
+            },
+            "points": [
+                {
+                    "sweep": "voltage",
+                    "frequency_hz": 30_500,
+                    "voltage_v": 16.5,
+                    "amplitude_um_pp": 2.5,
+                }
+            ],
+        }
+    )
+    with SerialBoard(board.port, clock=SystemClock(), calibration=ringing) as plate:
+        assert plate.modulator.edge_s == pytest.approx(3 * 600 / (np.pi * 30_500))
+        with pytest.raises(UserError, match=r"the plate and its line follow 25\.4 at most"):
+            plate.present(replace(TEXTURE, finger_speed_mm_s=70))
 
 
 def test_limits_are_narrowed_to_the_boards(board):
