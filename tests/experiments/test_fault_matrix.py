@@ -39,6 +39,28 @@ randomisation = "blocked"
 scale_top = "declared"
 """
 
+TEXTURES = """
+[[textures]]
+name = "ridges"
+waveform = "square"
+spatial_period_mm = 2.5
+mean_um_pp = 1.4
+depth_um_pp = 0.4
+finger_speed_mm_s = 50.0
+
+[[textures]]
+name = "waves"
+spatial_period_mm = 5.0
+mean_um_pp = 0.9
+depth_um_pp = 0.9         # down to 0: a plate that fell silent is not told from a groove
+finger_speed_mm_s = 50.0
+
+[[tasks]]"""
+TEXTURED = STUDY.replace("[[tasks]]", TEXTURES.lstrip(), 1)
+SEED_TEXTURED = 8  # the trial that is struck presents the ridges
+MEANS = {"ridges": 1.4, "waves": 0.9}
+LARGEST = {"n/a": [0.5, 1.2, 2.3], "ridges": [1.8], "waves": [1.8]}
+
 BACK_S = 0.1
 STRUCK_TRIAL = 2
 
@@ -54,6 +76,8 @@ MENDED = [
     "duplicated",
     "out_of_order",
 ]
+PLAYING = [(fault, phase) for fault in ENDING for phase in ("starting", "exploring", "answering")]
+PLAYING += [(fault, "starting") for fault in MENDED] + [("delayed", "reconnecting")]
 PHASES = ["presenting", "reading", "exploring", "answering", "silencing", "reconnecting"]
 
 
@@ -73,7 +97,10 @@ class Participant(ScriptedParticipant):
         self.given = []
 
     def feel(self, _step):
-        return round(10 * self.board.state()["amplitude_um_pp"], 1)
+        state = self.board.state()
+        if state["state"] == "LIST":  # a texture, somewhere in its swing: by its mean
+            return round(100 + 10 * state["target_um_pp"], 1)
+        return round(10 * state["amplitude_um_pp"], 1)
 
     def strike(self, step):
         trial = step.trial.number if getattr(step, "trial", None) else 0
@@ -81,6 +108,7 @@ class Participant(ScriptedParticipant):
         during = trial == STRUCK_TRIAL
         orders = {
             "presenting": (before, f"{self.fault}@present"),
+            "starting": (before, f"{self.fault}@play/2"),
             "reading": (before, f"{self.fault}@read"),
             "exploring": (during and isinstance(step, Explore), self.fault),
             "answering": (during and isinstance(step, Ask), self.fault),
@@ -116,12 +144,12 @@ class PatientOperator(UnattendedOperator):
         return super().poll()
 
 
-def run_session(board, fault, phase, folder):
+def run_session(board, fault, phase, folder, *, study=STUDY, seed=1):
     plan = RunPlan(
         study_name="matrix",
-        study_text=STUDY,
+        study_text=study,
         participant="01",
-        seed=1,
+        seed=seed,
         language="en",
         mode="pilot",
     )
@@ -149,11 +177,15 @@ def run_session(board, fault, phase, folder):
 
 def check_data(board, person, records, rows):
     """Nothing is lost, nothing belongs to another surface, the plate is silent."""
-    assert sorted(float(row["amplitude_um_pp"]) for row in rows) == [0.5, 1.2, 2.3]
+    for texture in {row["texture"] for row in rows}:
+        presented = [row["amplitude_um_pp"] for row in rows if row["texture"] == texture]
+        assert sorted(map(float, presented)) == LARGEST[texture]
     for row in rows:
-        assert float(row["estimate"]) == pytest.approx(10 * float(row["amplitude_um_pp"]), abs=0.1)
+        mean_um_pp = MEANS.get(row["texture"], float(row["amplitude_um_pp"]))
+        felt = 10 * mean_um_pp + (100 if row["texture"] in MEANS else 0)
+        assert float(row["estimate"]) == pytest.approx(felt, abs=0.1)
         readback = float(row["amplitude_readback_um_pp"])
-        assert readback == pytest.approx(float(row["amplitude_um_pp"]), abs=0.05)
+        assert readback == pytest.approx(mean_um_pp, abs=0.05)
     assert records[-1].kind == "end"
     kept = [r for r in records if r.kind in ("done", "discarded")]
     answers = [r.data["answer"] for r in kept if (r.data["answer"] or {}).get("value") is not None]
@@ -185,6 +217,26 @@ def test_a_spoiled_answer_goes_unnoticed(board, tmp_path, fault, phase):
     assert outcome == "complete"
     check_data(board, person, records, rows)
     assert not [r for r in records if r.kind == "fault"]
+
+
+@pytest.mark.parametrize("fault, phase", PLAYING)
+def test_a_fault_in_the_middle_of_a_texture_costs_no_answer(board, tmp_path, fault, phase):
+    outcome, person, records, rows = run_session(
+        board, fault, phase, tmp_path, study=TEXTURED, seed=SEED_TEXTURED
+    )
+    assert outcome == "complete"
+    assert person.fault is None
+    assert {"ridges", "waves", "n/a"} == {row["texture"] for row in rows}
+    assert len(rows) == 5
+    check_data(board, person, records, rows)
+    struck = {row["texture"] for row in rows if row["trial"] == str(STRUCK_TRIAL)}
+    told = [r.data["code"] for r in records if r.kind == "fault"]
+    ends = fault in ENDING or phase == "reconnecting"
+    assert bool(told) == ends, told
+    if ends:
+        assert any(row["flag"] != "n/a" for row in rows)
+    else:
+        assert struck == {"ridges"}
 
 
 def test_a_board_that_never_comes_back_stops_the_session_resumable(tmp_path):
