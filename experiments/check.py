@@ -161,6 +161,7 @@ def check_plate(setting: Setting) -> Finding:
         made = plate.present(VirtualSurface(amplitude_um_pp=largest))
         plate.silence()
         who, notes = plate.identity, plate.notes
+        textures = "plays textures" if plate.modulator else "plays no textures"
     reading = made.readback.amplitude_um_pp
     told = "no readback" if reading is None else f"reads {reading:.2f} of {largest:g} µm p-p"
     name = f"{who.manufacturer} {who.model} {who.serial}" if who else setting.plate
@@ -168,7 +169,7 @@ def check_plate(setting: Setting) -> Finding:
         name="plate",
         # A note (an old calibration, say) is no reason not to begin, but must be read.
         passed=None if notes else True,
-        detail=f"{name}; {told}; {made.settle_time_s * 1000:.0f} ms",
+        detail=f"{name}; {told}; {made.settle_time_s * 1000:.0f} ms; {textures}",
         remedy="; ".join(notes),
     )
 

@@ -7,6 +7,7 @@ at that moment: an estimate that does not fit its row was given to another surfa
 import csv
 import re
 import time
+from dataclasses import replace
 
 import pytest
 
@@ -255,7 +256,16 @@ def test_the_check_before_a_session_tells_of_the_plate_and_leaves_it_silent(boar
     finding = CHECKS["plate"](setting)
     assert finding.passed
     assert "slipscale-plate-1 EMULATED-1" in finding.detail
+    assert finding.detail.endswith("; plays textures")
     assert not board.state()["vibrates"]
+
+
+def test_the_check_tells_that_a_board_with_older_firmware_plays_no_textures(tmp_path):
+    with EmulatorProcess("--fault", "old_firmware") as board:
+        setting = Setting(study="biet2007", plate=f"serial:{board.port}", out=tmp_path)
+        assert CHECKS["plate"](setting).detail.endswith("; plays no textures")
+        with pytest.raises(UserError, match=r"'T1': the board's firmware \(1\.0\) holds one ampl"):
+            CHECKS["plate"](replace(setting, study="textures_demo"))
 
 
 @pytest.mark.parametrize(

@@ -202,7 +202,7 @@ def test_a_texture_that_has_gone_is_noticed_where_its_swing_does_not_reach_zero(
 
 @pytest.fixture
 def rigid(monkeypatch):
-    """Have the mock hold one amplitude, as the serial board does."""
+    """Have the mock hold one amplitude, as a function generator does."""
     monkeypatch.setattr(MockPlate, "modulator", property(lambda _: None, lambda *_: None))
 
 

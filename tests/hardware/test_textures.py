@@ -7,7 +7,6 @@ from scipy.integrate import solve_ivp
 from faults import UserError
 from hardware.backends.function_generator import FunctionGenerator
 from hardware.backends.mock import MockPlate
-from hardware.backends.serial_board import SerialBoard
 from hardware.clock import VirtualClock
 from hardware.driver import OverLimit, open_plate
 from stimuli.modulation import Loop
@@ -177,6 +176,5 @@ def test_a_backend_that_cannot_modulate_refuses_and_leaves_the_plate_as_it_was()
     assert plate.present(grating(depth_um_pp=0.0)).commanded_um_pp == 1.2
 
 
-@pytest.mark.parametrize("backend", [SerialBoard, FunctionGenerator])
-def test_board_and_function_generator_do_not_claim_to_modulate(backend):
-    assert backend.modulator is None
+def test_a_function_generator_does_not_claim_to_modulate():
+    assert FunctionGenerator.modulator is None
