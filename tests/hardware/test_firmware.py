@@ -202,6 +202,16 @@ def test_the_firmware_brings_a_plate_that_a_finger_damps_back_to_the_mean(firmwa
 
 
 @needs_compiler
+def test_a_late_turn_of_the_firmware_does_not_pass_for_a_weak_plate(firmware):
+    turns = [
+        line for beat in range(30) for line in [". 9", "- 4"] * 8 + [said(200 + beat, "STAT?")]
+    ]
+    told = answers(firmware([*playing(1), *turns], str(TIME_CONSTANT_MS)))[-30:]
+    means_um_pp = [float(line.split(",")[2]) for line in told]
+    assert means_um_pp == pytest.approx([1.2] * 30, rel=0.01)
+
+
+@needs_compiler
 def test_a_drive_that_does_not_suffice_for_the_ridges_is_told(firmware):
     *_, status = answers(firmware([*playing(1), *watched(1000)], str(TIME_CONSTANT_MS), "0.75"))
     assert " SAT,1.2000," in status

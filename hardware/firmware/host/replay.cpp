@@ -2,6 +2,7 @@
 //
 // "> text" hands a line to the board, ". 60" lets 60 ms pass; answers come as "< text". "= 60" lets
 // 60 ms pass and tells of each what is on the plate: "= driven amplitude", in µm peak to peak.
+// "- 4" lets 4 ms pass in which the board is busy with something else.
 // Build: g++ -std=c++11 -I ../slipscale_plate replay.cpp ../slipscale_plate/*.cpp -o replay
 // Run: replay [TIME_CONSTANT_MS [GAIN]], the plate's; gain 1 is what the firmware believes.
 #include <cmath>
@@ -50,10 +51,11 @@ int main(int count, char** words) {
   while (std::getline(std::cin, line)) {
     if (line.size() < 2) continue;
     const std::string text = line.substr(2);
-    if (line[0] == '.' || line[0] == '=') {
+    if (line[0] == '.' || line[0] == '=' || line[0] == '-') {
       for (long left = std::atol(text.c_str()); left > 0; --left) {
         plate.pass_a_millisecond();
-        board.tick(++now_ms);
+        ++now_ms;
+        if (line[0] != '-') board.tick(now_ms);
         const double amplitude_um_pp = static_cast<double>(plate.amplitude_um_pp());
         if (line[0] == '=') {
           std::cout << "= " << plate.driven_um_pp() << ' ' << amplitude_um_pp << '\n';

@@ -24,7 +24,6 @@ class AmplitudeList {
   void start(float from_um_pp, uint32_t step_us, uint32_t edge_us);
   // Let time pass. Returns whether a period has come to its end.
   bool advance(uint32_t elapsed_us);
-  uint32_t in_step_us() const { return in_step_us_; }
   // The amplitude that is due now: on an edge half a period of a cosine, then level.
   float due_um_pp() const;
 

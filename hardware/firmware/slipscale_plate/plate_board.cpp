@@ -213,7 +213,7 @@ int Board::play_list(const Call& call) {
   largest_um_pp_ = list_.largest_um_pp();
   commanded_ms_ = played_ms_ = call.now_ms;
   playing_ = first_period_ = true;
-  sum_um_ms_ = sum_ms_ = 0;
+  measured_um_ms_ = driven_um_ms_ = 0;
   state_ = State::kList;
   return kOk;
 }
@@ -255,24 +255,22 @@ void Board::hold() {
 }
 
 // The list goes by the clock; the voltage is corrected by the mean over each whole period, which a
-// plate that rings passes whole. The first period does not count: it begins at the settled mean.
+// plate that rings passes whole. It is weighed against what was driven, so that a late tick does not
+// pass for a weak plate. The first period does not count: it begins at the settled mean.
 void Board::play(uint32_t now_ms) {
   const uint32_t elapsed_ms = now_ms - played_ms_;
   if (elapsed_ms == 0) return;
   played_ms_ = now_ms;
   const float measured_um_pp = hal_.amplitude_um_pp();
-  const bool ended = list_.advance(elapsed_ms * 1000);
-  const float next_ms = ended ? static_cast<float>(list_.in_step_us()) / 1000 : 0;
-  sum_um_ms_ += measured_um_pp * (static_cast<float>(elapsed_ms) - next_ms);
-  sum_ms_ += static_cast<float>(elapsed_ms) - next_ms;
-  if (ended) {
-    if (!first_period_) {
-      mean_um_pp_ = sum_um_ms_ / sum_ms_;
+  measured_um_ms_ += measured_um_pp * static_cast<float>(elapsed_ms);
+  driven_um_ms_ += now_um_pp_ * static_cast<float>(elapsed_ms);
+  if (list_.advance(elapsed_ms * 1000)) {
+    if (!first_period_ && driven_um_ms_ > 0) {
+      mean_um_pp_ = target_um_pp_ * measured_um_ms_ / driven_um_ms_;
       state_ = correct(mean_um_pp_, largest_um_pp_) ? State::kList : State::kSat;
     }
     first_period_ = false;
-    sum_um_ms_ = measured_um_pp * next_ms;  // what of this millisecond belongs to the next period
-    sum_ms_ = next_ms;
+    measured_um_ms_ = driven_um_ms_ = 0;
   }
   now_um_pp_ = list_.due_um_pp();
   // In a groove there is little vibration, and no phase to follow.

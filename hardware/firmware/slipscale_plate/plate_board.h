@@ -113,7 +113,7 @@ class Board {
   bool arrived_ = false;  // the end of the ramp is on the plate, since arrived_ms_
   AmplitudeList list_;
   bool playing_ = false, first_period_ = false;
-  float mean_um_pp_ = 0, largest_um_pp_ = 0, sum_um_ms_ = 0, sum_ms_ = 0;
+  float mean_um_pp_ = 0, largest_um_pp_ = 0, measured_um_ms_ = 0, driven_um_ms_ = 0;
   char buffer_[kLongest + 1] = {};
   size_t length_ = 0;
   char last_command_[kLongest + 1] = {};

@@ -1,7 +1,6 @@
 #include "plate_text.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 namespace slipscale {
@@ -47,28 +46,35 @@ const char* meaning(int code) {
   return "Unknown error";
 }
 
-uint16_t crc16(const char* data, size_t length) {  // CRC-16/CCITT-FALSE
+uint16_t crc16(const char* data, size_t length) {  // CRC-16/CCITT-FALSE, a byte at once
   uint16_t crc = 0xFFFF;
   for (size_t i = 0; i < length; ++i) {
-    crc ^= static_cast<uint16_t>(static_cast<uint8_t>(data[i]) << 8);
-    for (int bit = 0; bit < 8; ++bit) {
-      crc = static_cast<uint16_t>((crc & 0x8000) ? (crc << 1) ^ 0x1021 : crc << 1);
-    }
+    uint16_t x = static_cast<uint16_t>((crc >> 8) ^ static_cast<uint8_t>(data[i]));
+    x = static_cast<uint16_t>(x ^ (x >> 4));
+    crc = static_cast<uint16_t>((crc << 8) ^ (x << 12) ^ (x << 5) ^ x);
   }
   return crc;
 }
 
-// Small processors' printf knows neither %f nor a width of *.
+// Small processors' printf knows neither %f nor a width of *, and their divisions take so long that
+// a texture would stumble over every answer: each digit is counted off.
 char* append_fixed(char* end, float value, int decimals) {
-  long scale = 1;
+  float scale = 1;
   for (int i = 0; i < decimals; ++i) scale *= 10;
-  const long scaled = lroundf(value * static_cast<float>(scale));
-  long left = scaled < 0 ? -scaled : scaled;
-  end += sprintf(end, "%s%ld", scaled < 0 ? "-" : "", left / scale);
-  if (decimals) *end++ = '.';
-  for (left %= scale; scale > 1; left %= scale) {
-    scale /= 10;
-    *end++ = static_cast<char>('0' + left / scale);
+  int32_t left = static_cast<int32_t>(lroundf(value * scale));
+  if (left < 0) {
+    *end++ = '-';
+    left = -left;
+  }
+  static const int32_t kPlaces[] = {1000000000, 100000000, 10000000, 1000000, 100000,
+                                    10000,      1000,      100,      10,      1};
+  bool begun = false;
+  for (int place = 0; place < 10; ++place) {
+    char figure = '0';
+    for (; left >= kPlaces[place]; left -= kPlaces[place]) ++figure;
+    begun = begun || figure != '0' || place >= 9 - decimals;
+    if (begun) *end++ = figure;
+    if (decimals && place == 9 - decimals) *end++ = '.';
   }
   *end = '\0';
   return end;
