@@ -53,7 +53,7 @@ finger_speed_mm_s = 50.0
 name = "waves"
 spatial_period_mm = 5.0
 mean_um_pp = 0.9
-depth_um_pp = 0.9         # down to 0: a plate that fell silent is not told from a groove
+depth_um_pp = 0.9         # down to 0: silence is told from a groove by the mean
 finger_speed_mm_s = 50.0
 
 [[tasks]]"""

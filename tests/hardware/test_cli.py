@@ -67,6 +67,14 @@ def test_the_front_door_loads_nothing_heavy_for_help():
     assert done.stderr.strip() == "[]"
 
 
+def test_a_log_never_overwrites_what_is_there(tmp_path, capsys):
+    log = tmp_path / "plate.csv"
+    log.write_text("mine")
+    assert slipscale.main(["plate", "emulate", "--log", str(log)]) == 2
+    assert "plate.csv: File exists" in capsys.readouterr().err
+    assert log.read_text() == "mine"
+
+
 def test_the_emulator_is_controlled_line_by_line(emulate):
     board = emulate("--seed", "3")
     assert board.state()["state"] == "OFF"

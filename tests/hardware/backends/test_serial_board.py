@@ -295,6 +295,22 @@ def test_a_texture_for_which_the_voltage_does_not_suffice_is_a_fault(board, monk
             fault_within(plate)
 
 
+def test_a_plate_that_falls_silent_is_told_from_a_groove(board, monkeypatch):
+    monkeypatch.setattr(
+        wire,
+        "parse_status",
+        lambda value: (
+            replace(parse_status(value), amplitude_um_pp=0.0)
+            if value.startswith("LIST")
+            else parse_status(value)
+        ),
+    )
+    with serial_plate(board) as plate:
+        plate.present(replace(TEXTURE, depth_um_pp=1.2))
+        with pytest.raises(NotReached, match=r"1\.2 µm p-p was commanded, 0\.000"):
+            fault_within(plate)
+
+
 def test_a_board_that_stops_playing_is_noticed(board, monkeypatch):
     monkeypatch.setattr(
         wire, "parse_status", lambda value: parse_status(value.replace("LIST", "HOLD"))
