@@ -10,12 +10,13 @@ import os
 import shutil
 import tempfile
 from dataclasses import dataclass, replace
+from statistics import stdev
 from typing import TYPE_CHECKING
 
 from experiments.dataset import mode_of
 from experiments.rehearsal import admit, surfaces
 from experiments.run import RunPlan, check_labels, is_mock, journal_path
-from experiments.run_state import remedy, run_state
+from experiments.run_state import check_alike, participants, remedy, run_state
 from experiments.study import read_study
 from faults import RigError, UserError
 from hardware.clock import SystemClock
@@ -24,11 +25,14 @@ from hardware.signals import silent_on_signals
 from stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from pathlib import Path
+
+    from hardware.driver import PlateDriver
 
 ENOUGH_MB = 100
 FOCUS_FRAMES = 40
+READINGS, READINGS_S = 20, 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,14 +116,15 @@ def check_folder(setting: Setting) -> Finding:
 
 def check_participant(setting: Setting) -> Finding:
     """Look the participant up: the number must be free."""
-    folder = setting.out / "sourcedata"
-    taken = sorted(path.name.removeprefix("sub-") for path in folder.glob("sub-*"))
     if setting.participant is None:
-        number = next(n for n in range(1, len(taken) + 2) if f"{n:02d}" not in taken)
+        taken = participants(setting.out)
+        numbers = {int(label) for label in taken if label.isdigit()}
+        number = next(n for n in range(1, len(taken) + 2) if n not in numbers)
         return Finding(
             name="participant", passed=True, detail=f"{len(taken)} so far; next free: {number:02d}"
         )
     check_labels(participant=setting.participant, session=setting.session, run=setting.run)
+    check_alike(setting.out, setting.participant)
     path = journal_path(
         setting.out,
         participant=setting.participant,
@@ -159,8 +164,9 @@ def check_plate(setting: Setting) -> Finding:
         plain = [each for each in surfaces(plan) if isinstance(each, VirtualSurface)]
         largest = max((each.amplitude_um_pp for each in plain), default=0.0)
         made = plate.present(VirtualSurface(amplitude_um_pp=largest))
+        notes = [*plate.notes, *_scatter(plate)]
         plate.silence()
-        who, notes = plate.identity, plate.notes
+        who = plate.identity
         textures = "plays textures" if plate.modulator else "plays no textures"
     reading = made.readback.amplitude_um_pp
     told = "no readback" if reading is None else f"reads {reading:.2f} of {largest:g} µm p-p"
@@ -172,6 +178,29 @@ def check_plate(setting: Setting) -> Finding:
         detail=f"{name}; {told}; {made.settle_time_s * 1000:.0f} ms; {textures}",
         remedy="; ".join(notes),
     )
+
+
+def _scatter(plate: PlateDriver) -> Iterator[str]:
+    """Yield what is to be done where a standing plate's readings scatter too much for a session.
+
+    A reading out of tolerance is a fault (docs/decisions/0022): at a fifth of it, five standard
+    deviations, that does not happen by chance.
+    """
+    told = []
+    for _ in range(READINGS):
+        plate.clock.sleep(READINGS_S / READINGS)
+        told.append(plate.read_back())
+    read = [each.amplitude_um_pp for each in told if each.kind == "measured"]
+    if len(amplitudes := [each for each in read if each is not None]) < READINGS:
+        return
+    deviation_um_pp, limit_um_pp = stdev(amplitudes), plate.limits.tolerance_um / 5
+    # Of so few readings the standard deviation itself is known to a quarter.
+    if deviation_um_pp > 1.25 * limit_um_pp:
+        yield (
+            f"its readings scatter by {deviation_um_pp:.3f} µm (standard deviation), more than "
+            f"{limit_um_pp:.3f}: a session would take that for faults; average more of the "
+            "sensor's signal, or look for what shakes the plate"
+        )
 
 
 def check_display(setting: Setting) -> Finding:

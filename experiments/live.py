@@ -26,7 +26,7 @@ from experiments.run import (
     perform,
     read_plan,
 )
-from experiments.run_state import remedy, run_state, to_go_on
+from experiments.run_state import check_alike, remedy, run_state, to_go_on
 from experiments.study import read_study
 from experiments.terminal import Keys, TerminalOperator
 from faults import UserError
@@ -91,14 +91,15 @@ def begin(dataset: Path, plan: RunPlan, room: Room) -> Outcome:
     Raises
     ------
     UserError
-        The participant's run exists already, the data set holds the other mode, or the window
-        cannot be opened.
+        The participant's run exists already, or one under a label that means the same; the data
+        set holds the other mode; the window cannot be opened.
     PlateFault
         The rig failed; the journal can be resumed.
     """
     held = mode_of(dataset)
     if held and held != plan.mode:
         raise UserError(f"--out {dataset}: holds {held} data; a {plan.mode}'s must not be mixed in")
+    check_alike(dataset, plan.participant)
     path = plan.journal_path(dataset)
     state = run_state(path)
     if state != "free":

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from experiments.journal import has_begun, is_being_written
 from experiments.run import is_complete, read_plan
+from faults import UserError
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -21,6 +22,29 @@ def run_state(path: Path) -> RunState:
     if not has_begun(path):
         return "free"
     return "complete" if is_complete(read_plan(path)[1]) else "interrupted"
+
+
+def participants(dataset: Path) -> list[str]:
+    """Return the labels of the participants that a data set has, sorted."""
+    folders = (dataset / "sourcedata").glob("sub-*")
+    return sorted(folder.name.removeprefix("sub-") for folder in folders)
+
+
+def check_alike(dataset: Path, participant: str) -> None:
+    """Raise `UserError` where a participant is there under a label that means the same: 1 and 01.
+
+    They would pass for two people. Some file systems also take a for A.
+    """
+
+    def plain(label: str) -> str:
+        return label.casefold().lstrip("0")
+
+    for label in participants(dataset):
+        if label != participant and plain(label) == plain(participant):
+            raise UserError(
+                f"--participant {participant}: there is a participant {label} already in "
+                f"{dataset}; expected that label for the same person, another number for another"
+            )
 
 
 def remedy(path: Path, state: RunState) -> str:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shlex
 from typing import TYPE_CHECKING
 
+from experiments.dataset import write_file
 from experiments.rehearsal import rehearse
 from experiments.run import RunPlan
 from experiments.steps import Present
@@ -17,14 +19,10 @@ if TYPE_CHECKING:
 
 def new(path: Path, template: str) -> str:
     """Write a shipped study to a new file, to be edited; return what to say."""
-    try:
-        with path.open("x", encoding="utf-8", newline="\n") as stream:
-            stream.write(study_text(template))
-    except FileExistsError:
-        raise UserError(f"{path} exists already; name a new file") from None
-    except OSError as error:
-        raise UserError(f"{path}: {error.strerror}") from None
-    return f"wrote {path}: edit it, then slipscale study validate {path}"
+    if path.exists():
+        raise UserError(f"{path} exists already; name a new file")
+    write_file(path, study_text(template))
+    return f"wrote {path}: edit it, then slipscale study validate {shlex.quote(str(path))}"
 
 
 def validate(name: str) -> str:

@@ -14,6 +14,19 @@ Place = tuple[str | int, ...]
 Fault = tuple[Place, dict[str, Any]]
 
 
+# What pydantic says in Python's words, in those of a study file.
+SENTENCES = {
+    "extra_forbidden": "there is no such key",
+    "missing": "is missing",
+    "model_type": "expected a table",
+    "dict_type": "expected a table",
+    "tuple_type": "expected a list in [brackets]",
+    "string_type": 'expected words in "quotes"',
+    "bool_type": "expected true or false",
+    "string_pattern_mismatch": "expected letters, digits and _, beginning with a letter",
+}
+
+
 class Faults(ValueError):
     """Several faults, each with its place: pydantic would take them for one."""
 
@@ -31,12 +44,10 @@ def refuse(faults: Iterable[Fault]) -> None:
 def sentence(text: str, place: Place, fault: dict[str, Any]) -> tuple[int, str]:
     """Return a fault's line (0: none) and the sentence about it."""
     where = ".".join(str(part + 1) if isinstance(part, int) else part for part in place)
-    message = fault["msg"].removeprefix("Value error, ")
-    if fault.get("type") == "extra_forbidden":
-        message = "there is no such key"
-    elif fault.get("type") == "missing":
-        message = "is missing"
-    elif isinstance(fault.get("input"), str | int | float):
+    kind = fault.get("type", "")
+    message = SENTENCES.get(kind) or fault["msg"].removeprefix("Value error, ")
+    told = kind in ("extra_forbidden", "missing")
+    if not told and isinstance(fault.get("input"), str | int | float):
         message = f"{message[0].lower()}{message[1:]}, got {fault['input']!r}"
     line = line_of(text, place)
     spot = f"line {line}, " if line else ""

@@ -11,7 +11,7 @@ from functools import cache
 from importlib.metadata import EntryPoints, entry_points
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from experiments.randomisation import Stream
 from stimuli.surface import VirtualSurface
@@ -33,7 +33,8 @@ AtLeastOne = Annotated[int, Field(strict=True, ge=1, le=1000)]
 Flag = Annotated[bool, Field(strict=True)]
 Seconds = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
-Amplitude = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
+# abs: TOML knows -0.0, and nobody means it.
+Amplitude = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False), AfterValidator(abs)]
 Words = Annotated[str, Field(strict=True, min_length=1)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
 

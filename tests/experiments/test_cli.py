@@ -1,4 +1,6 @@
+import errno
 import json
+import os
 import re
 import subprocess
 import sys
@@ -86,6 +88,21 @@ def test_a_new_study_is_valid_and_never_overwrites(capsys, tmp_path):
     assert (status, "no fault" in out) == (0, True)
     status, _, err = run(capsys, "study", "new", str(path))
     assert (status, "exists already" in err) == (2, True)
+
+
+def test_a_full_disk_leaves_no_half_a_study_file(capsys, tmp_path, monkeypatch):
+    def full(self, text, **_):
+        self.touch()
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    path = tmp_path / "mon étude.toml"
+    with monkeypatch.context() as patched:
+        patched.setattr(Path, "write_text", full)
+        status, _, err = run(capsys, "study", "new", str(path))
+    assert (status, "No space left" in err) == (2, True)
+    assert list(tmp_path.iterdir()) == []
+    status, out, _ = run(capsys, "study", "new", str(path))
+    assert (status, f"slipscale study validate '{path}'" in out) == (0, True)
 
 
 def test_study_show_tells_the_orders_that_the_participant_gets(capsys, laboratory, plan):

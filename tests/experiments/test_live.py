@@ -118,6 +118,27 @@ def test_a_surface_beyond_this_plate_is_told_before_anybody_sits_down(
     assert not plan.journal_path(tmp_path).exists()
 
 
+def test_a_label_that_means_the_same_as_one_there_is_refused(window, tmp_path):
+    stopped(tmp_path, window)
+    for alike in ("1", "001"):
+        plan = plan_run("biet2007", participant=alike, pilot=True)
+        with pytest.raises(UserError, match=f"{alike}: there is a participant 01 already"):
+            begin(tmp_path, plan, ROOM)
+        with pytest.raises(UserError, match="there is a participant 01 already"):
+            check_participant(Setting(study="", plate="mock", out=tmp_path, participant=alike))
+    found = check_participant(Setting(study="", plate="mock", out=tmp_path))
+    assert "next free: 02" in found.detail
+
+
+@pytest.mark.parametrize("noise_um, said", [(0.005, None), (0.02, "scatter by 0.0")])
+def test_check_tells_of_a_sensor_too_noisy_for_a_session(tmp_path, noise_um, said):
+    setting = Setting(study="biet2007", plate=f"mock:noise={noise_um}", out=tmp_path)
+    finding = check_plate(setting)
+    assert (
+        (finding.passed, finding.remedy) == (True, "") if said is None else said in finding.remedy
+    )
+
+
 def test_a_stopped_session_leaves_a_data_set_and_can_go_on(window, tmp_path):
     path = stopped(tmp_path, window)
     assert (tmp_path / "participants.tsv").exists()

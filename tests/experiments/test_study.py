@@ -63,7 +63,7 @@ def test_every_fault_is_told_at_once_with_line_key_and_what_was_expected():
     for part in (
         "bad.toml has 9 faults",
         "title: is missing",
-        "line 2, name: string should match",
+        "line 2, name: expected letters, digits and _, beginning with a letter, got 'two words'",
         "line 3, titel: there is no such key",
         "line 4, language: expected one of en, fr, got 'xx'",
         "line 5, amplitudes_um_pp: 9.0 is beyond the plate's 2.5 µm p-p",
@@ -159,6 +159,9 @@ def test_a_task_without_trials_is_refused():
         (("[0, 1]", "[]"), "at least 1 item"),
         (("[0, 1]", "[1, 1]"), "all different"),
         (("[0, 1]", "[0, nan]"), "finite number"),
+        (("[0, 1]", "1.0"), r"amplitudes_um_pp: expected a list in \[brackets\], got 1.0"),
+        (('title = "Small"', 'title = "Small"\nplate = 2.5'), "plate: expected a table, got 2.5"),
+        (("[0, 1]", "[0.0, -0.0]"), "all different"),
         (("[0, 1]", '["0"]'), "valid number"),
         (("[[tasks]]", "[tasks]"), "expected \\[\\[tasks\\]\\] tables"),
         (('protocol = "magnitude_estimation"', "modulus = 3"), "expected one of"),
@@ -199,6 +202,11 @@ def test_a_study_that_windows_editors_marked_as_utf8_is_read(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_text(GOOD, encoding="utf-8-sig")
     assert read_study(str(path))[0].name == "small"
+
+
+def test_a_negative_zero_is_zero():
+    study = parse_study(GOOD.replace("[0, 1]", "[-0.0, 1]"), "study.toml")
+    assert str(study.amplitudes_um_pp[0]) == "0.0"
 
 
 def test_no_such_study_names_the_shipped_ones():

@@ -95,7 +95,7 @@ def test_every_fault_of_the_textures_is_told_at_once():
         "textures.2: texture 'fast': a finger at 500 mm/s crosses 200 periods a second",
         "textures.3.waveform: input should be 'sine', 'square', 'triangle' or 'sawtooth', got 'z",
         "textures.4.finger_speed_mm_s: input should be greater than 0, got 0.0",
-        "textures.5.name: string should match pattern",
+        "textures.5.name: expected letters, digits and _",
         "textures.5.wave_form: there is no such key",
         "textures.6.finger_speed_mm_s: is missing",
     ):
