@@ -40,6 +40,7 @@ class Stage:
         self._present: Present | None = None
         self._explored: Explore | None = None
         self._standing = False
+        self._commanded_um_pp = 0.0
 
     @property
     def amplitude_um_pp(self) -> float | None:
@@ -88,17 +89,15 @@ class Stage:
         """Raise a `PlateFault` unless the plate still makes the staged surface.
 
         The tolerance is the driver's own: what it would not take for the surface when it was
-        presented is not taken for it when it was rated (docs/decisions/0022).
+        presented is not taken for it when it was rated (docs/decisions/0022). Of a texture both
+        the command and the reading are means.
         """
         if self._present is None:
             return
         self._plate.check()
         told = self._plate.read_back()
         if told.kind in ("measured", "applied") and told.amplitude_um_pp is not None:
-            surface = self._present.surface
-            self._plate.limits.check_reached(
-                surface.amplitude_um_pp, told.amplitude_um_pp, lowest_um_pp=surface.lowest_um_pp
-            )
+            self._plate.limits.check_reached(self._commanded_um_pp, told.amplitude_um_pp)
 
     def check(self) -> None:
         """Raise the plate's fault, if any, while a surface stands. Cheap."""
@@ -131,6 +130,7 @@ class Stage:
         self.forget()
         made = self._plate.present(step.surface)
         self._present, self._standing = step, True
+        self._commanded_um_pp = made.commanded_um_pp
         self.confirm()
         return Presented(
             commanded_um_pp=made.commanded_um_pp,

@@ -68,19 +68,12 @@ class PlateLimits:
         """Raise `OverLimit` unless the drive frequency is finite and within the band."""
         _check("drive frequency", frequency_hz, self.frequency_min_hz, self.frequency_max_hz, "Hz")
 
-    def check_reached(
-        self, commanded_um_pp: float, measured_um_pp: float, *, lowest_um_pp: float | None = None
-    ) -> None:
-        """Raise `NotReached` when a measured amplitude is another than the one commanded.
-
-        A texture may be anywhere from ``lowest_um_pp`` to ``commanded_um_pp``.
-        """
-        lowest = commanded_um_pp if lowest_um_pp is None else lowest_um_pp
+    def check_reached(self, commanded_um_pp: float, measured_um_pp: float) -> None:
+        """Raise `NotReached` when a measured amplitude is another than the one commanded."""
         allowed = max(self.tolerance * commanded_um_pp, self.tolerance_um)
-        if not lowest - allowed <= measured_um_pp <= commanded_um_pp + allowed:
-            swing = f"{lowest:g} to " if lowest < commanded_um_pp else ""
+        if not abs(measured_um_pp - commanded_um_pp) <= allowed:
             raise NotReached(
-                f"{swing}{commanded_um_pp:g} µm p-p was commanded, {measured_um_pp:.3f} µm p-p is "
+                f"{commanded_um_pp:g} µm p-p was commanded, {measured_um_pp:.3f} µm p-p is "
                 f"measured (tolerance {allowed:.3f})"
             )
 

@@ -47,10 +47,6 @@ class Surface(Protocol):
     def amplitude_um_pp(self) -> float:
         """Largest amplitude in µm, peak to peak: what the plate's limits are checked against."""
 
-    @property
-    def lowest_um_pp(self) -> float:
-        """Smallest amplitude in µm, peak to peak."""
-
     def envelope(
         self, finger_speed_mm_s: float, duration_s: float, modulator: Modulator = DEFAULT_MODULATOR
     ) -> tuple[AmplitudeStep, ...]:
@@ -100,11 +96,6 @@ class VirtualSurface:
     ) -> tuple[AmplitudeStep, ...]:
         """Return the one command that makes this surface."""
         return (AmplitudeStep(0.0, self.amplitude_um_pp),)
-
-    @property
-    def lowest_um_pp(self) -> float:
-        """The amplitude: it does not change."""
-        return self.amplitude_um_pp
 
     def loop(
         self,
