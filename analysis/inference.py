@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from analysis.effect_sizes import eta_squared_interval
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -86,8 +88,8 @@ def rm_anova(data: Prepared) -> Result:
     """Repeated-measures analysis of variance of participants' mean logarithms.
 
     Sphericity: Mauchly's test; degrees of freedom corrected after Greenhouse and Geisser and
-    after Huynh and Feldt. Effect size: generalised eta squared (Olejnik and Algina 2003), with a
-    bootstrap interval over participants. From pingouin and SciPy.
+    after Huynh and Feldt. Effect size: generalised eta squared, see `analysis.effect_sizes`. From
+    pingouin and SciPy.
     """
     import pingouin  # noqa: PLC0415 - a second's import
     from scipy import stats  # noqa: PLC0415
@@ -116,7 +118,6 @@ def rm_anova(data: Prepared) -> Result:
     df1 = values.shape[1] - 1
     df2 = df1 * (len(values) - 1)
     f, epsilon = float(found["F"]), float(found.get("eps", 1.0))
-    low, high = _bootstrap(values, _generalised_eta_squared, data)
     return {
         "scale": "log",
         "F": f,
@@ -128,7 +129,7 @@ def rm_anova(data: Prepared) -> Result:
         "epsilon_hf": epsilon_hf,
         "p_hf": float(stats.f.sf(f, df1 * epsilon_hf, df2 * epsilon_hf)),
         "eta2_generalised": float(found["ng2"]),
-        "eta2_generalised_ci": [low, high],
+        "eta2_generalised_ci": eta_squared_interval(values, data.choices.confidence),
         "mauchly_w": float(sphericity.W) if sphericity else None,
         "mauchly_p": float(sphericity.pval) if sphericity else None,
         **_shapiro(values),
@@ -145,43 +146,6 @@ def _shapiro(values: NDArray[np.float64]) -> dict[str, float]:
         return {}
     found = stats.shapiro(residuals)
     return {"shapiro_w": float(found.statistic), "shapiro_p": float(found.pvalue)}
-
-
-def _generalised_eta_squared(*columns: NDArray[np.float64], axis: int = -1) -> Any:
-    """Return generalised eta squared, participants along ``axis``; one array per amplitude."""
-    values = np.stack(columns, axis=0)
-    n = values.shape[axis]
-    grand = values.mean(axis=(0, axis), keepdims=True)
-    effect = n * ((values.mean(axis=axis, keepdims=True) - grand) ** 2).sum(axis=(0, axis))
-    total = ((values - grand) ** 2).sum(axis=(0, axis))
-    # Generalised: effect over effect + people + error, and these three make the total.
-    return np.where(total > TINY, effect / np.maximum(total, TINY), np.nan)
-
-
-def _bootstrap(
-    values: NDArray[np.float64], statistic: Callable[..., Any], data: Prepared
-) -> tuple[float | None, float | None]:
-    """Return a percentile interval over participants; None where it is not defined."""
-    from scipy import stats  # noqa: PLC0415
-
-    if np.ptp(values) == 0:
-        return None, None
-    with warnings.catch_warnings():
-        # A resample of people who all gave one number has no variance to share out: NaN.
-        warnings.filterwarnings("ignore", category=stats.DegenerateDataWarning)
-        found = stats.bootstrap(
-            tuple(values.T),
-            statistic,
-            paired=True,
-            vectorized=True,
-            method="percentile",
-            n_resamples=data.choices.bootstrap_resamples,
-            batch=max(1, 2_000_000 // values.size),
-            confidence_level=data.choices.confidence,
-            rng=np.random.default_rng(data.choices.bootstrap_seed),
-        ).confidence_interval
-    low, high = float(found.low), float(found.high)
-    return (low, high) if np.isfinite([low, high]).all() else (None, None)
 
 
 def friedman(data: Prepared) -> Result:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.effect_sizes import d_z_interval
 from analysis.inference import Result, log_table, mean_with_interval, reason
 
 if TYPE_CHECKING:
@@ -21,10 +22,9 @@ EXACT_AT_MOST, EXACT_WITH_TIES = 50, 13
 def pairwise(data: Prepared) -> list[Result] | Result:
     """Compare every two amplitudes: paired t on logarithms and Wilcoxon on estimates, Holm's p.
 
-    Effect size: d_z, the mean difference over the standard deviation of the differences, with
-    pingouin's interval; and the ratio of geometric means.
+    Effect sizes: the ratio of geometric means, and d_z, the mean difference over the standard
+    deviation of the differences.
     """
-    import pingouin  # noqa: PLC0415
     from statsmodels.stats.multitest import multipletests  # noqa: PLC0415
 
     table, why = log_table(data)
@@ -40,15 +40,6 @@ def pairwise(data: Prepared) -> list[Result] | Result:
             row |= found | {"p": float("nan")}
         else:
             d_z = found["mean"] / found["sd"]
-            ci = pingouin.compute_esci(
-                stat=d_z,
-                nx=len(difference),
-                ny=len(difference),
-                paired=True,
-                eftype="cohen",
-                confidence=data.choices.confidence,
-                decimals=12,
-            )
             row |= {
                 "ratio": float(np.exp(found["mean"])),
                 "ratio_ci": [float(np.exp(bound)) for bound in found["ci"]],
@@ -56,7 +47,7 @@ def pairwise(data: Prepared) -> list[Result] | Result:
                 "df": found["df"],
                 "p": found["p"],
                 "d_z": d_z,
-                "d_z_ci": [float(ci[0]), float(ci[1])],
+                "d_z_ci": d_z_interval(found["t"], len(difference), data.choices.confidence),
             }
         steps = (ranks[high] - ranks[low]).to_numpy(float)
         row["p_wilcoxon"] = signed_rank_p(steps)

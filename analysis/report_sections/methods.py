@@ -56,9 +56,9 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> Section:
     section.blocks.append(
         html.paragraph(
             "Estimates were normalised, averaged per participant and amplitude, and tested as "
-            "natural logarithms or ranks. Repeated-measures ANOVA, sphericity, effect sizes and "
-            "intraclass correlations: pingouin; mixed model, Holm's correction, exact intervals: "
-            "statsmodels; other tests, fits and the bootstrap "
+            "natural logarithms or ranks. Repeated-measures ANOVA, sphericity and intraclass "
+            "correlations: pingouin; mixed model, Holm's correction, exact intervals: "
+            "statsmodels; other tests, fits, the non-central t and the bootstrap of means "
             f"({choices.bootstrap_resamples} resamples, seed {choices.bootstrap_seed}): SciPy."
         )
     )

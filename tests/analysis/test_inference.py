@@ -63,13 +63,6 @@ def test_rm_anova_is_r_s_afex(reference):
     assert low < ours["eta2_generalised"] < high
 
 
-def test_generalised_eta_squared_of_the_bootstrap_is_pingouin_s(reference):
-    values = reference.whole_logs.to_numpy()
-    assert inference._generalised_eta_squared(*values.T) == pytest.approx(
-        R["anova"]["eta2_generalised"]
-    )
-
-
 def test_friedman_is_r_s(reference):
     ours = inference.friedman(reference)
     assert ours["chi2"] == pytest.approx(R["friedman"]["chi2"])

@@ -1,0 +1,93 @@
+"""Effect sizes with intervals that hold what they promise for a dozen participants."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Interval = list[float | None]
+
+UNDEFINED: Interval = [None, None]
+#: Sums of squares below this, relative, are rounding.
+TINY = 1e-12
+
+
+def d_z_interval(t: float, n: int, confidence: float) -> Interval:
+    """Return the interval of d_z, the mean of n differences over their standard deviation.
+
+    Exact for normal differences: t is non-central with d_z √n, so the interval leaves out 0
+    exactly where the paired t test is significant (Cumming and Finch 2001, Educ. Psychol. Meas.
+    61, 532-574; also what JASP prints). pingouin's approximation does not: at n = 4 it covers
+    0 with p = .02.
+
+    >>> [round(bound, 2) for bound in d_z_interval(4.66, 4, 0.95)]
+    [0.3, 4.33]
+    """
+    from scipy import special  # noqa: PLC0415 - a second's import, only when an interval is asked for
+
+    tail = (1 - confidence) / 2
+    bounds = [float(special.nctdtrinc(n - 1, p, t)) for p in (1 - tail, tail)]
+    # SciPy's search ends at its own bounds where t is beyond all measure.
+    found = all(
+        np.isclose(special.nctdtr(n - 1, bound, t), p, atol=1e-3)
+        for bound, p in zip(bounds, (1 - tail, tail), strict=True)
+    )
+    return [bound / n**0.5 for bound in bounds] if found else UNDEFINED
+
+
+def generalised_eta_squared(values: Array) -> float:
+    """Return generalised eta squared: the amplitudes' sum of squares over the total one.
+
+    Olejnik and Algina (2003), Psychol. Methods 8, 434-447; with one within-participant factor,
+    effect, people and error make the total.
+
+    Parameters
+    ----------
+    values : array, shape (participants, amplitudes)
+        Complete.
+    """
+    effect, total = _sums(values - values.mean())
+    return float(effect[0] / total[0]) if total[0] > 0 else float("nan")
+
+
+def _sums(centred: Array, leave_out: bool = False) -> tuple[Array, Array]:
+    """Return the effect's and the total sum of squares; without each participant in turn."""
+    n, k = centred.shape
+    left = centred if leave_out else np.zeros((1, k))
+    n = n - 1 if leave_out else n
+    means = (centred.sum(axis=0) - left) / n
+    grand = means.mean(axis=1)
+    squares = (centred**2).sum() - (left**2).sum(axis=1)
+    effect = n * ((means - grand[:, None]) ** 2).sum(axis=1)
+    return effect, squares - n * k * grand**2
+
+
+def eta_squared_interval(values: Array, confidence: float) -> Interval:
+    """Return the interval of generalised eta squared; None where it is not defined.
+
+    Tukey's jackknife over participants on Fisher's z of the correlation ratio, artanh η, with
+    Student's t: it covers as stated from six participants on (tests/analysis), where the
+    percentile bootstrap of a dozen covers some 75 % instead of 95, η² being biased upwards.
+
+    Parameters
+    ----------
+    values : array, shape (participants, amplitudes)
+        Complete, at least three participants.
+    """
+    from scipy import stats  # noqa: PLC0415
+
+    n = len(values)
+    centred = values - values.mean()
+    (effect, total), (effects, totals) = _sums(centred), _sums(centred, leave_out=True)
+    if min(totals.min(), (totals - effects).min()) <= TINY * total[0]:
+        return UNDEFINED
+    whole, each = np.arctanh(np.sqrt(effect / total)), np.arctanh(np.sqrt(effects / totals))
+    pseudo = n * whole - (n - 1) * each
+    half = stats.t.ppf((1 + confidence) / 2, n - 1) * pseudo.std(ddof=1) / n**0.5
+    low, high = (float(np.tanh(max(pseudo.mean() + sign * half, 0.0)) ** 2) for sign in (-1, 1))
+    return [low, high]
