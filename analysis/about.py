@@ -14,7 +14,7 @@ from experiments.analysis_choices import AnalysisChoices
 from faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
 
@@ -84,11 +84,16 @@ def participants(folder: Path, sources: list[Source]) -> pd.DataFrame:
     return frame.drop(columns=["file", "line"])
 
 
-def choices(folder: Path, sources: list[Source]) -> tuple[AnalysisChoices, tuple[str, ...]]:
-    """Return the choices that the study file froze, else the defaults; and the keys it froze."""
+def choices(
+    folder: Path,
+    sources: list[Source],
+    details: Mapping[str, tuple[str, ...]],
+    problems: Problems,
+) -> tuple[AnalysisChoices, tuple[str, ...], bool | None]:
+    """Return the study's choices, which it sets, and whether it is the file of the sessions."""
     path = folder / "code" / "study.toml"
     if not path.is_file():
-        return AnalysisChoices(), ()
+        return AnalysisChoices(), (), None
     content = read_bytes(path)
     sources.append(Source(path.relative_to(folder).as_posix(), digest(content)))
     try:
@@ -98,7 +103,30 @@ def choices(folder: Path, sources: list[Source]) -> tuple[AnalysisChoices, tuple
         raise UserError(f"{path}: not a TOML file ({error})") from error
     except ValidationError as error:
         raise UserError(f"{path}: [analysis] {faults_of(error)}") from error
-    return choices, tuple(sorted(table))
+    ran_with = details.get("study_hash", ())
+    # Sessions hash the text; an editor or a version control may have turned its line ends.
+    unchanged = digest(content.replace(b"\r\n", b"\n")) in ran_with if ran_with else None
+    if unchanged is False:
+        problems.add(
+            "code/study.toml is not the study file that the sessions ran with (its SHA-256 is in "
+            "no sidecar): its choices of analysis may have been made after the data"
+        )
+    if len(ran_with) > 1:
+        problems.add(
+            f"Sessions ran with {len(ran_with)} different study files; the choices of analysis are "
+            "those of code/study.toml"
+        )
+    return choices, tuple(sorted(table)), unchanged
+
+
+def add_sources(folder: Path, choices: AnalysisChoices, sources: list[Source]) -> None:
+    """Add the other files that the results depend on: the title, the code book, the coders."""
+    names = ("dataset_description.json", "code/verbal_codes.tsv", choices.codebook)
+    sources += [
+        Source(name, digest(read_bytes(folder / name)))
+        for name in names
+        if name and (folder / name).is_file()
+    ]
 
 
 def title(folder: Path) -> str:

@@ -80,7 +80,10 @@ class Dataset:
     choices : AnalysisChoices
         The frozen choices, or the defaults.
     frozen : tuple of str
-        The keys that the study file froze.
+        The keys that the study file sets.
+    unchanged : bool or None
+        Whether that file is the one that the sessions ran with, so that they were frozen before
+        there was data; None where the sidecars do not say.
     problems : tuple of str
         One sentence each.
     sources : tuple of Source
@@ -99,6 +102,7 @@ class Dataset:
     details: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     choices: AnalysisChoices = field(default_factory=AnalysisChoices)
     frozen: tuple[str, ...] = ()
+    unchanged: bool | None = None
     problems: tuple[str, ...] = ()
     sources: tuple[Source, ...] = ()
     folder: Path | None = None
@@ -157,7 +161,8 @@ def _load_folder(folder: Path) -> Dataset:
     main = _keep_main_trials(read[ESTIMATION], counts)
     answers, textures = _part_textures(main, counts, problems)
     participants = about.participants(folder, sources)
-    choices, frozen = about.choices(folder, sources)
+    choices, frozen, unchanged = about.choices(folder, sources, details, problems)
+    about.add_sources(folder, choices, sources)
     return Dataset(
         name=about.title(folder),
         estimates=_answered(answers, counts),
@@ -169,6 +174,7 @@ def _load_folder(folder: Path) -> Dataset:
         details=details,
         choices=choices,
         frozen=frozen,
+        unchanged=unchanged,
         problems=tuple(problems.sentences),
         sources=tuple(sources),
         folder=folder,

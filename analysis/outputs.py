@@ -208,6 +208,7 @@ def results(analysis: Analysis) -> dict[str, Any]:
         "software": software(),
         "choices": data.choices.model_dump(),
         "frozen_in_the_study_file": list(data.frozen),
+        "study_file_unchanged": data.unchanged,
         "counts": dict(data.counts),
         "problems": list(analysis.problems),
         "excluded": {who: list(why) for who, why in analysis.excluded.items()},

@@ -13,6 +13,16 @@ if TYPE_CHECKING:
     from analysis.pipeline import Analysis
 
 
+#: `Dataset.unchanged` -> what may be said of the study file's choices.
+FROZEN = {
+    True: "Frozen in the study file before there was data (its SHA-256 is that in the sessions' "
+    "records)",
+    False: "Set in code/study.toml, which is not the file that the sessions ran with, so perhaps "
+    "after the data",
+    None: "Set in code/study.toml; no record of the sessions tells whether before the data",
+}
+
+
 def normalisations(analysis: Analysis) -> Section:
     """Return what other rules would have given."""
     section = Section("What if estimates were normalised otherwise?")
@@ -64,9 +74,9 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> Section:
     )
     section.blocks.append(
         html.paragraph(
-            f"Frozen in the study file before the data was looked at: {frozen}."
+            f"{FROZEN[data.unchanged]}: {frozen}."
             if frozen
-            else "The study file froze no choice of analysis: all are Slipscale's defaults."
+            else "The study file sets no choice of analysis: all are Slipscale's defaults."
         )
     )
     rows = [

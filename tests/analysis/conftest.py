@@ -1,5 +1,6 @@
 """A small data set in the form `experiments.dataset` writes, for every test of the analysis."""
 
+import hashlib
 import json
 
 import pytest
@@ -74,14 +75,14 @@ def difference_row(trial, before, after, felt, **others):
     return row | others
 
 
-def write_tsv(path, header, rows, mode="participant", seed=1):
+def write_tsv(path, header, rows, mode="participant", seed=1, *, study_hash="abc"):
     path.parent.mkdir(parents=True, exist_ok=True)
     lines = ["\t".join(header)] + ["\t".join(str(row[name]) for name in header) for row in rows]
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     sidecar = {
         "Slipscale": {
             "study": "biet2007",
-            "study_hash": "abc",
+            "study_hash": study_hash,
             "seed": seed,
             "mode": mode,
             "language": "en",
@@ -109,6 +110,8 @@ def dataset(tmp_path):
 
     def make(participants=6, rows=None, differences=None, mode="participant", choices=""):
         folder = tmp_path / "data"
+        study = f"[analysis]\n{choices}\n"
+        common = {"study_hash": hashlib.sha256(study.encode()).hexdigest()}
         for number in range(1, participants + 1):
             label = f"{number:02d}"
             own = (rows or {}).get(label, default_estimates(number))
@@ -119,6 +122,7 @@ def dataset(tmp_path):
                 own,
                 mode=mode[label] if isinstance(mode, dict) else mode,
                 seed=number,
+                **common,
             )
             if differences is not None:
                 write_tsv(
@@ -126,12 +130,13 @@ def dataset(tmp_path):
                     DIFFERENCE_HEADER,
                     differences[label],
                     mode=mode[label] if isinstance(mode, dict) else mode,
+                    **common,
                 )
         description = {"Name": "A test study", "BIDSVersion": "1.10.0"}
         (folder / "dataset_description.json").write_text(json.dumps(description))
         if choices:
             (folder / "code").mkdir()
-            (folder / "code" / "study.toml").write_text(f"[analysis]\n{choices}\n")
+            (folder / "code" / "study.toml").write_text(study)
         return folder
 
     make.estimation_row = estimation_row

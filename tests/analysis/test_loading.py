@@ -1,11 +1,15 @@
 """Reading data sets: what is kept, what is left out, and what is said about it."""
 
+import shutil
+
 import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from analysis.codebook import SHIPPED
 from analysis.loading import load
+from analysis.pipeline import analyse
 from analysis.tables import read_tables
 from faults import UserError
 
@@ -131,6 +135,35 @@ def test_frozen_choices_are_read(dataset):
     data = load(dataset(choices='normalisation = "top_stimulus"\nexclusions = ["constant"]'))
     assert data.frozen == ("exclusions", "normalisation")
     assert data.choices.normalisation == "top_stimulus"
+
+
+def test_choices_count_as_frozen_only_in_the_file_that_the_sessions_ran_with(dataset, page):
+    folder = dataset(choices='normalisation = "scale_top"')
+    assert load(folder).unchanged
+    assert "before there was data" in page(analyse(folder, write=False))
+    study = folder / "code" / "study.toml"
+    text = study.read_bytes()
+    study.write_bytes(text.replace(b"\n", b"\r\n"))
+    assert load(folder).unchanged
+    study.write_bytes(text + b'zero_rule = "half_minimum"\n')
+    edited = analyse(folder, write=False)
+    assert edited.dataset.unchanged is False
+    assert any("not the study file that the sessions ran with" in p for p in edited.problems)
+    assert "before there was data" not in page(edited)
+
+
+def test_every_file_that_results_depend_on_is_hashed(dataset):
+    folder = dataset(choices='codebook = "code/codebook.toml"')
+    shutil.copy(SHIPPED, folder / "code" / "codebook.toml")
+    codes = folder / "code" / "verbal_codes.tsv"
+    codes.write_text("verbal_report\tcoder\tcategory\n", encoding="utf-8")
+    names = {source.name for source in load(folder).sources}
+    assert names >= {
+        "code/study.toml",
+        "code/codebook.toml",
+        "code/verbal_codes.tsv",
+        "dataset_description.json",
+    }
 
 
 def test_the_digest_depends_on_content_and_not_on_the_folder(dataset, tmp_path):
