@@ -57,8 +57,15 @@ def number(value: float, decimals: int = 2) -> str:
     return f"{value:.{decimals}f}".replace("-", "−")
 
 
-def _interval(bounds: list[float], write: Callable[[float], str] = number) -> str:
+def bracketed(bounds: list[float], write: Callable[[float], str] = number) -> str:
+    """Return "[low, high]"."""
     return f"[{write(bounds[0])}, {write(bounds[1])}]"
+
+
+def _ci(bounds: list[float | None], level: str, write: Callable[[float], str] = number) -> str:
+    """Return ", 95% CI [low, high]", or nothing where it is not defined."""
+    low, high = bounds
+    return "" if low is None or high is None else f", {level} CI {bracketed([low, high], write)}"
 
 
 def _degrees(df: float, epsilon: float) -> str:
@@ -78,8 +85,7 @@ def rm_anova(part: Part, level: str) -> str:
         else ""
     )
     verb = "differed" if p < 0.05 else "did not differ reliably"  # noqa: PLR2004
-    bounds = part.get("eta2_generalised_ci") or [None, None]
-    ci = f", {level} CI {_interval(bounds, unit_number)}" if bounds[0] is not None else ""
+    ci = _ci(part["eta2_generalised_ci"], level, unit_number)
     return (
         f"Log-transformed estimates {verb} between amplitudes, "
         f"F({_degrees(part['df1'], epsilon)}, {_degrees(part['df2'], epsilon)}) = "
@@ -110,7 +116,7 @@ def linear_trend(part: Part, level: str) -> str:
     """Return the sentence of the linear contrast."""
     return (
         f"The linear trend of log estimates was {number(part['mean'])} per µm (peak to peak), "
-        f"{level} CI {_interval(part['ci'])}, t({part['df']}) = {number(part['t'])}, "
+        f"{level} CI {bracketed(part['ci'])}, t({part['df']}) = {number(part['t'])}, "
         f"{p_value(part['p'])}."
     )
 
@@ -118,29 +124,33 @@ def linear_trend(part: Part, level: str) -> str:
 def power_law(part: Part, level: str) -> str:
     """Return the sentence of the exponent."""
     return (
-        f"Perceived slipperiness followed amplitude with a mean exponent of "
+        f"The exponents of participants' power functions of amplitude averaged "
         f"{number(part['exponent'])}, {level} CI "
-        f"{_interval(part.get('ci95') or part['ci'])} (n = {part['n']}, power functions fitted to "
-        f"each participant's {part['points']} amplitudes above 0 µm; Student's interval over "
-        "participants)."
+        f"{bracketed(part.get('ci95') or part['ci'])} (n = {part['n']}; {part['points']} "
+        "amplitudes above 0 µm; Student's interval over participants)."
     )
 
 
-def pairwise(part: Any, _level: str) -> str:
+def pairwise(part: Any, level: str) -> str | None:
     """Return one sentence on all pairs."""
+    if len(part) == 1:
+        row = part[0]
+        if row.get("p") is None or "t" not in row:
+            return None
+        verb = "differed" if row["p"] < 0.05 else "did not differ reliably"  # noqa: PLR2004
+        return (
+            f"The two amplitudes {verb}, t({row['df']}) = {number(row['t'])}, {p_value(row['p'])}, "
+            f"d_z = {number(row['d_z'])}{_ci(row['d_z_ci'], level)}."
+        )
     reliable = [row for row in part if (row.get("p_holm") or 1.0) < 0.05]  # noqa: PLR2004
     doubtful = [row for row in part if row not in reliable]
 
     def pair(row: Part) -> str:
         return f"{row['from_um_pp']:g} and {row['to_um_pp']:g} µm"
 
-    def worst(rows: list[Part]) -> str:
-        return p_value(max(row["p_holm"] for row in rows if row.get("p_holm") is not None))
-
     if not doubtful:
-        return (
-            f"All {len(part)} pairs of amplitudes differed (Holm-corrected, {worst(part)} or less)."
-        )
+        largest = p_value(max(row["p_holm"] for row in part)).replace("=", "≤")
+        return f"All {len(part)} pairs of amplitudes differed (Holm-corrected, every {largest})."
     listed = "; ".join(f"{pair(row)}, {p_value(row.get('p_holm'))}" for row in doubtful)
     start = (
         f"{len(reliable)} of {len(part)} pairs of amplitudes differed (Holm-corrected)"
@@ -188,7 +198,9 @@ def reliability(part: Part, _level: str) -> str:
     icc = part["icc"]["ICC2"]
     return (
         f"Test-retest reliability of single log estimates over {part['repetitions']} repetitions "
-        f"was ICC(A,1) = {unit_number(icc['value'])}, 95% CI {_interval(icc['ci95'], unit_number)}."
+        f"was ICC(A,1) = {unit_number(icc['value'])}, 95% CI {bracketed(icc['ci95'], unit_number)} "
+        f"(over {part['targets']} pairs of participant and amplitude, so that differences between "
+        "amplitudes count as reliable)."
     )
 
 
@@ -206,7 +218,7 @@ def mixed_model(part: Part, level: str) -> str:
     )
     return (
         f"A linear mixed model with random intercepts and slopes gave an exponent of "
-        f"{number(part['exponent'])}, {level} CI {_interval(part['ci'])} (REML, {part['trials']} "
+        f"{number(part['exponent'])}, {level} CI {bracketed(part['ci'])} (REML, {part['trials']} "
         f"trials of {part['n']} participants; Student's interval with {part['n'] - 1} degrees of "
         f"freedom{bound})."
     )
@@ -237,51 +249,3 @@ def sentences(inference: Part, confidence: float = 0.95) -> list[str]:
         and not (isinstance(inference[name], dict) and "reason" in inference[name])
     ]
     return [text for text in written if text]
-
-
-def psychometric(part: Part, level: str) -> str:
-    """Return the sentence of the curve of "yes" against the size of the step."""
-    if "reason" in part:
-        return f"No curve of “yes” against the size of the step was fitted: {part['reason']}."
-    verb = "depended" if part["p"] < 0.05 else "did not depend reliably"  # noqa: PLR2004
-    return (
-        f"“Yes” {verb} on the size of the step, log odds {number(part['log_odds_per_um'])} per µm "
-        f"(peak to peak) removed, {level} CI {_interval(part['ci'])}, t({part['df']}) = "
-        f"{number(part['t'])}, {p_value(part['p'])} (logistic curve by generalised estimating "
-        "equations, answers of a participant exchangeable)."
-    )
-
-
-def difference_sentences(part: Part, confidence: float = 0.95) -> list[str]:
-    """Return the sentences on the descending difference; none where it was not run."""
-    if "reason" in part:
-        return []
-    found = part["finding"]
-    texts = []
-    if found["n"]:
-        everyone = "All" if found["all_felt_a_difference"] else f"{found['felt_a_difference']} of"
-        texts.append(
-            f"{everyone} {found['n']} participants felt a difference when the amplitude fell "
-            f"({found['felt_every_change']} felt every step), and "
-            f"{found['said_less_slippery']} of {found['n']} said that the surface became less "
-            "slippery."
-        )
-    texts.append(psychometric(part["psychometric"], f"{100 * confidence:g}%"))
-    detection = part["signal_detection"]
-    if "reason" in detection:
-        texts.append(f"Sensitivity was not computed: {detection['reason']}.")
-        return texts
-    mean = detection["mean_of_participants"]
-    spread = (
-        ""
-        if "reason" in mean
-        else f"; mean of participants {number(mean['mean'])}, {100 * confidence:g}% CI "
-        f"{_interval(mean['ci'])}"
-    )
-    texts.append(
-        f'"Yes" was said on {detection["hits"]} of {detection["changes"]} steps and on '
-        f"{detection['false_alarms']} of {detection['catches']} catch steps; pooled "
-        f"d′ = {number(detection['pooled_d_prime'])}, c = "
-        f"{number(detection['pooled_criterion'])} (log-linear correction{spread})."
-    )
-    return texts

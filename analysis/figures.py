@@ -84,7 +84,9 @@ def fig15(
     figure = Figure(figsize=(6.8, 4.4), layout="constrained")
     axes = figure.add_subplot()
     amplitudes = cells.columns.to_numpy(float)
-    _individuals(axes, cells, amplitudes)
+    alone = len(cells) == 1
+    if not alone:
+        _individuals(axes, cells, amplitudes)
     whole = complete(cells).to_numpy(float)
     half = cousineau_morey(whole, confidence) if len(whole) else np.full(len(amplitudes), np.nan)
     axes.errorbar(
@@ -101,7 +103,7 @@ def fig15(
         zorder=4,
         label=f"mean, {100 * confidence:g} % within-participant interval"
         if not np.isnan(half).any()
-        else "mean",
+        else ("the participant's mean" if alone else "mean"),
     )
     paper = published.published_means()
     if compare and set(amplitudes) <= set(paper):

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.inference import FEWEST, TINY, Result, reason
+from analysis.inference import FEWEST, TINY, Result, few, reason
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -151,11 +151,10 @@ def compare(logs: pd.DataFrame) -> Result:
     usable = logs.loc[:, logs.columns.to_numpy(float) > 0]
     usable = usable[usable.notna().sum(axis=1) >= 2]  # noqa: PLR2004
     stimuli = usable.columns.to_numpy(float)
-    if len(usable) < FEWEST or len(stimuli) < 3:  # noqa: PLR2004
-        return reason(
-            f"{len(usable)} participants and {len(stimuli)} amplitudes above 0; three of each are "
-            "needed to tell models apart"
-        )
+    if len(stimuli) < 3:  # noqa: PLR2004 - the largest model has two numbers of shape
+        return reason(few("amplitudes above 0", len(stimuli), 3))
+    if len(usable) < FEWEST:
+        return reason(few("participants with estimates above zero at two amplitudes", len(usable)))
     if (np.nanmax(usable, axis=1) - np.nanmin(usable, axis=1) <= TINY).all():
         return reason("every participant's estimates are all the same")
     fits = {name: fit(name, stimuli, usable.to_numpy(float)) for name in MODELS}

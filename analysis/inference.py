@@ -34,6 +34,15 @@ def reason(text: str) -> Result:
     return {"reason": text}
 
 
+def few(what: str, there: int, needed: int = FEWEST) -> str:
+    """Say of what there is too little.
+
+    >>> few("amplitudes", 1, 2)
+    'amplitudes: 1 (at least 2 are needed)'
+    """
+    return f"{what}: {there} (at least {needed} are needed)"
+
+
 def interval_name(confidence: float) -> str:
     """Return the key of an interval in inference.json: "ci95" only where it is one."""
     return "ci95" if confidence == 0.95 else "ci"  # noqa: PLR2004
@@ -43,12 +52,9 @@ def lacking(table: pd.DataFrame, conditions: int = 2) -> str | None:
     """Say why a table of participants by amplitudes allows no test, or None."""
     n, k = table.shape
     if k < conditions:
-        return f"{k} amplitudes; {conditions} or more are needed"
+        return few("amplitudes", k, conditions)
     if n < FEWEST:
-        return (
-            f"{n} participants with a usable estimate at every amplitude; "
-            f"{FEWEST} or more are needed"
-        )
+        return few("participants with a usable estimate at every amplitude", n)
     return None
 
 
@@ -202,7 +208,7 @@ def mean_with_interval(values: NDArray[np.float64], confidence: float) -> Result
 
     values = values[np.isfinite(values)]
     if len(values) < FEWEST:
-        return reason(f"{len(values)} participants; {FEWEST} or more are needed")
+        return reason(few("participants", len(values)))
     if np.ptp(values) <= TINY * max(float(np.abs(values).max()), 1.0):
         return reason("all participants have the same value: no spread to judge it by")
     found = stats.ttest_1samp(values, 0.0)

@@ -300,9 +300,13 @@ def _keep_steps(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
     counts["difference_rows"] = len(frame)
     if not len(frame):
         return frame
-    kept = frame[(frame["phase"].astype(str) != "practice") & ~_has_flag(frame, "voided")]
-    unanswered = kept["difference_felt"].isna()
-    counts["difference_unanswered"] = int(unanswered.sum())
-    kept = kept[~unanswered & kept["amplitude_um_pp"].notna()].reset_index(drop=True)
+    practice = frame["phase"].astype(str) == "practice"
+    voided = _has_flag(frame, "voided") & ~practice
+    counts["difference_practice"] = int(practice.sum())
+    counts["difference_voided"] = int(voided.sum())
+    kept = frame[~practice & ~voided]
+    answered = kept["difference_felt"].notna() & kept["amplitude_um_pp"].notna()
+    counts["difference_unanswered"] = int((~answered).sum())
+    kept = kept[answered].reset_index(drop=True)
     counts["difference_analysed"] = len(kept)
     return kept

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.inference import FEWEST, TINY, Result, reason
+from analysis.inference import FEWEST, TINY, Result, few, reason
 from analysis.normalisation import KEY
 
 if TYPE_CHECKING:
@@ -81,8 +81,8 @@ def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
     around = frame["ly"] - frame.groupby("who", observed=True)["ly"].transform("mean")
     reasons: dict[str, bool] = {
         data.zero_sentence: data.refused,
-        "three participants and two amplitudes above 0 are needed": n < FEWEST
-        or frame["lx"].nunique() < 2,  # noqa: PLR2004
+        few("participants", n): n < FEWEST,
+        few("amplitudes above 0", frame["lx"].nunique(), 2): frame["lx"].nunique() < 2,  # noqa: PLR2004
         f"{n} participants: fitted up to {AT_MOST}; with more, the t interval of participants' "
         "exponents (power_law) is the same estimate": n > AT_MOST,
         "no more than two estimates above 0 µm a participant: no residual is left": len(frame)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.inference import FEWEST, Result, reason
+from analysis.inference import FEWEST, Result, few, reason
 from analysis.normalisation import KEY
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ def psychometric(steps: pd.DataFrame, confidence: float = 0.95) -> Result:
     people = steps[KEY].astype(str).to_numpy()
     n = len(np.unique(people))
     if n < FEWEST:
-        return reason(f"{n} participants; {FEWEST} or more are needed")
+        return reason(few("participants", n))
     if why := separated(removed, felt):
         return reason(why)
     return _fit(pd.DataFrame({"felt": felt, "removed": removed, "who": people}), n, confidence)

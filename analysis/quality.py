@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from analysis.inference import FEWEST
 from analysis.normalisation import KEY, cell_means, log_cell_means
 from analysis.repeats import TINY, residuals, slopes_per_participant
 
@@ -95,7 +96,10 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
     left = residuals(work, logs)
     spread = 1.4826 * float(np.median(np.abs(left - np.median(left))))
     outlying = np.abs(left) > thresholds.outlier_sd * spread if spread > TINY else left > np.inf
-    columns["outlying"] = _indexed(np.bincount(who, outlying, people), logs)
+    # Of two participants one's residuals mirror the other's: nobody can be told to be the odd one.
+    columns["outlying"] = _indexed(
+        np.where(people >= FEWEST, np.bincount(who, outlying, people), np.nan), logs
+    )
     counts = np.bincount(who, minlength=people)
     position = work.groupby(KEY, observed=True).cumcount().to_numpy(dtype=np.float64)
     slopes = slopes_per_participant(who, np.asarray(position, float), left, people)

@@ -6,10 +6,13 @@ from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
+import pandas as pd
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from analysis import apa, html
+from analysis.apa_difference import difference_sentences
+from analysis.normalisation import KEY
 from analysis.report_sections.assumptions import assumptions
 from analysis.report_sections.comparisons import comparisons
 from analysis.report_sections.difference import difference
@@ -28,6 +31,8 @@ try:
 except PackageNotFoundError:  # a checkout that was never installed
     VERSION = "unknown"
 
+#: A question with more different answers than this is none to be counted.
+ANSWERS_LISTED = 8
 MODES = {"pilot": "pilot", "participant": "participants", "unknown": "not recorded"}
 
 
@@ -80,6 +85,26 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
         for key, title in (("study", "Study"), ("plate", "Plate"), ("language", "Language"))
         if key in data.details
     ]
+    return found + about_participants(analysis)
+
+
+def about_participants(analysis: Analysis) -> list[tuple[str, str]]:
+    """Return what the analysed participants said of themselves: question, and counts or range."""
+    about = analysis.dataset.participants
+    here = analysis.flags.index.difference(list(analysis.excluded))
+    about = about[about[KEY].astype(str).isin(here)].drop_duplicates(KEY)
+    found = []
+    for name in about.columns.difference([KEY, "mode", "complete"], sort=False):
+        answers = about[name].dropna()
+        if not len(answers):
+            continue
+        counts = answers.astype(str).value_counts().sort_index()
+        title = str(name).replace("_", " ").capitalize()
+        if pd.api.types.is_numeric_dtype(answers):
+            low, high, mean = answers.min(), answers.max(), answers.mean()
+            found.append((title, f"{low:g} to {high:g}, mean {mean:.1f}"))
+        elif len(counts) <= ANSWERS_LISTED:
+            found.append((title, ", ".join(f"{text}: {count}" for text, count in counts.items())))
     return found
 
 
@@ -105,7 +130,7 @@ def results(analysis: Analysis) -> html.Section:
     """Return the sentences that a results section is written from."""
     level = analysis.dataset.choices.confidence
     texts: list[Any] = apa.sentences(dict(analysis.inference), level)
-    texts += apa.difference_sentences(analysis.inference["difference"], level)
+    texts += difference_sentences(analysis.inference["difference"], level)
     section = html.Section("Results, in sentences")
     section.blocks += [html.paragraph(_unbroken(text), "sentence") for text in texts]
     if analysis.problems:

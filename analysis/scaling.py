@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.growth_models import MODELS, compare, individual_winners
-from analysis.inference import FEWEST, Result, interval_name, mean_with_interval, reason
+from analysis.inference import FEWEST, Result, few, interval_name, mean_with_interval, reason
 
 if TYPE_CHECKING:
     from analysis.prepared import Prepared
@@ -65,10 +65,7 @@ def power_law(data: Prepared) -> Result:
         usable = int(table["exponent"].notna().sum())
         if usable >= FEWEST:
             return found
-        return reason(
-            f"{usable} participants with estimates above zero at two or more amplitudes above 0; "
-            f"{FEWEST} are needed"
-        )
+        return reason(few("participants with estimates above zero at two amplitudes", usable))
     return {
         "exponent": found["mean"],
         interval_name(data.choices.confidence): found["ci"],

@@ -23,6 +23,8 @@ TEST_TITLES = {
     "order": "Order and carry-over",
     "reliability": "Test-retest reliability",
 }
+#: The two parts of "order", each with numbers or a reason.
+ORDER_TITLES = {"position": "the trial's position", "carry_over": "the surface before"}
 
 
 def comparisons(analysis: Analysis) -> Section:
@@ -38,12 +40,12 @@ def comparisons(analysis: Analysis) -> Section:
                 [
                     Column(title="From → to", unit="µm, p-p", left=True, whole=True),
                     Column(title="Ratio", unit="of geometric means"),
-                    Column(title=level, unit="of the ratio"),
+                    Column(title=f"{level} CI", unit="of the ratio"),
                     Column(title="t"),
                     Column(title="df"),
                     Column(title="p", unit="Holm"),
                     Column(title="d_z"),
-                    Column(title=level, unit="of d_z"),
+                    Column(title=f"{level} CI", unit="of d_z"),
                     Column(title="Up / down", unit="participants"),
                     Column(title="p Wilcoxon", unit="Holm"),
                 ],
@@ -64,13 +66,17 @@ def comparisons(analysis: Analysis) -> Section:
                 ],
                 f"Paired comparisons of log estimates ({pairs[0]['n']} participants with an "
                 "estimate at every amplitude) and Wilcoxon's test on the estimates themselves. "
-                "d_z: mean difference over the standard deviation of the differences.",
+                "d_z: mean difference over the standard deviation of the differences, with its "
+                "exact interval (non-central t).",
             )
         )
+    parts = {TEST_TITLES[name]: analysis.inference[name] for name in TEST_TITLES}
+    order = analysis.inference["order"]
+    parts |= {f"Order: {words}": order.get(name, {}) for name, words in ORDER_TITLES.items()}
     missing = [
-        f"{TEST_TITLES[name]}: {part['reason']}."
-        for name in TEST_TITLES
-        if isinstance(part := analysis.inference[name], dict) and "reason" in part
+        f"{title}: {part['reason']}."
+        for title, part in parts.items()
+        if isinstance(part, dict) and "reason" in part
     ]
     if missing:
         section.blocks.append(html.heading("Not computed"))

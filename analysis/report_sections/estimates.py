@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from analysis import html, normalisation, published
+from analysis.drawing import LINES_AT_MOST
 from analysis.html import Column, Section, interval, number
 
 if TYPE_CHECKING:
@@ -23,10 +24,8 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
     section.blocks.append(
         html.figure(
             svgs["fig15"],
-            f"Perceived slipperiness against vibration amplitude. Thick: means of "
-            f"{len(analysis.cells)} participants with {level:g} % within-participant confidence "
-            "intervals (Cousineau-Morey). Thin: each participant's means. Normalisation: "
-            f"{analysis.rule} ({rule.formula}).",
+            f"Perceived slipperiness against vibration amplitude. {_lines(analysis)} "
+            f"Normalisation: {analysis.rule} ({rule.formula}).",
         )
     )
     section.blocks.append(table3(analysis))
@@ -56,13 +55,29 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
                 for row in analysis.description.to_dict(orient="records")
             ],
             "All descriptive statistics. Within-participant intervals compare amplitudes; "
-            "bootstrap intervals (percentile, participants resampled) say where the mean of other "
-            "people may lie. Geometric means leave estimates of zero to the zero rule.",
+            "bootstrap intervals (percentile, participants resampled) are of the mean itself, and "
+            "a little short for few participants. Geometric means leave estimates of zero to the "
+            "zero rule.",
         )
     )
     if len(analysis.textures):
         section.blocks.append(textures(analysis))
     return section
+
+
+def _lines(analysis: Analysis) -> str:
+    """Say what Fig. 15 shows of so many participants."""
+    people = len(analysis.cells)
+    if people == 1:
+        return "One participant's means: no spread and no intervals."
+    level = 100 * analysis.dataset.choices.confidence
+    intervals = (
+        f" with {level:g} % within-participant confidence intervals (Cousineau-Morey)"
+        if analysis.description["within_low"].notna().any()
+        else ""
+    )
+    each = "each participant's means" if people <= LINES_AT_MOST else "where participants lie"
+    return f"Thick: means of {people} participants{intervals}. Pale: {each}."
 
 
 def textures(analysis: Analysis) -> Any:

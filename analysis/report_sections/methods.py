@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING
 
 from analysis import html
 from analysis.html import Column, Section, number
+from analysis.normalisation import KEY
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from analysis.pipeline import Analysis
+    from experiments.analysis_choices import AnalysisChoices
 
 
 #: `Dataset.unchanged` -> what may be said of the study file's choices.
@@ -46,9 +48,7 @@ def normalisations(analysis: Analysis) -> Section:
                 for row in analysis.sensitivity
             ],
             "Means and sample standard deviations under every rule that the data allows; the one "
-            "in use is set off. Exponents, the ANOVA on logarithms and within-participant signs "
-            "are the same under all of them, as each multiplies a participant's estimates by one "
-            "number.",
+            f"in use is set off. {_invariance(analysis)}",
             marked=next(
                 (place for place, row in enumerate(analysis.sensitivity) if row["used"]), None
             ),
@@ -57,21 +57,44 @@ def normalisations(analysis: Analysis) -> Section:
     return section
 
 
+def _invariance(analysis: Analysis) -> str:
+    """Say what the rule does not change; only what holds for these data."""
+    scales = analysis.dataset.estimates.groupby(KEY, observed=True)[["scale_top", "modulus"]]
+    if scales.nunique().gt(1).any(axis=None):
+        return (
+            "Somebody's trials have different scale tops or standards, so that rules differ within "
+            "participants too: tests and exponents may change with them."
+        )
+    if (
+        analysis.prepared
+        and analysis.prepared.zeros
+        and (analysis.dataset.choices.zero_rule == "half_minimum")
+    ):
+        return (
+            "Ranks within participants are the same under all of them; tests on logarithms and "
+            "exponents are not quite, as half the smallest positive estimate stands for zeros."
+        )
+    return (
+        "Exponents, the ANOVA on logarithms and ranks within participants are the same under all "
+        "of them, as each multiplies a participant's estimates by one number."
+    )
+
+
 def methods(analysis: Analysis, software: Mapping[str, str]) -> Section:
     """Return what a methods section needs: choices, versions, seeds, digests."""
     section = Section("Methods and provenance")
     data, choices = analysis.dataset, analysis.dataset.choices
     frozen = ", ".join(data.frozen)
     versions = ", ".join(f"{name} {number_}" for name, number_ in software.items())
-    section.blocks.append(
-        html.paragraph(
-            "Estimates were normalised, averaged per participant and amplitude, and tested as "
-            "natural logarithms or ranks. Repeated-measures ANOVA, sphericity and intraclass "
-            "correlations: pingouin; mixed model, Holm's correction, exact intervals: "
-            "statsmodels; other tests, fits, the non-central t and the bootstrap of means "
-            f"({choices.bootstrap_resamples} resamples, seed {choices.bootstrap_seed}): SciPy."
+    if analysis.prepared is not None:
+        section.blocks.append(html.paragraph(_procedure(choices)))
+    if analysis.inference["difference"].get("steps"):
+        section.blocks.append(
+            html.paragraph(
+                "Answers of the descending difference: exact intervals and generalised estimating "
+                "equations from statsmodels; d′ and c after the log-linear correction."
+            )
         )
-    )
     section.blocks.append(
         html.paragraph(
             f"{FROZEN[data.unchanged]}: {frozen}."
@@ -97,6 +120,18 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> Section:
         )
     )
     return section
+
+
+def _procedure(choices: AnalysisChoices) -> str:
+    """Return what was done with magnitude estimates, and by what."""
+    return (
+        "Estimates were normalised, averaged per participant and amplitude, and tested as "
+        "natural logarithms or ranks. Repeated-measures ANOVA, sphericity and intraclass "
+        "correlations: pingouin; mixed model and Holm's correction: statsmodels; other tests, "
+        "fits, the non-central t and the bootstrap of means "
+        f"({choices.bootstrap_resamples} resamples, seed {choices.bootstrap_seed}): SciPy. "
+        "Sentences call reliable what has p < .05."
+    )
 
 
 def _few(values: tuple[str, ...]) -> str:

@@ -9,6 +9,8 @@ from analysis import quality as quality_rules
 from analysis.html import Column, Section, interval, number
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from analysis.pipeline import Analysis
 
 #: Longer lists of participants are in quality.csv.
@@ -19,15 +21,7 @@ def quality(analysis: Analysis) -> Section:
     """Return flags, exclusions and the results without the flagged."""
     section = Section("Participants and data quality")
     data, counts = analysis.dataset, analysis.dataset.counts
-    section.blocks.append(
-        html.paragraph(
-            f"{number(counts.get('estimation_rows', 0), 0)} rows of magnitude estimation were "
-            f"read: {counts.get('practice', 0)} practice and {counts.get('voided', 0)} voided "
-            f"trials are never analysed; {counts.get('unanswered', 0)} main trials have no usable "
-            f"answer ({counts.get('timed_out', 0)} timed out); "
-            f"{counts.get('faulty', 0)} were presented again after a fault or a pause."
-        )
-    )
+    section.blocks += [html.paragraph(text) for text in _counted(counts)]
     rules = ", ".join(data.choices.exclusions)
     section.blocks.append(
         html.paragraph(
@@ -68,7 +62,7 @@ def quality(analysis: Analysis) -> Section:
                 [
                     Column(title="Participant", left=True),
                     Column(title="Flags (measure)", left=True),
-                    Column(title="", left=True),
+                    Column(title="Analysis", left=True),
                 ],
                 rows,
                 f"Flagged: {len(flagged)} of {len(flags)} participants. {meanings}."
@@ -80,6 +74,26 @@ def quality(analysis: Analysis) -> Section:
     if len(analysis.robustness) > 1:
         section.blocks.append(_with_and_without(analysis))
     return section
+
+
+def _counted(counts: Mapping[str, int]) -> list[str]:
+    """Say how many rows were read and left out, task by task."""
+    texts = []
+    if counts.get("estimation_rows"):
+        texts.append(
+            f"{number(counts['estimation_rows'], 0)} rows of magnitude estimation were read. Never "
+            f"analysed: {counts['practice']} practice, {counts['voided']} voided. Main trials "
+            f"without a usable answer: {counts['unanswered']} ({counts['timed_out']} timed out); "
+            f"presented again after a fault or a pause: {counts['faulty']}."
+        )
+    if counts.get("difference_rows"):
+        texts.append(
+            f"{number(counts['difference_rows'], 0)} rows of the descending difference were read. "
+            f"Never analysed: {counts['difference_practice']} practice, "
+            f"{counts['difference_voided']} voided. Steps without a usable answer: "
+            f"{counts['difference_unanswered']}."
+        )
+    return texts
 
 
 def _measure(analysis: Analysis, who: Any, name: str) -> str:

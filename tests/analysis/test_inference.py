@@ -177,9 +177,9 @@ def test_constant_estimates_give_a_reason_and_not_a_silent_nan():
 @pytest.mark.parametrize(
     "values,words",
     [
-        (np.arange(8.0).reshape(2, 4) + 1, "2 participants"),
-        (np.arange(5.0).reshape(5, 1) + 1, "1 amplitudes"),
-        (np.zeros((5, 4)), "0 participants"),
+        (np.arange(8.0).reshape(2, 4) + 1, "every amplitude: 2 "),
+        (np.arange(5.0).reshape(5, 1) + 1, "amplitudes: 1 "),
+        (np.zeros((5, 4)), "every amplitude: 0 "),
     ],
 )
 def test_too_little_data_gives_a_reason(values, words):

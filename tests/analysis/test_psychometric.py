@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import optimize, special
 
-from analysis import apa
+from analysis import apa_difference
 from analysis.psychometric import psychometric, separated
 
 STEPS = np.array([0.0, 0.5, 0.7, 1.1])
@@ -81,7 +81,7 @@ def test_data_without_a_finite_slope_gets_the_reason(removed, felt, words):
     )
     found = psychometric(steps)
     assert words in found["reason"]
-    assert words in apa.psychometric(found, "95%")
+    assert words in apa_difference.psychometric(found, "95%")
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.booleans()), min_size=1, max_size=12))
