@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import PercentFormatter
 
 from analysis import inference, published
 from analysis.descriptives import complete, cousineau_morey
+from analysis.difference_figure import difference
 from analysis.drawing import (
     BLUE,
     LINES_AT_MOST,
@@ -24,8 +24,6 @@ from analysis.drawing import (
 from analysis.growth_figure import growth
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import pandas as pd
     from matplotlib.axes import Axes
 
@@ -164,56 +162,4 @@ def residuals(logs: pd.DataFrame) -> Figure:
         )
     amplitude_axis(right, amplitudes)
     right.set_title("Spread at each amplitude")
-    return figure
-
-
-@styled
-def difference(found: Mapping[str, Any], *, confidence: float = 0.95) -> Figure:
-    """Draw the proportion of "yes" at each step and on catch steps, with exact intervals.
-
-    Parameters
-    ----------
-    found : Mapping
-        `analysis.difference.analyse_differences`'s result.
-    """
-    steps = list(found["steps"])
-    catch = found["catch"]
-    labels = [f"{row['from_um_pp']:g} → {row['to_um_pp']:g} µm" for row in steps]
-    key = inference.interval_name(confidence)
-    rows = [(row["yes"], row["n"], row[key], BLUE, "o") for row in steps]
-    if catch["n"]:
-        labels.append("catch: no change")
-        rows.append((catch["yes"], catch["n"], catch[key], VERMILION, "s"))
-    figure = Figure(figsize=(6.8, 0.9 + 0.42 * len(rows)), layout="constrained")
-    axes = figure.add_subplot()
-    for place, (yes, n, (low, high), colour, marker) in enumerate(rows):
-        share = yes / n
-        axes.errorbar(
-            share,
-            place,
-            xerr=[[share - low], [high - share]],
-            color=colour,
-            marker=marker,
-            markersize=7,
-            capsize=4,
-            linewidth=1.8,
-            clip_on=False,
-            zorder=3,
-        )
-        axes.annotate(
-            f"{yes} of {n}",
-            (1.03, place),
-            xycoords=("axes fraction", "data"),
-            va="center",
-            fontsize=8.5,
-            color="#52606D",
-            annotation_clip=False,
-        )
-    axes.set_yticks(range(len(rows)), labels)
-    axes.set_ylim(len(rows) - 0.5, -0.5)
-    axes.set_xlim(0, 1)
-    axes.xaxis.set_major_formatter(PercentFormatter(1.0))
-    axes.grid(visible=True, axis="x")
-    axes.grid(visible=False, axis="y")
-    axes.set_xlabel(f'"Yes, I feel a difference" (exact {100 * confidence:g} % intervals)')
     return figure

@@ -250,5 +250,7 @@ def draw(analysis: Analysis) -> dict[str, Figure]:
         if "reason" not in analysis.inference["rm_anova"]:
             found["residuals"] = figures.residuals(analysis.prepared.whole_logs)
     if analysis.inference["difference"].get("steps"):
-        found["difference"] = figures.difference(analysis.inference["difference"], confidence=level)
+        found["difference"] = figures.difference(
+            analysis.inference["difference"], analysis.dataset.differences, confidence=level
+        )
     return found

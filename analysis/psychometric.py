@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -11,6 +11,8 @@ from analysis.inference import FEWEST, Result, few, reason
 from analysis.normalisation import KEY
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
 #: Coefficients of the curve: intercept and slope.
@@ -33,8 +35,8 @@ def psychometric(steps: pd.DataFrame, confidence: float = 0.95) -> Result:
     -------
     dict
         ``log_odds_per_um`` (of µm peak to peak removed), its ``se``, ``ci``, ``t``, ``df``, ``p``;
-        ``intercept``; ``half_yes_um``, where half would say yes; ``correlation`` within
-        participants; or ``reason``.
+        ``intercept``; the two's ``covariance``; ``half_yes_um``, where half would say yes;
+        ``correlation`` within participants; or ``reason``.
     """
     removed = (steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]).to_numpy(float)
     felt = steps["difference_felt"].to_numpy(float)
@@ -45,6 +47,33 @@ def psychometric(steps: pd.DataFrame, confidence: float = 0.95) -> Result:
     if why := separated(removed, felt):
         return reason(why)
     return _fit(pd.DataFrame({"felt": felt, "removed": removed, "who": people}), n, confidence)
+
+
+def curve(
+    found: Mapping[str, Any], removed: NDArray[np.float64], confidence: float = 0.95
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the fitted share of "yes" and its pointwise band, Student's on log odds.
+
+    Parameters
+    ----------
+    found : dict
+        `psychometric`'s result, not a reason.
+    removed : array, shape (k,)
+        Sizes of steps, µm peak to peak.
+
+    Returns
+    -------
+    tuple of arrays, each of shape (k,)
+        Share, lower bound, upper bound.
+    """
+    from scipy import special, stats  # noqa: PLC0415
+
+    design = np.stack([np.ones_like(removed), removed], axis=1)
+    log_odds = design @ [found["intercept"], found["log_odds_per_um"]]
+    variance = ((design @ np.array(found["covariance"])) * design).sum(axis=1)
+    half = stats.t.ppf((1 + confidence) / 2, found["df"]) * np.sqrt(variance)
+    low, middle, high = (special.expit(log_odds + sign * half) for sign in (-1, 0, 1))
+    return middle, low, high
 
 
 def separated(removed: NDArray[np.float64], felt: NDArray[np.float64]) -> str | None:
@@ -95,6 +124,7 @@ def _fit(frame: pd.DataFrame, n: int, confidence: float) -> Result:
         "df": df,
         "p": float(2 * stats.t.sf(abs(slope / se), df)),
         "intercept": float(fit.params["Intercept"]),
+        "covariance": fit.cov_params().to_numpy(float).tolist(),
         "half_yes_um": -float(fit.params["Intercept"]) / slope if slope > 0 else None,
         "correlation": float(model.cov_struct.dep_params),
         "n": n,

@@ -5,12 +5,30 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from analysis import html
+from analysis.drawing import LINES_AT_MOST
 from analysis.html import Column, Section, interval, number
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from analysis.pipeline import Analysis
+
+
+def _caption(analysis: Analysis) -> str:
+    found = analysis.inference["difference"]
+    fit = found["psychometric"]
+    texts = ["Share of “yes” at each step down, with Clopper and Pearson's exact intervals."]
+    if found["answers_per_participant_and_step"] > 1:
+        texts.append("Answers of the same participant count as independent in these intervals.")
+    if "reason" not in fit:
+        texts.append(
+            "Curve: logistic, by generalised estimating equations that let a participant's answers "
+            "correlate; pointwise band, Mancl and DeRouen's errors, Student's with "
+            f"{fit['df']} degrees of freedom."
+        )
+    if 1 < found["participants"] <= LINES_AT_MOST:
+        texts.append("Small dots: each participant's share, side by side where equal.")
+    return " ".join(texts)
 
 
 def difference(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
@@ -22,12 +40,7 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
     section.blocks.append(
         html.figure(
             svgs["difference"],
-            "Share of “yes” at each step down, with Clopper and Pearson's exact intervals."
-            + (
-                " Answers of the same participant count as independent here."
-                if found["answers_per_participant_and_step"] > 1
-                else ""
-            ),
+            _caption(analysis),
         )
     )
     words = found["verbal_reports"]

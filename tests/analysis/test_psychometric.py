@@ -5,10 +5,12 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import optimize, special
+from scipy import optimize, special, stats
 
 from analysis import apa_difference
-from analysis.psychometric import psychometric, separated
+from analysis.codebook import load_codebook
+from analysis.difference import analyse_differences
+from analysis.psychometric import curve, psychometric, separated
 
 STEPS = np.array([0.0, 0.5, 0.7, 1.1])
 
@@ -95,3 +97,42 @@ def test_separation_is_what_a_growing_slope_never_makes_less_likely(pairs):
         for sign in (1, -1)
     )
     assert (separated(removed, felt) is not None) == a_threshold_separates
+
+
+@pytest.mark.parametrize("size", [0.0, 0.3, 1.1])
+def test_the_band_at_a_size_is_the_interval_of_the_intercept_counted_from_there(size):
+    steps = answers(-2, 4, 15, 2, seed=7)
+    found = psychometric(steps)
+    moved = psychometric(steps.assign(amplitude_um_pp=steps["amplitude_um_pp"] + size))
+    half = stats.t.ppf(0.95, found["df"]) * moved["covariance"][0][0] ** 0.5
+    share, low, high = (float(x[0]) for x in curve(found, np.array([size]), 0.9))
+    assert special.logit(share) == pytest.approx(moved["intercept"], rel=1e-4)
+    assert special.logit(low) == pytest.approx(moved["intercept"] - half, rel=1e-3)
+    assert special.logit(high) == pytest.approx(moved["intercept"] + half, rel=1e-3)
+
+
+def drawn(steps):
+    from analysis.figures import difference  # noqa: PLC0415 - matplotlib takes a second to load
+
+    steps = steps.assign(
+        catch=steps["amplitude_before_um_pp"] == steps["amplitude_um_pp"], verbal_report=""
+    )
+    return difference(analyse_differences(steps, load_codebook()), steps)
+
+
+def test_the_figure_shows_the_curve_and_every_participant_once_at_every_size():
+    figure = drawn(answers(-2, 4, 9, 2, seed=7))
+    lines = {line.get_label(): line for line in figure.axes[1].lines}
+    assert len(lines["one participant"].get_xdata()) == 9 * len(STEPS)
+    places = set(zip(*lines["one participant"].get_data(), strict=True))
+    assert len(places) == 9 * len(STEPS)
+    assert "logistic curve" in lines
+
+
+def test_separated_answers_are_drawn_without_a_curve_and_one_size_without_an_axis_for_it():
+    separate = answers(-2, 4, 9, seed=7).assign(difference_felt=np.tile([0.0, 1, 1, 1], 9))
+    labels = [line.get_label() for line in drawn(separate).axes[1].lines]
+    assert "logistic curve" not in labels
+    assert "one participant" in labels
+    alike = separate[np.isclose(separate["amplitude_um_pp"], 2.3 - 0.7)]
+    assert len(drawn(alike).axes) == 1
