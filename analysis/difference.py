@@ -117,7 +117,11 @@ def signal_detection(changes: pd.DataFrame, catches: pd.DataFrame, confidence: f
     own: dict[str, Any] = {}
     for who, row in zip(both.index, both.to_numpy(float), strict=True):
         sensitivity, criterion = d_prime(*row)
-        own[str(who)] = {"d_prime": sensitivity, "criterion": criterion}
+        counts = zip(("hits", "changes", "false_alarms", "catches"), row, strict=True)
+        own[str(who)] = {name: int(count) for name, count in counts} | {
+            "d_prime": sensitivity,
+            "criterion": criterion,
+        }
     values = np.array([found["d_prime"] for found in own.values()])
     return {
         "pooled_d_prime": pooled[0],

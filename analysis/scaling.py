@@ -91,6 +91,7 @@ def growth(data: Prepared) -> Result:
         against["individual"] = {
             "best": {name: sum(w == name for w in winners.values()) for name in MODELS},
             "undecided": sum(w is None for w in winners.values()),
+            "participants": winners,
         }
     else:
         against["individual"] = reason(

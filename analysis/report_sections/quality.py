@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import pandas as pd
+
 from analysis import html
 from analysis import quality as quality_rules
 from analysis.html import Column, Section, interval, number
+from analysis.individuals import individuals
+from analysis.normalisation import KEY
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
     from analysis.pipeline import Analysis
 
@@ -73,7 +77,55 @@ def quality(analysis: Analysis) -> Section:
         section.blocks.append(html.paragraph("No participant carries a flag."))
     if len(analysis.robustness) > 1:
         section.blocks.append(_with_and_without(analysis))
+    section.blocks += _each(analysis)
     return section
+
+
+def _each(analysis: Analysis) -> list[Any]:
+    """Return the table of participants' own exponents and sensitivities, where there are any."""
+    own = individuals(analysis.prepared, analysis.inference)
+    if not len(own):
+        return []
+    known = {name: column for name, column in OWN_COLUMNS.items() if name in own}
+    more = len(own) - PARTICIPANTS_SHOWN
+    rows = [
+        [row[KEY], *(write(row) for name, (_, write) in OWN_COLUMNS.items() if name in known)]
+        for _, row in own.head(PARTICIPANTS_SHOWN).iterrows()
+    ]
+    return [
+        html.table(
+            [Column(title="Participant", left=True), *(column for column, _ in known.values())],
+            rows,
+            "Each participant. Exponents rest on few amplitudes and are descriptive"
+            + ("; d′ and c after the log-linear correction." if "d_prime" in known else ".")
+            + (f" {more} more are in individuals.csv." if more > 0 else ""),
+        )
+    ]
+
+
+def _of(row: pd.Series[Any], part: str, whole: str) -> str:
+    return "–" if pd.isna(row[part]) else f"{row[part]:.0f} of {row[whole]:.0f}"
+
+
+#: Column of `analysis.individuals` -> its heading in the report, and how a row's cell is written.
+OWN_COLUMNS: dict[str, tuple[Column, Callable[[pd.Series[Any]], str]]] = {
+    "exponent": (Column(title="Exponent"), lambda row: number(row["exponent"])),
+    "estimate_at_1_um": (
+        Column(title="Estimate", unit="at 1 µm p-p"),
+        lambda row: number(row["estimate_at_1_um"], 1),
+    ),
+    "growth_function": (
+        Column(title="Favoured", left=True),
+        lambda row: row["growth_function"] if isinstance(row["growth_function"], str) else "–",
+    ),
+    "hits": (Column(title="“Yes”", unit="steps"), lambda row: _of(row, "hits", "changes")),
+    "false_alarms": (
+        Column(title="“Yes”", unit="catch steps"),
+        lambda row: _of(row, "false_alarms", "catches"),
+    ),
+    "d_prime": (Column(title="d′"), lambda row: number(row["d_prime"])),
+    "criterion": (Column(title="c"), lambda row: number(row["criterion"])),
+}
 
 
 def _counted(counts: Mapping[str, int]) -> list[str]:
