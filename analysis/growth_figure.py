@@ -77,7 +77,7 @@ def growth(
             zorder=4,
         )
         axes.set_xlabel("Amplitude (µm, peak to peak)")
-    left.set_ylabel(f"Perceived slipperiness\n({unit}), geometric means")
+    left.set_ylabel(f"Geometric mean slipperiness\n({unit})")
     left.set_xlim(left=0)
     left.set_ylim(bottom=0)
     left.set_title("Growth functions")

@@ -100,12 +100,21 @@ def bullets(texts: Iterable[str], kind: str = "") -> Markup:
     return Markup('<ul class="{}">{}</ul>').format(kind, items)
 
 
-def figure(svg: str, caption: str) -> Markup:
-    """Return a figure; ``svg`` is matplotlib's own output, ``caption`` is plain text."""
-    picture = Markup(svg)  # noqa: S704 - made by analysis.figures, which escapes its texts
-    return Markup('<figure role="group">{}<figcaption>{}</figcaption></figure>').format(
-        picture, caption
-    )
+def figure(svg: str, caption: str, alt: str) -> Markup:
+    """Return a figure.
+
+    Parameters
+    ----------
+    svg : str
+        Matplotlib's own output.
+    caption : str
+        Plain text under the figure.
+    alt : str
+        What the picture shows, for who does not see it.
+    """
+    attributes = Markup('<svg role="img" aria-label="{}"').format(alt)
+    picture = Markup(svg.replace("<svg", attributes, 1))  # noqa: S704 - analysis.figures escapes
+    return Markup("<figure>{}<figcaption>{}</figcaption></figure>").format(picture, caption)
 
 
 def table(
@@ -152,6 +161,7 @@ def table(
         body.append(f'<tr class="on">{line}</tr>' if place == marked else f"<tr>{line}</tr>")
     kind = ' class="long"' if len(rows) > ROWS_TOGETHER else ""
     return Markup(  # noqa: S704 - every cell is escaped above
-        f'<div class="wide"><table{kind}><caption>{escape(caption)}</caption>'
+        '<div class="wide" role="group" aria-label="Table" tabindex="0">'
+        f"<table{kind}><caption>{escape(caption)}</caption>"
         f"<thead>{head}<tr>{cells}</tr></thead><tbody>{''.join(body)}</tbody></table></div>"
     )

@@ -104,7 +104,7 @@ def about_participants(analysis: Analysis) -> list[tuple[str, str]]:
             low, high, mean = answers.min(), answers.max(), answers.mean()
             found.append((title, f"{low:g} to {high:g}, mean {mean:.1f}"))
         elif len(counts) <= ANSWERS_LISTED:
-            found.append((title, ", ".join(f"{text}: {count}" for text, count in counts.items())))
+            found.append((title, ", ".join(f"{text} ({count})" for text, count in counts.items())))
     return found
 
 

@@ -48,6 +48,8 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
             "Residuals of log estimates less participants' and amplitudes' means: left against a "
             "normal distribution (on the line: normal), right at each amplitude (even spread: "
             "equal variances).",
+            "Two charts of residuals: quantiles against a normal distribution's, and the spread at "
+            "each amplitude",
         )
     )
     return section

@@ -41,6 +41,12 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
         html.figure(
             svgs["difference"],
             _caption(analysis),
+            "Share of “yes”: "
+            + ", ".join(
+                f"{row['from_um_pp']:g} to {row['to_um_pp']:g} µm {row['yes']} of {row['n']}"
+                for row in found["steps"]
+            )
+            + f", no change {found['catch']['yes']} of {found['catch']['n']}",
         )
     )
     words = found["verbal_reports"]

@@ -26,6 +26,11 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
             svgs["fig15"],
             f"Perceived slipperiness against vibration amplitude. {_lines(analysis)} "
             f"Normalisation: {analysis.rule} ({rule.formula}).",
+            "Line chart of mean slipperiness: "
+            + ", ".join(
+                f"{number(mean, 1)} at {amplitude:g} µm"
+                for amplitude, mean in analysis.cells.mean().items()
+            ),
         )
     )
     section.blocks.append(table3(analysis))

@@ -27,6 +27,8 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
             "own factor. Right: the same geometric means on logarithmic axes; the slope is the "
             "exponent. Bars: Student's intervals over participants. 0 µm has no place on a "
             "logarithmic axis and takes no part.",
+            "Two charts of geometric means against amplitude: with fitted growth functions, and on "
+            "logarithmic axes with the power function",
         )
     )
     if "reason" in found:
@@ -43,7 +45,9 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
                 ),
             )
         )
-    section.blocks += [_models(found[key], title) for key, title in against]
+    section.blocks += [
+        _models(found[key], title, " µm" if key == "amplitude" else "") for key, title in against
+    ]
     if "reason" not in found["individual"]:
         best = ", ".join(
             f"{MODEL_NAMES[name]} {count}" for name, count in found["individual"]["best"].items()
@@ -63,11 +67,14 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
     return section
 
 
-def _models(found: Mapping[str, Any], title: str) -> Any:
+def _models(found: Mapping[str, Any], title: str, unit: str) -> Any:
     rows = []
     for name, model in found["models"].items():
         title_ = MODEL_NAMES[name]
-        parameters = ", ".join(f"{key} {value:.3g}" for key, value in model["parameters"].items())
+        parameters = ", ".join(
+            f"{key} {value:.3g}".replace("-", "−") + ("" if key == "exponent" else unit)
+            for key, value in model["parameters"].items()
+        )
         rows.append(
             [
                 title_[0].upper() + title_[1:],

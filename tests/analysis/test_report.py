@@ -42,7 +42,7 @@ def test_what_participants_said_of_themselves_is_counted_without_the_excluded(da
     ]
     (folder / "participants.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")
     text = page(analyse(folder, write=False))
-    assert "man: 2, woman: 3" in text
+    assert "man (2), woman (3)" in text
     assert "21 to 26, mean 23.8" in text
 
 
