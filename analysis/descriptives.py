@@ -13,6 +13,8 @@ import pandas as pd
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+#: Of two participants an interval is all or nothing: none is given.
+FEWEST = 3
 #: The two conventions of the standard deviation, as numpy's ``ddof``.
 SD_CONVENTIONS = {"sample": 1, "population": 0}
 
@@ -65,12 +67,12 @@ def cousineau_morey(values: NDArray[np.float64], confidence: float = 0.95) -> ND
     Parameters
     ----------
     values : array, shape (participants, conditions)
-        Complete; at least two of each.
+        Complete. NaN for fewer than `FEWEST` participants or two conditions.
     """
     from scipy import stats  # noqa: PLC0415 - a second's import, only when an interval is asked for
 
     n, k = values.shape
-    if n < 2 or k < 2:  # noqa: PLR2004
+    if n < FEWEST or k < 2:  # noqa: PLR2004
         return np.full(k, np.nan)
     shifted = values - values.mean(axis=1, keepdims=True) + values.mean()
     standard_error = shifted.std(axis=0, ddof=1) * np.sqrt(k / (k - 1)) / np.sqrt(n)
@@ -129,14 +131,14 @@ def describe(
 def bootstrap_means(
     cells: pd.DataFrame, confidence: float, resamples: int, seed: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return percentile intervals of the means, participants resampled; NaN for fewer than two."""
+    """Return percentile intervals of the means, participants resampled; NaN for too few."""
     from scipy import stats  # noqa: PLC0415 - a second's import
 
     low = np.full(cells.shape[1], np.nan)
     high = low.copy()
     for place, column in enumerate(cells.to_numpy(float).T):
         values = column[~np.isnan(column)]
-        if len(values) < 2 or np.ptp(values) == 0:  # noqa: PLR2004
+        if len(values) < FEWEST or np.ptp(values) == 0:
             continue
         found = stats.bootstrap(
             (values,),

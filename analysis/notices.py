@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from analysis.loading import Dataset
     from analysis.prepared import Prepared
 
+#: Rules that multiply everybody by the same number; and how far apart scales may be under them.
+ONE_FACTOR, SCALES_APART = ("none", "grand_maximum"), 5.0
 #: Where a list of participants is cut.
 LISTED = 6
 
@@ -74,13 +76,13 @@ def thin(cells: pd.DataFrame) -> list[str]:
         return ["No magnitude estimates: only the descending difference is analysed."]
     if participants == 1:
         notes.append(
-            "One participant: means are shown; standard deviations, intervals and tests need "
-            "at least two."
+            "One participant: means are shown; standard deviations need at least two, intervals "
+            "and tests three."
         )
     elif participants < FEWEST:
         notes.append(
-            "Two participants: means and their spread are shown; tests and exponents need at least "
-            "three."
+            "Two participants: means and their spread are shown; intervals, tests and exponents "
+            "need at least three."
         )
     if amplitudes == 1:
         notes.append("One amplitude: nothing to compare, no growth and no tests.")
@@ -94,6 +96,24 @@ def thin(cells: pd.DataFrame) -> list[str]:
             "complete ones."
         )
     return notes
+
+
+def scales(cells: pd.DataFrame, rule: str) -> list[str]:
+    """Say where one factor for all cannot bring participants to one scale."""
+    largest = cells.max(axis=1)
+    largest = largest[largest > 0]
+    if rule not in ONE_FACTOR or len(largest) < FEWEST:
+        return []
+    apart = float(largest.max() / largest.median())
+    apart = max(apart, float(largest.median() / largest.min()))
+    if apart < SCALES_APART:
+        return []
+    sentence = (
+        f"Participants used scales up to {apart:.0f} times larger or smaller than the median "
+        f"participant's; '{rule}' keeps that, so that means are those of the largest numbers. "
+        "Compare --normalise modulus_equalisation."
+    )
+    return [sentence]
 
 
 def unequal(prepared: Prepared | None) -> list[str]:

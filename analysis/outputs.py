@@ -6,6 +6,7 @@ The same data and versions give the same bytes: no date, no path, no order by ch
 from __future__ import annotations
 
 import json
+import platform
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
@@ -64,7 +65,7 @@ def _write_json(path: Path, value: Any) -> None:
 
 def software() -> dict[str, str]:
     """Return the versions that took part."""
-    return {name: version(name) for name in SOFTWARE}
+    return {"python": platform.python_version()} | {name: version(name) for name in SOFTWARE}
 
 
 def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:

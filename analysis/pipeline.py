@@ -158,6 +158,7 @@ def analyse(
             *notes,
             *notices.changing_tops(data),
             *notices.thin(cells),
+            *notices.scales(cells, rule),
             *notices.unequal(prepared),
         ),
         out=target,

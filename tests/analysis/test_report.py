@@ -92,3 +92,21 @@ def test_rules_that_differ_within_a_participant_are_not_called_harmless(dataset,
     text = page(analyse(dataset(rows={"01": rows}), write=False))
     assert "may change with them" in text
     assert "same under all" not in text
+
+
+def test_two_participants_have_no_interval(table_by_hand):
+    found = analyse(few(table_by_hand, "ab", (0, 1, 2)), write=False)
+    assert found.description[["within_low", "bootstrap_low"]].isna().all(axis=None)
+    assert found.description["sd_sample"].notna().all()
+
+
+@pytest.mark.parametrize("rule, said", [("grand_maximum", True), ("modulus_equalisation", False)])
+def test_scales_too_far_apart_for_one_factor_are_named(table_by_hand, rule, said):
+    rows = "".join(
+        f"{who},{a},{top * a}\n"
+        for who, top in (("a", 1), ("b", 10), ("c", 10), ("d", 11))
+        for a in (1, 2, 3)
+    )
+    path = table_by_hand("participant_id,amplitude_um_pp,estimate\n" + rows)
+    problems = analyse(path, normalise=rule, write=False).problems
+    assert any("10 times larger or smaller" in p for p in problems) is said
