@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BLUE, VERMILION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
-SKY, PURPLE, INK, PALE = "#56B4E9", "#CC79A7", "#1F2933", "#9AA5B1"
+SKY, PURPLE, INK, PALE = "#56B4E9", "#CC79A7", "#1F2933", "#7B8794"
 #: More participants than this are drawn as bands of quantiles, not as single lines.
 LINES_AT_MOST = 60
 #: Typed loosely: matplotlib names each of its settings in its own type.

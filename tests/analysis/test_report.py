@@ -110,3 +110,16 @@ def test_scales_too_far_apart_for_one_factor_are_named(table_by_hand, rule, said
     path = table_by_hand("participant_id,amplitude_um_pp,estimate\n" + rows)
     problems = analyse(path, normalise=rule, write=False).problems
     assert any("10 times larger or smaller" in p for p in problems) is said
+
+
+def test_pictures_have_alternative_texts_and_columns_headings(dataset):
+    row = dataset.difference_row
+    people = {f"{n:02d}": [row(1, 2.3, 1.2, "yes"), row(2, 1.2, 1.2, "no")] for n in range(1, 7)}
+    text = analyse(dataset(differences=people)).report.read_text(encoding="utf-8")
+    pictures = re.findall(r"<svg[^>]*>", text)
+    assert len(pictures) == 4
+    assert all(re.search(r'role="img" aria-label="[^"]{20,}"', tag) for tag in pictures)
+    # HTML forbids a role on a figure with a caption.
+    assert "<figure>" in text
+    assert "<figure " not in text
+    assert not re.search(r'<th scope="col"[^>]*></th>', text)
