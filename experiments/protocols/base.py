@@ -1,7 +1,9 @@
 """What a protocol is made of, and where protocols are found.
 
 A laboratory adds a protocol as an entry point of the group ``slipscale.protocols`` that names a
-`Protocol`; the study file's ``protocol`` key is the entry point's name.
+`Protocol`; the study file's ``protocol`` key is the entry point's name. What most protocols share
+is beside this: the options of `pacing`, and `repeating`, which counts trials and has voided ones
+come again.
 """
 
 from __future__ import annotations
