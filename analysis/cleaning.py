@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.tables import Problems, Source, numbers, places
+from analysis.cells import cell, numbers, places
+from analysis.tables import LISTED_PROBLEMS, Problems, Source
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,6 +20,17 @@ if TYPE_CHECKING:
 #: Amplitudes are told apart to 0.1 nm: 0.1 + 0.2 µm is 0.3 µm.
 DECIMALS = 4
 TRUE, FALSE = {"yes", "true", "1", "1.0"}, {"no", "false", "0", "0.0"}
+PHASES = ("main", "practice")
+#: What is read of a trial of either task; all else in the files is not looked at.
+COMMON = ("participant_id", "session", "run", "phase", "flag")
+ESTIMATE_NUMBERS = ("trial", "block", "response_time", "scale_top", "modulus")
+ESTIMATE_COLUMNS = (*COMMON, *ESTIMATE_NUMBERS, "amplitude_um_pp", "estimate", "texture")
+STEP_NUMBERS = ("trial", "series", "step", "confidence", "response_time")
+STEP_AMPLITUDES = ("amplitude_before_um_pp", "amplitude_um_pp")
+STEP_COLUMNS = (
+    *(*COMMON, *STEP_NUMBERS, *STEP_AMPLITUDES),
+    *("catch", "difference_felt", "verbal_report"),
+)
 
 
 def clean_estimates(
@@ -27,7 +39,7 @@ def clean_estimates(
     """Return rows with every column of the tidy table, numbers as numbers."""
     clean = pd.DataFrame(
         {
-            "participant_id": frame["participant_id"].astype("category"),
+            "participant_id": tidied(frame["participant_id"]),
             "session": _labels(frame, "session", ""),
             "run": _labels(frame, "run", "1"),
             "file": frame["file"],
@@ -37,13 +49,13 @@ def clean_estimates(
     for column in ("amplitude_um_pp", "estimate"):
         clean[column] = numbers(frame, column, sources, problems, minimum=0.0)
     clean["amplitude_um_pp"] = clean["amplitude_um_pp"].round(DECIMALS)
-    for column in ("trial", "block", "response_time", "scale_top", "modulus"):
+    for column in ESTIMATE_NUMBERS:
         clean[column] = (
             numbers(frame, column, sources, problems, minimum=0.0, lost="the cell")
             if column in frame and frame[column].notna().any()
             else np.nan
         )
-    clean["phase"] = _labels(frame, "phase", "main")
+    clean["phase"] = _phases(frame, problems)
     clean["flag"] = _labels(frame, "flag", "")
     clean["texture"] = _labels(frame, "texture", "")
     return _without_doubles(clean, sources, problems)
@@ -56,9 +68,9 @@ def clean_differences(
     clean = pd.DataFrame(
         {name: frame[name] for name in ("participant_id", "session", "run", "file", "line")}
     )
-    for column in ("amplitude_before_um_pp", "amplitude_um_pp"):
+    for column in STEP_AMPLITUDES:
         clean[column] = numbers(frame, column, sources, problems, minimum=0.0).round(DECIMALS)
-    for column in ("trial", "series", "step", "confidence", "response_time"):
+    for column in STEP_NUMBERS:
         clean[column] = (
             numbers(frame, column, sources, problems, lost="the cell")
             if column in frame and frame[column].notna().any()
@@ -67,19 +79,19 @@ def clean_differences(
     felt = frame["difference_felt"].astype("object").map(lambda v: str(v).strip().lower())
     clean["difference_felt"] = felt.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
     wrong = clean["difference_felt"].isna() & frame["difference_felt"].notna()
+    shown = frame[wrong].head(LISTED_PROBLEMS)
     problems.add_many(
         [
-            f"{place}, column difference_felt: '{value}' where yes or no was expected; "
+            f"{place}, column difference_felt: '{cell(value)}' where yes or no was expected; "
             "the step is left out"
-            for place, value in zip(
-                places(frame[wrong], sources), frame.loc[wrong, "difference_felt"], strict=True
-            )
+            for place, value in zip(places(shown, sources), shown["difference_felt"], strict=True)
         ],
         "column difference_felt",
+        int(wrong.sum()),
     )
     clean["catch"] = _catches(frame, clean, problems)
     clean["verbal_report"] = _labels(frame, "verbal_report", "")
-    clean["phase"] = _labels(frame, "phase", "main")
+    clean["phase"] = _phases(frame, problems)
     clean["flag"] = _labels(frame, "flag", "")
     return _without_doubles(clean, sources, problems)
 
@@ -101,14 +113,40 @@ def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd
     return unchanged
 
 
+def tidied(names: pd.Series[Any]) -> pd.Series[Any]:
+    """Return names as categories, without blanks around them; one of blanks only is missing."""
+    values = names.astype("category")
+    plain = [" ".join(str(name).split()) for name in values.cat.categories]
+    kept = sorted(set(plain) - {""})
+    places = {name: place for place, name in enumerate(kept)}
+    # The last entry is what a missing cell's code, -1, finds.
+    lookup = np.array([*(places.get(name, -1) for name in plain), -1])
+    codes = lookup[values.cat.codes]
+    return pd.Series(pd.Categorical.from_codes(codes, pd.Index(kept, dtype=str)), index=names.index)
+
+
 def _labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
     if column not in frame:
         return pd.Series(pd.Categorical([missing] * len(frame)), index=frame.index)
-    values = frame[column].astype("category")
-    values = values.cat.rename_categories([str(name) for name in values.cat.categories])
+    values = tidied(frame[column])
     if missing not in values.cat.categories:
         values = values.cat.add_categories(missing)
     return values.fillna(missing)
+
+
+def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
+    """Return "practice" or "main" for each row; say which other words count as main."""
+    values = _labels(frame, "phase", "main")
+    counts = values.value_counts()
+    for name, count in counts[counts > 0].items():
+        if str(name).lower() not in PHASES:
+            problems.add(
+                f"Phase '{cell(name)}': {count} trials of it count as main ones; only those of "
+                "phase 'practice' are left out."
+            )
+    lookup = np.array([str(name).lower() == "practice" for name in values.cat.categories], int)
+    codes = lookup[values.cat.codes]
+    return pd.Series(pd.Categorical.from_codes(codes, pd.Index(PHASES)), frame.index)
 
 
 def _without_doubles(
@@ -120,17 +158,16 @@ def _without_doubles(
     key = ["participant_id", "session", "run", "phase", "trial"]
     doubled = clean["trial"].notna() & clean.duplicated(key, keep="first")
     doubled &= ~clean["flag"].astype(str).str.contains("voided") if doubled.any() else doubled
+    shown = clean[doubled].head(LISTED_PROBLEMS)
     problems.add_many(
         [
             f"{place}: trial {trial:g} of {who} is there a second time; the first is kept"
             for place, trial, who in zip(
-                places(clean[doubled], sources),
-                clean.loc[doubled, "trial"],
-                clean.loc[doubled, "participant_id"],
-                strict=True,
+                places(shown, sources), shown["trial"], shown["participant_id"], strict=True
             )
         ],
         "doubled trials",
+        int(doubled.sum()),
     )
     return clean[~doubled].reset_index(drop=True) if doubled.any() else clean
 

@@ -15,7 +15,7 @@ from analysis.mixed_model import mixed_model
 from analysis.normalisation import KEY, RULES, cell_means, normalise_by_all
 from analysis.pairwise import pairwise
 from analysis.prepared import Prepared, prepare
-from analysis.tables import read_tables, require
+from analysis.tables import read_tables
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -78,8 +78,9 @@ def difference(data: Dataset) -> Result:
     found = analyse_differences(data.differences, book, data.choices.confidence)
     codes = folder / "code" / "verbal_codes.tsv" if folder else None
     if "reason" not in found and codes is not None and codes.is_file():
-        frame, _ = read_tables([codes], codes.parent)
-        require(frame, ("verbal_report", "coder", "category"), str(codes))
+        frame, _ = read_tables(
+            [codes], codes.parent, required=("verbal_report", "coder", "category")
+        )
         found["coders"] = agreement(frame)
     return found
 

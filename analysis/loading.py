@@ -17,18 +17,21 @@ import pandas as pd
 
 from analysis import about
 from analysis.cleaning import (
+    ESTIMATE_COLUMNS,
+    STEP_COLUMNS,
     clean_differences,
     clean_estimates,
     empty_differences,
     empty_estimates,
+    tidied,
 )
+from analysis.table_lines import listed_lines
 from analysis.tables import (
     Problems,
     Source,
     digest,
     read_bytes,
     read_tables,
-    require,
 )
 from experiments.analysis_choices import AnalysisChoices
 from faults import UserError
@@ -183,24 +186,26 @@ def _load_folder(folder: Path) -> Dataset:
 
 
 def _load_table(path: Path) -> Dataset:
-    text = read_bytes(path)
-    header = text.removeprefix(b"\xef\xbb\xbf").partition(b"\n")[0].decode("utf-8", "replace")
+    text = read_bytes(path).lstrip(b"\r\n").replace(b"\r", b"\n")
+    header = text.partition(b"\n")[0].decode("utf-8", "replace")
     separator = next((mark for mark in SEPARATORS if mark in header), ",")
+    problems = Problems()
     # Excel in French or German writes semicolons between cells and commas inside numbers.
     frame, sources = read_tables(
-        [path], path.parent, separator=separator, decimal="," if separator == ";" else "."
+        [path],
+        path.parent,
+        separator=separator,
+        decimal="," if separator == ";" else ".",
+        required=("participant_id", *REQUIRED[ESTIMATION]),
+        columns=ESTIMATE_COLUMNS,
+        problems=problems,
     )
-    require(frame, ("participant_id", *REQUIRED[ESTIMATION]), str(path))
-    problems = Problems()
+    frame["participant_id"] = tidied(frame["participant_id"])
     unnamed = frame["participant_id"].isna()
     if unnamed.any():
-        lines = ", ".join(str(line) for line in frame.loc[unnamed, "line"].head(12))
-        problems.add(
-            f"{path.name}: {int(unnamed.sum())} rows without a participant_id are left out "
-            f"(lines {lines})"
-        )
+        lines = listed_lines(frame.loc[unnamed, "line"].tolist())
+        problems.add(f"{path.name}, {lines}: no participant_id; left out")
         frame = frame[~unnamed].reset_index(drop=True)
-    frame["participant_id"] = frame["participant_id"].astype(str)
     answers_read = clean_estimates(frame, sources, problems)
     counts: dict[str, int] = {}
     main = _keep_main_trials(answers_read, counts)
@@ -225,7 +230,13 @@ def _read_task(
 ) -> tuple[pd.DataFrame, list[Source]]:
     if not entries:
         return (empty_estimates() if task == ESTIMATION else empty_differences()), []
-    frame, sources = read_tables([path for path, _ in entries], folder, required=REQUIRED[task])
+    frame, sources = read_tables(
+        [path for path, _ in entries],
+        folder,
+        required=REQUIRED[task],
+        columns=ESTIMATE_COLUMNS if task == ESTIMATION else STEP_COLUMNS,
+        problems=problems,
+    )
     place = frame["file"].to_numpy()
     labels = {
         "participant_id": [f"sub-{match['sub']}" for _, match in entries],

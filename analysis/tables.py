@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from analysis.table_lines import Lines, complain, split
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -23,12 +24,18 @@ if TYPE_CHECKING:
 
     from pydantic import ValidationError
 
-MISSING = ["n/a", ""]
+#: A missing cell in any column: BIDS's word, and none at all.
+MISSING = ("", "n/a")
+#: A missing cell where no such word is expected, as R, pandas, NumPy, Excel and databases write it.
+NOT_AVAILABLE = (
+    *MISSING,
+    *("NA", "N/A", "#N/A", "<NA>", "NaN", "nan", "-nan", "NULL", "Null", "null", "None", "none"),
+)
+#: Names and words, never numbers (01 is not 1); somebody may be called NA, or say so.
+TEXT = ("participant_id", "session", "run", "verbal_report", "coder", "category")
 LISTED_PROBLEMS = 12
 #: Characters of a list of column names in a message: a foreign file's first line may be long.
 LONGEST_LIST = 400
-#: A number above this is a slip, and its square no longer one.
-LARGEST = 1e100
 
 
 @dataclass(slots=True)
@@ -41,11 +48,14 @@ class Problems:
         """Note one sentence."""
         self.sentences.append(sentence)
 
-    def add_many(self, sentences: Sequence[str], what: str) -> None:
-        """Note sentences of one kind: the first dozen in full, then how many more."""
+    def add_many(self, sentences: Sequence[str], what: str, total: int | None = None) -> None:
+        """Note sentences of one kind: the first dozen in full, then how many more.
+
+        ``total`` is their number where only the first `LISTED_PROBLEMS` are given.
+        """
         self.sentences.extend(sentences[:LISTED_PROBLEMS])
-        if len(sentences) > LISTED_PROBLEMS:
-            more = len(sentences) - LISTED_PROBLEMS
+        more = (len(sentences) if total is None else total) - LISTED_PROBLEMS
+        if more > 0:
             self.sentences.append(f"... and {more} more of this kind ({what})")
 
 
@@ -77,6 +87,8 @@ def read_tables(
     separator: str = "\t",
     decimal: str = ".",
     required: Sequence[str] = (),
+    columns: Sequence[str] = (),
+    problems: Problems | None = None,
 ) -> tuple[pd.DataFrame, list[Source]]:
     """Read tables of one kind into one frame.
 
@@ -90,6 +102,11 @@ def read_tables(
         One character each.
     required : sequence of str
         Columns that every file must have.
+    columns : sequence of str
+        Columns to return, where there; none: all of them. In these, ``NA`` and its like are
+        missing cells, but for `TEXT`.
+    problems : Problems, optional
+        Told which lines between rows were left out: empty ones, and the header once more.
 
     Returns
     -------
@@ -105,30 +122,22 @@ def read_tables(
         cells, lacks a required column, or has a column twice.
     """
     sources: list[Source] = []
-    plain: dict[bytes, list[tuple[int, bytes, int]]] = {}
-    frames: list[pd.DataFrame] = []
+    groups: dict[bytes, list[tuple[int, Lines]]] = {}
     for number, path in enumerate(paths):
         content = read_bytes(path)
         sources.append(Source(_name(path, root), digest(content)))
-        header, body = _split(content, path)
-        _check_header(header, path, separator, required)
-        if b'"' in content:
-            frame = _parse(header + b"\n" + body, path, separator, decimal)
-            frames.append(frame.assign(file=number, line=np.arange(2, len(frame) + 2)))
-            continue
-        lines = body.count(b"\n")
-        cells = header.count(separator.encode()) + 1
-        if body.count(separator.encode()) != lines * (cells - 1):
-            _name_ragged_line(body, separator.encode(), cells, path)
-        plain.setdefault(header, []).append((number, body, lines))
-    for header, group in plain.items():
-        joined = header + b"\n" + b"".join(body for _, body, _ in group)
-        culprit = paths[group[0][0]] if len(group) == 1 else root
-        frame = _parse(joined, culprit, separator, decimal)
-        counts = [lines for _, _, lines in group]
-        frame["file"] = np.repeat([number for number, _, _ in group], counts)
-        frame["line"] = np.concatenate([np.arange(2, lines + 2) for lines in counts])
-        frames.append(frame)
+        lines = split(content, path, separator)
+        _check_names(lines.names, path, required)
+        if problems is not None:
+            for phrase in lines.left_out:
+                problems.add(f"{_name(path, root)}, {phrase}")
+        # A quotation mark that opens in one file must not close in the next.
+        alone = str(number).encode() if b'"' in lines.body else b""
+        groups.setdefault(lines.header + b"\n" + alone, []).append((number, lines))
+    frames = [
+        _read_group(group, paths, separator=separator, decimal=decimal, columns=columns)
+        for group in groups.values()
+    ]
     frames = [frame for frame in frames if len(frame)] or frames[:1]
     everything = pd.concat(frames, ignore_index=True) if len(frames) > 1 else frames[0]
     if len(frames) > 1:
@@ -136,141 +145,86 @@ def read_tables(
     return everything, sources
 
 
+def _read_group(
+    group: Sequence[tuple[int, Lines]],
+    paths: Sequence[Path],
+    *,
+    separator: str,
+    decimal: str,
+    columns: Sequence[str],
+) -> pd.DataFrame:
+    """Read files with the same header, joined; every row with its file and line."""
+    first, sample = group[0]
+    body = b"".join(lines.body for _, lines in group)
+    try:
+        frame = _parse(
+            sample, body, paths[first], separator=separator, decimal=decimal, columns=columns
+        )
+    except UserError:
+        for number, lines in group:
+            complain(lines, paths[number], separator)
+        raise
+    places = {
+        "file": np.repeat(
+            [number for number, _ in group], [len(lines.places) for _, lines in group]
+        ),
+        "line": np.concatenate([lines.places for _, lines in group]),
+    }
+    return pd.concat([frame, pd.DataFrame(places, index=frame.index)], axis=1)
+
+
 def _name(path: Path, root: Path) -> str:
     return path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name
 
 
-def _split(content: bytes, path: Path) -> tuple[bytes, bytes]:
-    """Return the header line and the rest, without byte-order mark, with plain line ends."""
-    try:
-        content.decode("utf-8")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise UserError(
-            f"{path}: line {line} is not UTF-8 text; expected a text table "
-            "(from Excel: save as 'CSV UTF-8')"
-        ) from error
-    if b"\x00" in content:
-        line = content.count(b"\n", 0, content.index(b"\x00")) + 1
-        raise UserError(f"{path}: line {line} holds a null byte; expected a text table")
-    text = content.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    header, _, body = text.partition(b"\n")
-    if not header.strip():
-        raise UserError(f"{path}: the file is empty; expected a header line and rows")
-    body = body.rstrip(b"\n")
-    return header, body + b"\n" if body else body
-
-
-def _check_header(header: bytes, path: Path, separator: str, required: Sequence[str]) -> None:
-    names = [name.strip(' "') for name in header.decode("utf-8").split(separator)]
+def _check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> None:
     if doubled := sorted({name for name in names if name and names.count(name) > 1}):
         raise UserError(f"{path}: column {', '.join(doubled)} is there twice; expected it once")
     if missing := [name for name in required if name not in names]:
-        raise UserError(f"{path}: no column {', '.join(missing)}; found {_cut(names)}")
+        raise UserError(
+            f"{path}: no column {', '.join(missing)}; found {_cut(names)}. "
+            f"Expected at least {', '.join(required)}"
+        )
 
 
 def _cut(names: Sequence[str]) -> str:
     """Return column names for a message, no longer than a few lines."""
-    listed = ", ".join(names)
+    listed = ", ".join(" ".join(name.split()) for name in names if name) or "no names"
     return listed if len(listed) <= LONGEST_LIST else f"{listed[:LONGEST_LIST]} ..."
 
 
-def _name_ragged_line(body: bytes, separator: bytes, cells: int, path: Path) -> None:
-    for number, line in enumerate(body.split(b"\n")[:-1], start=2):
-        found = line.count(separator) + 1
-        if found != cells:
-            if not line.strip():
-                raise UserError(f"{path}: line {number} is empty; expected {cells} cells")
-            raise UserError(
-                f"{path}: line {number} has {found} cells, expected {cells} as in the header; "
-                "is the file truncated?"
-            )
-
-
-def _parse(text: bytes, path: Path, separator: str, decimal: str) -> pd.DataFrame:
+def _parse(
+    lines: Lines, body: bytes, path: Path, *, separator: str, decimal: str, columns: Sequence[str]
+) -> pd.DataFrame:
+    """Return a body's rows; only ``columns``, where there are any."""
+    names = [name or f"unnamed {place}" for place, name in enumerate(lines.names)]
+    missing = {name: NOT_AVAILABLE if name in columns else MISSING for name in names}
+    missing |= dict.fromkeys(TEXT, MISSING)
     try:
         frame = pd.read_csv(
-            io.BytesIO(text),
+            io.BytesIO(lines.header + b"\n" + body),
             sep=separator,
             decimal=decimal,
-            na_values=MISSING,
+            header=0,
+            names=names,
+            na_values={name: list(missing[name]) for name in names},
             keep_default_na=False,
-            skip_blank_lines=False,
+            # 'a, "b"' is a habit of hands.
+            skipinitialspace=separator.encode() + b" " in body,
             low_memory=False,
-            dtype={"participant_id": "str"},  # 01 is a name, not a number
+            dtype=dict.fromkeys(TEXT, "str"),
         )
-    except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError) as error:
+    except (pd.errors.ParserError, ValueError) as error:
         raise UserError(f"{path}: not a table that can be read ({error})") from error
-    frame.columns = frame.columns.str.strip()
+    if columns:
+        return frame[[name for name in columns if name in frame]]
     # PsychoPy ends each line with a comma: a column without a name and without values.
     unnamed = [
-        name for name in frame.columns if name.startswith("Unnamed:") and frame[name].isna().all()
+        name
+        for name, given in zip(names, lines.names, strict=True)
+        if not given and frame[name].isna().all()
     ]
     return frame.drop(columns=unnamed)
-
-
-def require(frame: pd.DataFrame, columns: Sequence[str], where: str) -> None:
-    """Raise a `UserError` that names every column that is missing."""
-    missing = [name for name in columns if name not in frame.columns]
-    if missing:
-        found = _cut([name for name in frame.columns if name not in ("file", "line")])
-        raise UserError(
-            f"{where}: no column {', '.join(missing)}; found {found}. "
-            f"Expected at least {', '.join(columns)}"
-        )
-
-
-def places(rows: pd.DataFrame, sources: Sequence[Source]) -> list[str]:
-    """Return "file, line n" for each row."""
-    pairs = zip(rows["file"].tolist(), rows["line"].tolist(), strict=True)
-    return [f"{sources[int(number)].name}, line {line}" for number, line in pairs]
-
-
-def numbers(
-    frame: pd.DataFrame,
-    column: str,
-    sources: Sequence[Source],
-    problems: Problems,
-    *,
-    minimum: float = -np.inf,
-    lost: str = "the trial",
-) -> pd.Series[float]:
-    """Return a column as numbers; what is not one becomes missing and is named in ``problems``.
-
-    Parameters
-    ----------
-    minimum : float
-        Smaller values, and those above `LARGEST`, are named and become missing too.
-    lost : str
-        What is left out where the cell cannot be read.
-    """
-    raw = frame[column]
-    values = (
-        raw.astype(float)
-        if pd.api.types.is_numeric_dtype(raw) and not pd.api.types.is_bool_dtype(raw)
-        else pd.to_numeric(raw.astype("object"), errors="coerce").astype(float)
-    )
-    text = values.isna() & raw.notna()
-    outside = values.notna() & ~((values >= minimum) & (values <= LARGEST))
-    for bad, expected in (
-        (text, "a number"),
-        (outside, f"a number of {minimum:g} or more, at most {LARGEST:g},"),
-    ):
-        if not bad.any():
-            continue
-        problems.add_many(
-            [
-                f"{place}, column {column}: '{value}' where {expected}{_hint(value)} was expected; "
-                f"{lost} is left out"
-                for place, value in zip(places(frame[bad], sources), raw[bad], strict=True)
-            ],
-            f"column {column}",
-        )
-    return values.mask(outside)
-
-
-def _hint(value: object) -> str:
-    return " with a decimal point" if "," in str(value) else ""
 
 
 def faults_of(error: ValidationError) -> str:

@@ -1,0 +1,212 @@
+"""The lines of a table's file: which of them are rows, and where each stands.
+
+Files that are as they should be are only counted; one that is not is gone through line by line,
+so that lines without a row can be left out and named, and the others keep their place.
+"""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+QUOTE, NEWLINE = b'"', b"\n"
+#: Line numbers in a sentence.
+LISTED_LINES = 12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Lines:
+    """A table's text, rows only.
+
+    Parameters
+    ----------
+    header, body : bytes
+        UTF-8 with plain line ends, no byte-order mark; ``body`` ends with a line end.
+    names : tuple of str
+        The columns' names, blanks around them removed.
+    places : int array, shape (rows,)
+        The line on which each row begins; 1 is the file's first.
+    left_out : tuple of str
+        What was left out between rows, one phrase each.
+    """
+
+    header: bytes
+    body: bytes
+    names: tuple[str, ...]
+    places: NDArray[np.int64]
+    left_out: tuple[str, ...] = ()
+
+
+def split(content: bytes, path: Path, separator: str) -> Lines:
+    """Return a table's header and rows.
+
+    Raises
+    ------
+    UserError
+        The content is no UTF-8 text or empty, has a line with too few or many cells, or a
+        quotation mark that is not closed.
+    """
+    text = _plain(content, path)
+    unpadded = text.lstrip(NEWLINE)
+    first = 1 + len(text) - len(unpadded)
+    header, _, body = unpadded.partition(NEWLINE)
+    if not header.strip():
+        raise UserError(f"{path}: the file is empty; expected a header line and rows")
+    names = _names(header, separator)
+    body = body.rstrip(NEWLINE)
+    body = body + NEWLINE if body else body
+    count = _regular(header, body, separator, len(names))
+    if count is not None:
+        places = np.arange(first + 1, first + 1 + count)
+        return Lines(header=header, body=body, names=names, places=places)
+    return _row_by_row(header, body, names, separator=separator, first=first, path=path)
+
+
+def complain(lines: Lines, path: Path, separator: str) -> None:
+    """Raise the `UserError` about the first line that is no row of the table, if there is one."""
+    first = int(lines.places[0]) - 1 if len(lines.places) else 1
+    _row_by_row(lines.header, lines.body, lines.names, separator=separator, first=first, path=path)
+
+
+def _plain(content: bytes, path: Path) -> bytes:
+    """Return UTF-8 text without byte-order mark, with plain line ends."""
+    try:
+        content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = content.count(NEWLINE, 0, error.start) + 1
+        raise UserError(
+            f"{path}: line {line} is not UTF-8 text; expected a text table "
+            "(from Excel: save as 'CSV UTF-8')"
+        ) from error
+    if b"\x00" in content:
+        line = content.count(NEWLINE, 0, content.index(b"\x00")) + 1
+        raise UserError(f"{path}: line {line} holds a null byte; expected a text table")
+    return content.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", NEWLINE).replace(b"\r", NEWLINE)
+
+
+def _names(header: bytes, separator: str) -> tuple[str, ...]:
+    # A quotation mark that the header does not close is the row-by-row reading's to complain of.
+    cells = next(csv.reader([header.decode("utf-8")], delimiter=separator, skipinitialspace=True))
+    return tuple(name.strip(' "\t\ufeff') for name in cells)
+
+
+def _regular(header: bytes, body: bytes, separator: str, cells: int) -> int | None:
+    """Count the rows of a body in which every line is one, with as many cells as the header."""
+    mark = separator.encode()
+    around = NEWLINE + body
+    suspects = (NEWLINE * 2, NEWLINE + header + NEWLINE, NEWLINE + mark * (cells - 1) + NEWLINE)
+    if any(suspect in around for suspect in suspects):
+        return None
+    lines = body.count(NEWLINE)
+    if QUOTE not in body:
+        # Too many cells in one line can make up for too few in another: pandas then refuses to
+        # read, unless it is the first.
+        width = body.partition(NEWLINE)[0].count(mark)
+        total = body.count(mark)
+        return lines if total == lines * (cells - 1) and total in (0, lines * width) else None
+    text = np.frombuffer(body, np.uint8)
+    outside = ~np.bitwise_xor.accumulate(text == QUOTE[0])
+    ends = np.flatnonzero(outside & (text == NEWLINE[0]))
+    marks = np.flatnonzero(outside & (text == mark[0]))
+    each = np.diff(np.searchsorted(marks, ends), prepend=0)
+    return lines if len(ends) == lines and (each == cells - 1).all() else None
+
+
+def _row_by_row(
+    header: bytes, body: bytes, names: Sequence[str], *, separator: str, first: int, path: Path
+) -> Lines:
+    """Leave out lines that hold no row, and say which; refuse rows of another length."""
+    lines = body.split(NEWLINE)
+    kept: list[bytes] = []
+    places: list[int] = []
+    empty: list[int] = []
+    repeated: list[int] = []
+    trailing = 0
+    for start, end, row in _rows(lines[:-1], separator, first, path):
+        if not any(cell.strip() for cell in row):
+            empty.append(start)
+            trailing += 1
+            continue
+        trailing = 0
+        if tuple(cell.strip() for cell in row) == names:
+            repeated.append(start)
+            continue
+        if len(row) != len(names):
+            raise UserError(f"{path}: line {start} {_miscounted(len(row), names, separator)}")
+        kept += lines[start - first - 1 : end - first]
+        places.append(start)
+    # Empty lines after the last row are every editor's, and harmless.
+    empty = empty[: len(empty) - trailing]
+    said = [
+        f"{listed_lines(found)}: {what}; skipped"
+        for found, what in ((empty, "empty"), (repeated, "the header once more"))
+        if found
+    ]
+    return Lines(
+        header=header,
+        body=b"".join(line + NEWLINE for line in kept),
+        names=tuple(names),
+        places=np.array(places, np.int64),
+        left_out=tuple(said),
+    )
+
+
+def _rows(
+    lines: Sequence[bytes], separator: str, first: int, path: Path
+) -> Iterator[tuple[int, int, list[str]]]:
+    """Give each row's first and last line and its cells: a cell in quotes may span lines."""
+    reader = csv.reader(
+        (line.decode("utf-8") + "\n" for line in lines),
+        delimiter=separator,
+        skipinitialspace=True,
+        strict=True,
+    )
+    end = 0
+    while True:
+        start = end + 1
+        try:
+            row = next(reader)
+        except StopIteration:
+            return
+        except csv.Error as error:
+            raise UserError(
+                f"{path}: line {first + start} has a quotation mark without its partner, or text "
+                f"behind one ({error}); expected a mark at either end of a cell"
+            ) from error
+        end = reader.line_num
+        yield first + start, first + end, row
+
+
+def _miscounted(found: int, names: Sequence[str], separator: str) -> str:
+    guess = (
+        "is the file truncated?"
+        if found < len(names)
+        else f"is there a '{separator}' inside a cell?".replace("\t", "tab")
+    )
+    cells = "1 cell" if found == 1 else f"{found} cells"
+    return f"has {cells}, expected {len(names)} as in the header; {guess}"
+
+
+def listed_lines(lines: Sequence[int]) -> str:
+    """Return "line 3", or "lines 3, 5 and 7", or a dozen and how many more.
+
+    >>> listed_lines([3]), listed_lines([3, 5, 7])
+    ('line 3', 'lines 3, 5 and 7')
+    """
+    if len(lines) == 1:
+        return f"line {lines[0]}"
+    cut = [str(line) for line in lines[:LISTED_LINES]]
+    more = len(lines) - len(cut)
+    last = f"{more} more" if more else cut.pop()
+    return f"lines {', '.join(cut)} and {last}"
