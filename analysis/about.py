@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 from pydantic import ValidationError
 
+from analysis.cleaning import tidied
+from analysis.table_lines import listed_lines
 from analysis.tables import Problems, Source, digest, faults_of, read_bytes, read_tables
 from experiments.analysis_choices import AnalysisChoices
 from faults import UserError
@@ -25,17 +27,18 @@ def sidecars(
     found: dict[str, set[str]] = {}
     modes: list[tuple[str, Path]] = []
     sources: list[Source] = []
+    absent: list[str] = []
     for table in tables:
         path = table.with_suffix(".json")
         if not path.is_file():
-            problems.add(f"{path.relative_to(folder)}: no such sidecar; study and seed unknown")
+            absent.append(f"{path.relative_to(folder)}: no such sidecar; study and seed unknown")
             continue
         content = read_bytes(path)
         sources.append(Source(path.relative_to(folder).as_posix(), digest(content)))
         try:
             own = json.loads(content).get("Slipscale", {})
             versions = dict(own.get("software") or {})
-        except (ValueError, TypeError, AttributeError) as error:
+        except (ValueError, TypeError, AttributeError, RecursionError) as error:
             raise UserError(
                 f"{path}: not a sidecar; expected a JSON object, its Slipscale and software "
                 f"objects too ({error})"
@@ -43,18 +46,20 @@ def sidecars(
         if mode := own.get("mode"):
             modes.append((str(mode), path))
         for key in ("study", "study_hash", "seed", "language", "plate"):
-            if key in own:
+            if own.get(key) is not None:
                 found.setdefault(key, set()).add(_in_words(own[key]))
         for name, version in versions.items():
             found.setdefault("software", set()).add(f"{name} {version}")
+    problems.add_many(absent, "sidecars")
     return {key: tuple(sorted(values)) for key, values in found.items()}, modes, sources
 
 
 def _in_words(value: Any) -> str:
     """Return a sidecar's entry as text; of a plate's description only who made what."""
     if isinstance(value, dict):
-        identity = value.get("identity", {})
-        named = [identity.get(key) for key in ("manufacturer", "model", "serial")]
+        identity = value.get("identity")
+        known = identity if isinstance(identity, dict) else {}
+        named = [known.get(key) for key in ("manufacturer", "model", "serial")]
         return " ".join(str(part) for part in named if part) or str(value.get("backend", "plate"))
     return str(value)
 
@@ -74,14 +79,19 @@ def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
         )
 
 
-def participants(folder: Path, sources: list[Source]) -> pd.DataFrame:
-    """Return ``participants.tsv``; without a row where there is none."""
+def participants(folder: Path, sources: list[Source], problems: Problems) -> pd.DataFrame:
+    """Return the named rows of ``participants.tsv``; none where there is no such file."""
     path = folder / "participants.tsv"
     if not path.is_file():
         return pd.DataFrame({"participant_id": pd.Series(dtype=str)})
-    frame, read = read_tables([path], folder, required=("participant_id",))
+    frame, read = read_tables([path], folder, required=("participant_id",), problems=problems)
     sources += read
-    return frame.drop(columns=["file", "line"])
+    frame["participant_id"] = tidied(frame["participant_id"]).astype("str")
+    unnamed = frame["participant_id"].isna()
+    if unnamed.any():
+        lines = listed_lines(frame.loc[unnamed, "line"].tolist())
+        problems.add(f"{path.name}, {lines}: no participant_id; left out")
+    return frame[~unnamed].drop(columns=["file", "line"]).reset_index(drop=True)
 
 
 def choices(
@@ -97,7 +107,7 @@ def choices(
     content = read_bytes(path)
     sources.append(Source(path.relative_to(folder).as_posix(), digest(content)))
     try:
-        table = tomllib.loads(content.decode("utf-8")).get("analysis", {})
+        table = tomllib.loads(content.decode("utf-8-sig")).get("analysis", {})
         choices = AnalysisChoices.model_validate(table)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UserError(f"{path}: not a TOML file ({error})") from error
@@ -134,5 +144,5 @@ def title(folder: Path) -> str:
     path = folder / "dataset_description.json"
     try:
         return str(json.loads(path.read_text(encoding="utf-8"))["Name"])
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return folder.resolve().name

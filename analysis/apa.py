@@ -6,6 +6,7 @@ only a reason.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -25,10 +26,10 @@ MODEL_NAMES = {
 def p_value(p: float | None) -> str:
     """Return "p = .023", or "p < .001".
 
-    >>> p_value(0.0234), p_value(0.00012), p_value(0.9999)
-    ('p = .023', 'p < .001', 'p > .999')
+    >>> p_value(0.0234), p_value(0.00012), p_value(0.9999), p_value(float("nan"))
+    ('p = .023', 'p < .001', 'p > .999', 'p not defined')
     """
-    if p is None:
+    if p is None or math.isnan(p):
         return "p not defined"
     if p < 0.001:  # noqa: PLR2004
         return "p < .001"
@@ -133,31 +134,36 @@ def power_law(part: Part, level: str) -> str:
 
 def pairwise(part: Any, level: str) -> str | None:
     """Return one sentence on all pairs."""
-    if len(part) == 1:
-        row = part[0]
-        if row.get("p") is None or "t" not in row:
-            return None
+    tested = [row for row in part if "reason" not in row]
+    if len(part) == len(tested) == 1:
+        row = tested[0]
         verb = "differed" if row["p"] < 0.05 else "did not differ reliably"  # noqa: PLR2004
         return (
             f"The two amplitudes {verb}, t({row['df']}) = {number(row['t'])}, {p_value(row['p'])}, "
             f"d_z = {number(row['d_z'])}{_ci(row['d_z_ci'], level)}."
         )
-    reliable = [row for row in part if (row.get("p_holm") or 1.0) < 0.05]  # noqa: PLR2004
-    doubtful = [row for row in part if row not in reliable]
+    reliable = [row for row in tested if row["p_holm"] < 0.05]  # noqa: PLR2004
+    doubtful = [row for row in tested if row not in reliable]
 
     def pair(row: Part) -> str:
         return f"{row['from_um_pp']:g} and {row['to_um_pp']:g} µm"
 
+    # Where every participant has the same difference, there is no t to judge it by.
+    untested = "; ".join(pair(row) for row in part if "reason" in row)
+    behind = f" Without spread between participants, not tested: {untested}." if untested else ""
+    if not tested:
+        return behind.strip()
     if not doubtful:
-        largest = p_value(max(row["p_holm"] for row in part)).replace("=", "≤")
-        return f"All {len(part)} pairs of amplitudes differed (Holm-corrected, every {largest})."
-    listed = "; ".join(f"{pair(row)}, {p_value(row.get('p_holm'))}" for row in doubtful)
+        largest = p_value(max(row["p_holm"] for row in tested)).replace("=", "≤")
+        many = f"All {len(tested)} pairs" if len(tested) > 1 else "One pair"
+        return f"{many} of amplitudes differed (Holm-corrected, every {largest}).{behind}"
+    listed = "; ".join(f"{pair(row)}, {p_value(row['p_holm'])}" for row in doubtful)
     start = (
-        f"{len(reliable)} of {len(part)} pairs of amplitudes differed (Holm-corrected)"
+        f"{len(reliable)} of {len(tested)} pairs of amplitudes differed (Holm-corrected)"
         if reliable
-        else f"None of {len(part)} pairs of amplitudes differed (Holm-corrected)"
+        else f"None of {len(tested)} pairs of amplitudes differed (Holm-corrected)"
     )
-    return f"{start}; not told apart: {listed}."
+    return f"{start}; not told apart: {listed}.{behind}"
 
 
 def growth(part: Part, _level: str) -> str | None:

@@ -69,7 +69,8 @@ def clean_differences(
         {name: frame[name] for name in ("participant_id", "session", "run", "file", "line")}
     )
     for column in STEP_AMPLITUDES:
-        clean[column] = numbers(frame, column, sources, problems, minimum=0.0).round(DECIMALS)
+        found = numbers(frame, column, sources, problems, minimum=0.0, lost="the step")
+        clean[column] = found.round(DECIMALS)
     for column in STEP_NUMBERS:
         clean[column] = (
             numbers(frame, column, sources, problems, lost="the cell")

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Meaning = Literal["less_slippery", "more_slippery", "unclear"]
+#: A stem without a letter would be found in every report.
+Word = Annotated[str, Field(pattern=r"\w")]
 SHIPPED = Path(__file__).parent / "codebook.toml"
 OTHER = "other"
 #: What parts one statement from the next: "less smooth, it sticks more".
@@ -33,11 +35,11 @@ class Category(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    stems: Annotated[tuple[str, ...], Field(min_length=1)]
+    stems: Annotated[tuple[Word, ...], Field(min_length=1)]
     bare: Meaning = "unclear"
     less: Meaning = "unclear"
     more: Meaning = "unclear"
-    more_stems: tuple[str, ...] = ()
+    more_stems: tuple[Word, ...] = ()
 
 
 class Codebook(BaseModel):
@@ -46,10 +48,10 @@ class Codebook(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     title: str
-    less: tuple[str, ...] = ()
-    more: tuple[str, ...] = ()
-    less_phrases: tuple[str, ...] = ()
-    only_before: tuple[str, ...] = ()
+    less: tuple[Word, ...] = ()
+    more: tuple[Word, ...] = ()
+    less_phrases: tuple[Word, ...] = ()
+    only_before: tuple[Word, ...] = ()
     categories: Annotated[dict[str, Category], Field(min_length=1)]
 
     def code(self, report: str) -> list[str]:
@@ -131,7 +133,7 @@ def load_codebook(path: Path = SHIPPED) -> Codebook:
         The file cannot be read or is not a code book; says every fault.
     """
     try:
-        return Codebook.model_validate(tomllib.loads(read_bytes(path).decode("utf-8")))
+        return Codebook.model_validate(tomllib.loads(read_bytes(path).decode("utf-8-sig")))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UserError(f"{path}: not a TOML file ({error})") from error
     except ValidationError as error:
@@ -173,6 +175,7 @@ def agreement(codes: pd.DataFrame) -> Result:
     import numpy as np  # noqa: PLC0415
     from statsmodels.stats.inter_rater import cohens_kappa  # noqa: PLC0415
 
+    codes = codes.dropna(subset=["verbal_report", "coder", "category"])
     coders = sorted(codes["coder"].astype(str).unique())
     if len(coders) != 2:  # noqa: PLR2004
         return reason(f"{len(coders)} coders; agreement is between two")
@@ -186,7 +189,9 @@ def agreement(codes: pd.DataFrame) -> Result:
     table = np.zeros((len(names), len(names)))
     for first, second in both.to_numpy():
         table[names.index(first), names.index(second)] += 1
-    found = cohens_kappa(table)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        # Its test against 0 divides by a standard error that may be 0.
+        found = cohens_kappa(table)
     return {
         "coders": coders,
         "reports": len(both),

@@ -18,6 +18,7 @@ import pandas as pd
 from analysis import about
 from analysis.cleaning import (
     ESTIMATE_COLUMNS,
+    STEP_AMPLITUDES,
     STEP_COLUMNS,
     clean_differences,
     clean_estimates,
@@ -163,7 +164,7 @@ def _load_folder(folder: Path) -> Dataset:
         read[task] = frame
     main = _keep_main_trials(read[ESTIMATION], counts)
     answers, textures = _part_textures(main, counts, problems)
-    participants = about.participants(folder, sources)
+    participants = about.participants(folder, sources, problems)
     choices, frozen, unchanged = about.choices(folder, sources, details, problems)
     about.add_sources(folder, choices, sources)
     return Dataset(
@@ -316,7 +317,7 @@ def _keep_steps(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
     counts["difference_practice"] = int(practice.sum())
     counts["difference_voided"] = int(voided.sum())
     kept = frame[~practice & ~voided]
-    answered = kept["difference_felt"].notna() & kept["amplitude_um_pp"].notna()
+    answered = kept[["difference_felt", *STEP_AMPLITUDES]].notna().all(axis=1)
     counts["difference_unanswered"] = int((~answered).sum())
     kept = kept[answered].reset_index(drop=True)
     counts["difference_analysed"] = len(kept)

@@ -104,7 +104,12 @@ def _fit(frame: pd.DataFrame) -> tuple[Any, str, list[str]]:
             warnings.simplefilter("always")
             fit = model.fit(reml=True, method=[optimiser])
             fit.bse_fe  # noqa: B018 - computed on first use, and it warns
-        attempts.append((fit, optimiser, sorted({str(w.message).splitlines()[0] for w in caught})))
+        # An optimiser that lost its way leaves no likelihood.
+        if np.isfinite(fit.llf):
+            said = sorted({str(w.message).splitlines()[0] for w in caught})
+            attempts.append((fit, optimiser, said))
+    if not attempts:
+        raise ValueError("no optimiser found a likelihood")
     highest = max(float(fit.llf) for fit, _, _ in attempts)
     there = [attempt for attempt in attempts if attempt[0].llf > highest - SAME_MAXIMUM]
     return next((attempt for attempt in there if attempt[0].converged), there[0])

@@ -224,7 +224,7 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
         listed = ", ".join(who[:6]) + (f" and {len(who) - 6} more" if len(who) > 6 else "")  # noqa: PLR2004
         raise UserError(
             f"normalisation '{rule}' needs {RULES[rule].needs}; missing for {listed}. "
-            "Other rules: --normalise " + ", ".join(name for name in RULES if name != rule)
+            f"Rules that these data allow: --normalise {', '.join(normalise_by_all(trials))}"
         )
     return _scaled(trials, rule, below)
 

@@ -68,6 +68,40 @@ def changing_tops(data: Dataset) -> list[str]:
     return [sentence]
 
 
+def beyond_tops(data: Dataset) -> list[str]:
+    """Say how many estimates are larger than the top of the scale they were given on."""
+    above = data.estimates["estimate"] > data.estimates["scale_top"]
+    if not above.any():
+        return []
+    who = sorted(data.estimates.loc[above, KEY].astype(str).unique())
+    sentence = (
+        f"{int(above.sum())} of {len(above)} estimates are above their trial's declared scale top "
+        f"({listed(who)}): was the top declared for this scale? They stay as they were given."
+    )
+    return [sentence]
+
+
+#: What of the rows read left nothing to analyse: count, and what it counts.
+LEFT_OUT = {
+    "practice": "practice",
+    "voided": "voided",
+    "textures": "of textures, which are described on the scale of plain surfaces",
+    "unanswered": "without a usable answer",
+    "difference_unanswered": "steps without a usable answer",
+}
+
+
+def nothing(data: Dataset) -> str:
+    """Say why there is nothing to analyse."""
+    rows = data.counts.get("estimation_rows", 0) + data.counts.get("difference_rows", 0)
+    parts = [
+        f"{data.counts[key]} {words}" for key, words in LEFT_OUT.items() if data.counts.get(key)
+    ]
+    why = f" ({rows} rows read: {', '.join(parts)})" if parts else f" ({rows} rows read)"
+    first = f". {data.problems[0]}" if data.problems else ""
+    return f"no answered trials; nothing to analyse{why}{first}"
+
+
 def thin(cells: pd.DataFrame) -> list[str]:
     """Say what so few data cannot tell."""
     notes = []

@@ -52,7 +52,9 @@ def write_all(analysis: Analysis, out: Path) -> None:
             figures.save(figure, out / name, (".png", ".pdf"))
         _write(out / "report.html", report.render(analysis, svgs, software()))
     except OSError as error:
-        raise UserError(f"{out}: cannot be written ({error.strerror})") from error
+        raise UserError(
+            f"{error.filename or out}: cannot be written ({error.strerror or error})"
+        ) from error
 
 
 def _write(path: Path, text: str) -> None:
@@ -133,7 +135,10 @@ def wide(analysis: Analysis) -> pd.DataFrame:
     about = analysis.dataset.participants
     if len(about.columns) > 1:
         about = about.drop_duplicates("participant_id")
-        table = table.merge(about, on="participant_id", how="left")
+        # Our columns keep their names; a column of participants.tsv of the same name is marked.
+        table = table.merge(
+            about, on="participant_id", how="left", suffixes=("", "_participants_tsv")
+        )
     return table
 
 

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis import conclude, descriptives, normalisation, notices, quality, textures
+from analysis.folders import make_folder
 from analysis.loading import Dataset, load
 from analysis.prepared import Prepared, prepare
-from analysis.tables import LISTED_PROBLEMS
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -112,8 +112,7 @@ def analyse(
     data = dataset if isinstance(dataset, Dataset) else load(dataset)
     target = None if not write else Path(out) if out else default_out(data, dataset)
     if not len(data.estimates) and not len(data.differences):
-        why = "".join(f"; {sentence}" for sentence in data.problems[:LISTED_PROBLEMS])
-        raise UserError(f"{data.name}: no answered trials; nothing to analyse{why}")
+        raise UserError(f"{data.name}: {notices.nothing(data)}")
     if target is not None:
         make_folder(target)
     absences = notices.absent(data)
@@ -157,6 +156,7 @@ def analyse(
             *absences,
             *notes,
             *notices.changing_tops(data),
+            *notices.beyond_tops(data),
             *notices.thin(cells),
             *notices.scales(cells, rule),
             *notices.unequal(prepared),
@@ -170,16 +170,6 @@ def analyse(
 
         write_all(analysis, target)
     return analysis
-
-
-def make_folder(out: Path) -> None:
-    """Make the folder for the output, before anything takes time."""
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except FileExistsError as error:
-        raise UserError(f"{out}: is a file; expected a folder for the output") from error
-    except OSError as error:
-        raise UserError(f"{out}: cannot be made ({error.strerror})") from error
 
 
 def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tuple[str, ...]]]:
@@ -237,8 +227,8 @@ def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
     if rule != "scale_top" and tops.notna().any():
         return rule, [
             (
-                f"Mixed scales: {int(tops.isna().sum())} of {len(tops)} trials have no declared "
-                f"scale top; all are normalised by '{rule}' instead."
+                f"Mixed scales: {int((~(tops > 0)).sum())} of {len(tops)} trials have no declared "
+                f"scale top above 0; all are normalised by '{rule}' instead."
             )
         ]
     return rule, []

@@ -116,6 +116,9 @@ def reliability(data: Prepared) -> Result:
     long = rows.loc[kept, ["repetition", "log"]].assign(target=targets[kept])
     if len(whole) < 5 or np.ptp(long["log"]) == 0:  # noqa: PLR2004
         return reason("too few repeated estimates, or all the same")
+    around = long["log"] - long.groupby("target")["log"].transform("first")
+    if around.abs().max() <= TINY:
+        return reason("every repetition gave the same estimate: no spread within to compare with")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
         table = pingouin.intraclass_corr(

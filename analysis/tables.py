@@ -33,6 +33,12 @@ NOT_AVAILABLE = (
 )
 #: Names and words, never numbers (01 is not 1); somebody may be called NA, or say so.
 TEXT = ("participant_id", "session", "run", "verbal_report", "coder", "category")
+#: What pydantic says in its own words, in plain ones.
+PLAINLY = {
+    "extra_forbidden": "there is no such key",
+    "missing": "is missing",
+    "model_type": "expected a table of keys",
+}
 LISTED_PROBLEMS = 12
 #: Characters of a list of column names in a message: a foreign file's first line may be long.
 LONGEST_LIST = 400
@@ -228,8 +234,12 @@ def _parse(
 
 
 def faults_of(error: ValidationError) -> str:
-    """Return every fault that pydantic found: where, and what was expected."""
-    return "; ".join(
-        f"{'.'.join(str(part) for part in fault['loc'])}: {fault['msg']}"
-        for fault in error.errors()
-    )
+    """Return every fault that pydantic found: where, what was expected, and what is there."""
+    sentences = []
+    for fault in error.errors():
+        where = ".".join(str(part) for part in fault["loc"])
+        what = PLAINLY.get(fault["type"], fault["msg"][0].lower() + fault["msg"][1:])
+        if fault["type"] not in PLAINLY and isinstance(fault["input"], str | int | float):
+            what += f", got {fault['input']!r}"
+        sentences.append(f"{where}: {what}" if where else what)
+    return "; ".join(sentences)

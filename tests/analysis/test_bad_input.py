@@ -1,10 +1,13 @@
 """Bad input to `slipscale analyse`: one clear sentence, and what can be computed still is."""
 
 import json
+import re
 
 import pytest
 
 import slipscale
+from analysis import apa
+from analysis.codebook import load_codebook
 from analysis.loading import load
 from analysis.pipeline import analyse
 from faults import UserError
@@ -134,3 +137,191 @@ def test_an_out_that_is_a_file_is_refused_before_anything_is_computed(dataset, t
     out.write_text("")
     assert slipscale.main(["analyse", str(dataset()), "--out", str(out)]) == 2
     assert f"{out}: is a file; expected a folder" in capsys.readouterr().err
+
+
+def test_steps_without_an_amplitude_are_counted_and_left_out_of_everything(dataset):
+    """Their hits went into d', and the row of their step into none."""
+    row = dataset.difference_row
+    own = [
+        row(1, 2.3, 1.2, "yes"),
+        row(2, 1.2, 0.5, "no"),
+        row(3, 0.5, 0.0, "yes"),
+        row(4, 0.5, 0.5, "no"),
+    ]
+    bad = [own[0], own[1] | {"amplitude_before_um_pp": "NA"}, *own[2:]]
+    people = {f"{n:02d}": bad if n == 2 else own for n in range(1, 7)}
+    analysis = analyse(dataset(differences=people), write=False)
+    assert analysis.dataset.counts["difference_unanswered"] == 1
+    found = analysis.inference["difference"]
+    assert found["signal_detection"]["changes"] == sum(step["n"] for step in found["steps"]) == 17
+
+
+def test_estimates_above_the_declared_top_are_counted_and_named(dataset):
+    rows = dataset.default_estimates(2)
+    rows[3] |= {"estimate": 130}
+    analysis = analyse(dataset(rows={"02": rows}), write=False)
+    assert any(
+        "1 of 48 estimates are above their trial's declared scale top (sub-02)" in sentence
+        for sentence in analysis.problems
+    )
+    assert analysis.estimates["normalised"].max() == pytest.approx(130)
+
+
+def test_a_scale_top_of_zero_counts_as_none(table_by_hand):
+    text = TIDY.replace("\n", ",scale_top\n") + "a,1,5,0\na,2,6,100\nb,1,5,100\nb,2,7,100\n"
+    said = analyse(table_by_hand(text), write=False).problems
+    assert any("1 of 4 trials have no declared scale top above 0" in p for p in said)
+
+
+def test_only_rules_that_the_data_allow_are_offered(table_by_hand):
+    text = TIDY + "".join(f"{p},{a},{a + 1}\n" for p in "abc" for a in (0, 1, 2))
+    with pytest.raises(UserError, match="allow: --normalise none, grand_maximum") as error:
+        analyse(table_by_hand(text), normalise="scale_top", write=False)
+    assert "standard_referenced" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "rows,words",
+    [
+        ("", r"nothing to analyse \(0 rows read\)"),
+        ("a,0,,main,\nb,0,NA,main,\n", r"\(2 rows read: 2 without a usable answer\)"),
+        ("a,0,5,practice,\nb,0,5,main,x\n", r"\(2 rows read: 1 practice, 1 of textures"),
+    ],
+)
+def test_where_nothing_is_left_to_analyse_it_is_said_why(table_by_hand, rows, words):
+    text = TIDY.replace("\n", ",phase,texture\n") + rows
+    with pytest.raises(UserError, match=words):
+        analyse(table_by_hand(text), write=False)
+
+
+def pairs_alike(people):
+    """Everybody answers twice as much at 1 µm as at 0.5 µm, and their own at 2 µm."""
+    third = {"a": 30, "b": 29, "c": 41, "d": 35, "e": 32}
+    return TIDY + "".join(
+        f"{who},{a},{answer}\n"
+        for who in people
+        for a, answer in ((0.5, third[who] / 4), (1, third[who] / 2), (2, third[who] ** 1.1))
+    )
+
+
+def test_pairs_that_all_tell_apart_alike_are_not_called_alike(table_by_hand, page):
+    analysis = analyse(table_by_hand(pairs_alike("abcde")), write=False)
+    text = page(analysis)
+    assert not re.search(r"\bnan\b", text)
+    assert "Without spread between participants, not tested: 0.5 and 1 µm." in text
+    assert "All 2 pairs of amplitudes differed" in text
+
+
+def test_a_p_that_is_smaller_than_any_number_is_significant():
+    row = {"from_um_pp": 0.5, "to_um_pp": 1.2, "p_holm": 0.0}
+    assert apa.pairwise([row, row], "95 %").startswith("All 2 pairs of amplitudes differed")
+
+
+def test_people_who_repeat_themselves_exactly_have_no_reliability_and_no_warning(table_by_hand):
+    text = TIDY + "".join(
+        f"{p},{a},{answer + k}\n"
+        for k, p in enumerate("abcd")
+        for a, answer in ((0.5, 10), (1.2, 22), (2.3, 47))
+        for _ in range(2)
+    )
+    found = analyse(table_by_hand(text), write=False).inference["reliability"]
+    assert "every repetition gave the same estimate" in found["reason"]
+
+
+def test_coders_who_leave_cells_empty_or_never_vary_give_no_warning(dataset):
+    folder = dataset(
+        differences={f"{n:02d}": [dataset.difference_row(1, 2.3, 1.2, "yes")] for n in range(1, 7)}
+    )
+    (folder / "code").mkdir()
+    (folder / "code/verbal_codes.tsv").write_text(
+        "verbal_report\tcoder\tcategory\nx\ta\tp\nx\tb\tp\ny\ta\tq\ny\tb\tp\nz\t\tq\nz\tb\tn/a\n"
+    )
+    found = analyse(folder, write=False).inference["difference"]["coders"]
+    assert found["coders"] == ["a", "b"]
+    assert (found["reports"], found["agreed"], found["kappa"]) == (2, 1, 0.0)
+
+
+def test_a_stem_that_every_report_would_hold_is_refused(tmp_path):
+    path = tmp_path / "book.toml"
+    path.write_text("title = 'x'\n[categories.a]\nstems = [' ']\n")
+    with pytest.raises(UserError, match=r"categories.a.stems.0: .*got ' '"):
+        load_codebook(path)
+
+
+def test_files_of_windows_editors_begin_with_a_mark(dataset, tmp_path):
+    folder = dataset(choices="confidence = 0.9")
+    path = folder / "code/study.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert load(folder).choices.confidence == 0.9
+    book = tmp_path / "book.toml"
+    book.write_bytes(b"\xef\xbb\xbf" + b"title = 'x'\n[categories.a]\nstems = ['slip']\n")
+    assert load_codebook(book).title == "x"
+
+
+def test_keys_that_do_not_exist_are_spoken_of_plainly(dataset):
+    folder = dataset(choices="foo = 1\nconfidence = 'high'")
+    with pytest.raises(UserError, match="foo: there is no such key") as error:
+        load(folder)
+    assert "got 'high'" in str(error.value)
+
+
+def test_rows_of_participants_tsv_without_a_name_are_left_out(dataset):
+    folder = dataset(participants=3)
+    (folder / "participants.tsv").write_text(
+        "participant_id \tage\n sub-01\t30\n\nn/a\t31\nsub-02 \t32\nsub-03\t33\n"
+    )
+    data = load(folder)
+    assert list(data.participants["participant_id"]) == ["sub-01", "sub-02", "sub-03"]
+    assert data.problems == (
+        "participants.tsv, line 3: empty; skipped",
+        "participants.tsv, line 4: no participant_id; left out",
+    )
+    assert not any("have no trials" in p for p in analyse(data, write=False).problems)
+
+
+def test_a_column_of_participants_tsv_with_our_name_does_not_rename_ours(dataset):
+    from analysis.outputs import wide  # noqa: PLC0415 - matplotlib takes a second to load
+
+    folder = dataset(participants=3)
+    (folder / "participants.tsv").write_text("participant_id\testimate_0\nsub-01\t3\n")
+    table = wide(analyse(folder, write=False))
+    assert table["estimate_0"].notna().all()
+    assert table["estimate_0_participants_tsv"].count() == 1
+
+
+@pytest.mark.parametrize(
+    "own",
+    [
+        {"plate": {"identity": None, "backend": "mock"}},
+        {"plate": {"identity": 5}},
+        {"seed": None, "study": None},
+    ],
+)
+def test_a_sidecar_that_says_little_is_read(dataset, own):
+    folder = dataset(participants=3)
+    path = estimation(folder, "02").with_suffix(".json")
+    path.write_text(json.dumps({"Slipscale": {"mode": "participant", **own}}))
+    details = load(folder).details
+    assert "None" not in str(details)
+
+
+def test_a_sidecar_nested_beyond_reading_is_refused(dataset):
+    folder = dataset(participants=3)
+    estimation(folder, "02").with_suffix(".json").write_text("[" * 100_000)
+    with pytest.raises(UserError, match="not a sidecar"):
+        load(folder)
+
+
+def test_many_absent_sidecars_fill_no_screen(dataset):
+    folder = dataset(participants=15)
+    for path in folder.glob("sub-*/beh/*.json"):
+        path.unlink()
+    problems = load(folder).problems
+    assert len(problems) == 13
+    assert problems[-1] == "... and 3 more of this kind (sidecars)"
+
+
+def test_a_file_that_cannot_be_written_is_named(dataset, tmp_path, capsys):
+    (tmp_path / "out/table3.csv").mkdir(parents=True)
+    assert slipscale.main(["analyse", str(dataset(3)), "--out", str(tmp_path / "out")]) == 2
+    assert "table3.csv: cannot be written (Is a directory)" in capsys.readouterr().err
