@@ -9,13 +9,15 @@ import json
 import sys
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Callable, Iterator
 
 DONE, ANSWER_IS_NO = 0, 1
+#: Participants of the smallest study whose power is asked for.
+FEWEST = 3
 
 
 @contextmanager
@@ -79,9 +81,12 @@ def add_reproduce(parser: ArgumentParser) -> None:
 
 def run_reproduce(args: Namespace) -> int:
     """Compare ours with the paper; 1 on drift, or where a cell of Table III disagrees."""
-    from analysis.reproduce import compare, write_figures  # noqa: PLC0415
+    from analysis.folders import make_folder  # noqa: PLC0415
+    from analysis.reproduce import choose, compare, write_figures  # noqa: PLC0415
     from analysis.terminal import print_comparisons  # noqa: PLC0415
 
+    choose(args.items)
+    make_folder(Path(args.out))
     with telling() as progress:
         comparisons = compare(args.items, progress)
         paths = write_figures(Path(args.out), args.items, progress)
@@ -125,6 +130,31 @@ def add_power(parser: ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the table as JSON")
 
 
+#: Option of ``power``: whether its values can be meant, and what was expected.
+EXPECTED: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "sizes": (lambda sizes: min(sizes) >= FEWEST, f"{FEWEST} participants or more"),
+    "repetitions": (lambda n: n is None or n >= 1, "1 or more"),
+    "studies": (lambda n: n >= 1, "1 or more"),
+    "seed": (lambda n: n >= 0, "0 or more"),
+    "alpha": (lambda share: 0 < share < 1, "a share above 0 and below 1"),
+    "target": (lambda share: 0 < share < 1, "a share above 0 and below 1"),
+}
+
+
+def refuse_nonsense(args: Namespace) -> None:
+    """Refuse every value of ``power`` that cannot be meant, all in one sentence."""
+    from faults import UserError  # noqa: PLC0415
+
+    wrong = []
+    for name, (meant, expected) in EXPECTED.items():
+        value = getattr(args, name)
+        if not meant(value):
+            shown = " ".join(str(one) for one in value) if isinstance(value, list) else value
+            wrong.append(f"--{name} {shown}: expected {expected}")
+    if wrong:
+        raise UserError("; ".join(wrong))
+
+
 def run_power(args: Namespace) -> int:
     """Simulate studies of several sizes; 1 where none reaches the power asked for."""
     from analysis.power import fewest, power_curve  # noqa: PLC0415
@@ -133,11 +163,8 @@ def run_power(args: Namespace) -> int:
     from experiments.study import read_study  # noqa: PLC0415
     from faults import UserError  # noqa: PLC0415
 
+    refuse_nonsense(args)
     study, _ = read_study(args.study)
-    if not 0 < args.alpha < 1 or not 0 < args.target < 1 or args.studies < 1:
-        raise UserError(
-            "--alpha and --target: expected shares above 0 and below 1; --studies: 1 up"
-        )
     estimation = [task for task in study.tasks if task.protocol == "magnitude_estimation"]
     if not estimation:
         raise UserError(f"{study.name}: no magnitude_estimation among its tasks; nothing to plan")
@@ -149,7 +176,10 @@ def run_power(args: Namespace) -> int:
             else Population(trial_to_trial=args.trial_to_trial)
         )
     except ValueError as error:
-        raise UserError(f"--trial-to-trial {args.trial_to_trial}: {error}") from error
+        raise UserError(
+            f"--trial-to-trial {args.trial_to_trial}: expected a share from 0 to "
+            f"{1 - Population().shared:g}, what the part shared by all amplitudes leaves"
+        ) from error
     with telling() as progress:
         curve = power_curve(
             study.amplitudes_um_pp,

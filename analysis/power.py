@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 #: Sensation is tabulated at this many places of the population, and interpolated.
 PLACES = 241
 FARTHEST = 6.0
+#: Estimates simulated at a time: 0.4 GB of them, and a few times that while tests are computed.
+MOST_ANSWERS = 50_000_000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -205,15 +207,22 @@ def power_curve(
     Raises
     ------
     UserError
-        Fewer than two amplitudes, or a size under three.
+        Fewer than two amplitudes, a size under three, or more than a computer can hold.
     """
     from experiments.participants.population import Population  # noqa: PLC0415
 
     ascending = sorted(float(value) for value in amplitudes)
     if len(ascending) < 2:  # noqa: PLR2004
-        raise UserError("power: two amplitudes or more are needed to tell apart")
+        raise UserError("two amplitudes or more are needed to tell apart")
     if min(sizes) < 3:  # noqa: PLR2004
-        raise UserError(f"power: {min(sizes)} participants; expected 3 or more")
+        raise UserError(f"{min(sizes)} participants; expected 3 or more")
+    answers = studies * max(sizes) * len(ascending) * repetitions
+    if answers > MOST_ANSWERS:
+        raise UserError(
+            f"{studies} studies of {max(sizes)} participants are {answers:.3g} estimates; "
+            f"expected at most {MOST_ANSWERS:.0g}, which a computer's memory holds: fewer studies "
+            "or smaller ones"
+        )
     curve = []
     for size in sizes:
         if progress:

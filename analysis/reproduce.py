@@ -150,7 +150,11 @@ def choose(wanted: Sequence[str]) -> list[str]:
         exact = [word] if word in known else []
         matches = exact or [name for name in known if name.startswith(f"{word}.")]
         if not matches:
-            raise UserError(f"no item '{word}'; expected one of {', '.join(known)}")
+            beginnings = dict.fromkeys(name.partition(".")[0] for name in known)
+            raise UserError(
+                f"no item '{word}'; expected one of {', '.join(beginnings)}, or one of theirs in "
+                f"full, such as {known[0]}"
+            )
         chosen += [name for name in matches if name not in chosen]
     return chosen
 
@@ -181,7 +185,6 @@ def write_figures(
     chosen = {name.split(".")[0] for name in choose(wanted)}
     paths: list[Path] = []
     try:
-        out.mkdir(parents=True, exist_ok=True)
         for source in sources():
             for name, draw in source.FIGURES.items():
                 if wanted and name.split(".")[0] not in chosen:
@@ -190,5 +193,7 @@ def write_figures(
                     progress(name)
                 paths += figures.save(draw(), out / name, (".svg", ".png"))
     except OSError as error:
-        raise UserError(f"{out}: cannot be written ({error.strerror})") from error
+        raise UserError(
+            f"{error.filename or out}: cannot be written ({error.strerror or error})"
+        ) from error
     return paths

@@ -72,6 +72,45 @@ def test_too_small_a_study_is_refused():
         power_curve(AMPLITUDES, [2])
 
 
+def test_a_study_that_no_memory_holds_is_refused():
+    with pytest.raises(UserError, match=r"2.4e\+13 estimates; expected at most 5e\+07"):
+        power_curve(AMPLITUDES, [6], studies=1_000_000_000_000)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--sizes", "-5"],
+        ["--sizes", "2", "20"],
+        ["--sizes", "99999999999999999999"],
+        ["--repetitions", "0"],
+        ["--repetitions", "-1"],
+        ["--repetitions", "1000000000"],
+        ["--studies", "0"],
+        ["--seed", "-1"],
+        ["--alpha", "0"],
+        ["--alpha", "nan"],
+        ["--target", "1"],
+        ["--trial-to-trial", "0.71"],
+        ["--trial-to-trial", "nan"],
+        ["no-such-study"],
+        [""],
+    ],
+)
+def test_nonsense_is_refused_in_a_sentence_that_names_it(capsys, words):
+    assert slipscale.main(["power", *words]) == 2
+    said = capsys.readouterr().err
+    assert "expected" in said
+    assert words[0] in said or "estimates; expected at most" in said
+
+
+def test_all_nonsense_is_named_at_once(capsys):
+    assert slipscale.main(["power", "--alpha", "5", "--studies", "0"]) == 2
+    said = capsys.readouterr().err
+    assert "--alpha 5.0: expected a share above 0 and below 1" in said
+    assert "--studies 0: expected 1 or more" in said
+
+
 def test_the_command_says_how_many_and_exits_1_where_none_suffices(capsys):
     words = ["power", "--studies", "40", "--json", "--sizes"]
     assert slipscale.main([*words, "60"]) == 0

@@ -77,3 +77,20 @@ def test_compare_tells_its_progress():
     told = []
     compare(["fig15.0.5"], told.append)
     assert told == ["fig15.0.5"]
+
+
+def test_an_item_that_does_not_exist_is_answered_with_those_that_do(tmp_path, capsys):
+    assert run("--out", str(tmp_path / "out"), "fig99") == 2
+    said = capsys.readouterr().err
+    assert "expected one of table3, fig15," in said
+    assert len(said) < 400
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_out_that_cannot_be_made_is_refused_before_anything_is_computed(
+    tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr(reproduce, "compare", lambda *_: pytest.fail("computed"))
+    (tmp_path / "taken").write_text("")
+    assert run("--out", str(tmp_path / "taken")) == 2
+    assert "taken: is a file; expected a folder" in capsys.readouterr().err
