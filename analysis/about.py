@@ -107,12 +107,13 @@ def choices(
     content = read_bytes(path)
     sources.append(Source(path.relative_to(folder).as_posix(), digest(content)))
     try:
-        table = tomllib.loads(content.decode("utf-8-sig")).get("analysis", {})
+        text = content.decode("utf-8-sig")
+        table = tomllib.loads(text).get("analysis", {})
         choices = AnalysisChoices.model_validate(table)
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UserError(f"{path}: not a TOML file ({error})") from error
     except ValidationError as error:
-        raise UserError(f"{path}: [analysis] {faults_of(error)}") from error
+        raise UserError(f"{path}: {faults_of(error, text, ('analysis',))}") from error
     ran_with = details.get("study_hash", ())
     # Sessions hash the text; an editor or a version control may have turned its line ends.
     unchanged = digest(content.replace(b"\r\n", b"\n")) in ran_with if ran_with else None

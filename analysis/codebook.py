@@ -133,11 +133,12 @@ def load_codebook(path: Path = SHIPPED) -> Codebook:
         The file cannot be read or is not a code book; says every fault.
     """
     try:
-        return Codebook.model_validate(tomllib.loads(read_bytes(path).decode("utf-8-sig")))
+        text = read_bytes(path).decode("utf-8-sig")
+        return Codebook.model_validate(tomllib.loads(text))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UserError(f"{path}: not a TOML file ({error})") from error
     except ValidationError as error:
-        raise UserError(f"{path}: not a code book: {faults_of(error)}") from error
+        raise UserError(f"{path}: not a code book: {faults_of(error, text)}") from error
 
 
 def code_reports(changes: pd.DataFrame, book: Codebook) -> Result:

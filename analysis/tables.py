@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.table_lines import Lines, complain, split
+from experiments.study_faults import sentence
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -33,12 +34,6 @@ NOT_AVAILABLE = (
 )
 #: Names and words, never numbers (01 is not 1); somebody may be called NA, or say so.
 TEXT = ("participant_id", "session", "run", "verbal_report", "coder", "category")
-#: What pydantic says in its own words, in plain ones.
-PLAINLY = {
-    "extra_forbidden": "there is no such key",
-    "missing": "is missing",
-    "model_type": "expected a table of keys",
-}
 LISTED_PROBLEMS = 12
 #: Characters of a list of column names in a message: a foreign file's first line may be long.
 LONGEST_LIST = 400
@@ -129,11 +124,14 @@ def read_tables(
     """
     sources: list[Source] = []
     groups: dict[bytes, list[tuple[int, Lines]]] = {}
+    checked: set[tuple[str, ...]] = set()
     for number, path in enumerate(paths):
         content = read_bytes(path)
         sources.append(Source(_name(path, root), digest(content)))
         lines = split(content, path, separator)
-        _check_names(lines.names, path, required)
+        if lines.names not in checked:
+            _check_names(lines.names, path, required)
+            checked.add(lines.names)
         if problems is not None:
             for phrase in lines.left_out:
                 problems.add(f"{_name(path, root)}, {phrase}")
@@ -161,10 +159,10 @@ def _read_group(
 ) -> pd.DataFrame:
     """Read files with the same header, joined; every row with its file and line."""
     first, sample = group[0]
-    body = b"".join(lines.body for _, lines in group)
+    text = b"".join([sample.header, b"\n", *(lines.body for _, lines in group)])
     try:
         frame = _parse(
-            sample, body, paths[first], separator=separator, decimal=decimal, columns=columns
+            sample, text, paths[first], separator=separator, decimal=decimal, columns=columns
         )
     except UserError:
         for number, lines in group:
@@ -200,15 +198,15 @@ def _cut(names: Sequence[str]) -> str:
 
 
 def _parse(
-    lines: Lines, body: bytes, path: Path, *, separator: str, decimal: str, columns: Sequence[str]
+    lines: Lines, text: bytes, path: Path, *, separator: str, decimal: str, columns: Sequence[str]
 ) -> pd.DataFrame:
-    """Return a body's rows; only ``columns``, where there are any."""
+    """Return the rows of a text with the header of ``lines``; only ``columns``, if any given."""
     names = [name or f"unnamed {place}" for place, name in enumerate(lines.names)]
     missing = {name: NOT_AVAILABLE if name in columns else MISSING for name in names}
     missing |= dict.fromkeys(TEXT, MISSING)
     try:
         frame = pd.read_csv(
-            io.BytesIO(lines.header + b"\n" + body),
+            io.BytesIO(text),
             sep=separator,
             decimal=decimal,
             header=0,
@@ -216,7 +214,7 @@ def _parse(
             na_values={name: list(missing[name]) for name in names},
             keep_default_na=False,
             # 'a, "b"' is a habit of hands.
-            skipinitialspace=separator.encode() + b" " in body,
+            skipinitialspace=separator.encode() + b" " in text,
             low_memory=False,
             dtype=dict.fromkeys(TEXT, "str"),
         )
@@ -233,13 +231,10 @@ def _parse(
     return frame.drop(columns=unnamed)
 
 
-def faults_of(error: ValidationError) -> str:
-    """Return every fault that pydantic found: where, what was expected, and what is there."""
-    sentences = []
-    for fault in error.errors():
-        where = ".".join(str(part) for part in fault["loc"])
-        what = PLAINLY.get(fault["type"], fault["msg"][0].lower() + fault["msg"][1:])
-        if fault["type"] not in PLAINLY and isinstance(fault["input"], str | int | float):
-            what += f", got {fault['input']!r}"
-        sentences.append(f"{where}: {what}" if where else what)
-    return "; ".join(sentences)
+def faults_of(error: ValidationError, text: str, within: tuple[str, ...] = ()) -> str:
+    """Return every fault that pydantic found in a TOML text: its line, what was expected.
+
+    ``within`` is the table that was validated, where it was not the whole text.
+    """
+    faults = [((*within, *fault["loc"]), dict(fault)) for fault in error.errors()]
+    return "; ".join(said for _, said in sorted(sentence(text, *fault) for fault in faults))

@@ -244,7 +244,7 @@ def test_coders_who_leave_cells_empty_or_never_vary_give_no_warning(dataset):
 def test_a_stem_that_every_report_would_hold_is_refused(tmp_path):
     path = tmp_path / "book.toml"
     path.write_text("title = 'x'\n[categories.a]\nstems = [' ']\n")
-    with pytest.raises(UserError, match=r"categories.a.stems.0: .*got ' '"):
+    with pytest.raises(UserError, match=r"line 3, categories.a.stems.1: .*got ' '"):
         load_codebook(path)
 
 
@@ -260,7 +260,7 @@ def test_files_of_windows_editors_begin_with_a_mark(dataset, tmp_path):
 
 def test_keys_that_do_not_exist_are_spoken_of_plainly(dataset):
     folder = dataset(choices="foo = 1\nconfidence = 'high'")
-    with pytest.raises(UserError, match="foo: there is no such key") as error:
+    with pytest.raises(UserError, match=r"line 2, analysis.foo: there is no such key") as error:
         load(folder)
     assert "got 'high'" in str(error.value)
 
