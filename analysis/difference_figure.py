@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import PercentFormatter
 
 from analysis.difference import exact_interval
@@ -48,7 +49,8 @@ def difference(
         figure = Figure(figsize=(6.8, upper), layout="constrained")
         _each_step(figure.add_subplot(), found, confidence)
         return figure
-    figure = Figure(figsize=(6.8, upper + LOWER), layout="constrained")
+    layout = ConstrainedLayoutEngine(hspace=0.08)
+    figure = Figure(figsize=(6.8, upper + LOWER), layout=layout)
     top, bottom = figure.subplots(2, 1, height_ratios=[upper, LOWER])
     _each_step(top, found, confidence)
     top.set_title("Each step down")
