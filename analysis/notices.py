@@ -125,7 +125,7 @@ def thin(cells: pd.DataFrame) -> list[str]:
     missing = cells.index[cells.isna().any(axis=1)].astype(str)
     if len(missing):
         notes.append(
-            f"{len(missing)} of {participants} participants lack an estimate at some amplitude "
+            f"Without an estimate at some amplitude: {len(missing)} of {participants} participants "
             f"({listed(missing)}); means use all, within-participant intervals and tests the "
             "complete ones."
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from rich import box
@@ -39,7 +40,9 @@ def table3_table(analysis: Analysis) -> Table:
         known = paper.get(amplitude)
         cells = [f"{amplitude:g}", str(n)]
         for name, value in zip(published.STATISTICS, values, strict=True):
-            cells += [f"{value:.2f}", getattr(known, name) if known else "–"]
+            # One participant has no standard deviation.
+            here = f"{value:.2f}" if math.isfinite(value) else "–"
+            cells += [here, getattr(known, name) if known else "–"]
         table.add_row(*cells)
     return table
 

@@ -9,6 +9,7 @@ import pytest
 
 import slipscale
 from analysis.pipeline import analyse
+from analysis.terminal import print_table3
 from faults import UserError
 
 
@@ -93,7 +94,7 @@ def test_what_the_user_typed_cannot_become_markup(dataset, page):
         ("a,0,1\na,0.5,2\na,1.2,5\n", "One participant"),
         ("a,1.2,1\nb,1.2,2\nc,1.2,4\n", "One amplitude"),
         ("a,0,0\na,1,0\nb,0,0\nb,1,0\n", "All estimates are zero"),
-        ("a,0,1\na,1,5\nb,0,2\nb,1,3\nc,1,4\n", "1 of 3 participants lack an estimate"),
+        ("a,0,1\na,1,5\nb,0,2\nb,1,3\nc,1,4\n", "Without an estimate at some amplitude: 1 of 3"),
     ],
 )
 def test_poor_data_gets_a_sentence_and_what_can_be_computed(table_by_hand, page, text, sentence):
@@ -102,6 +103,14 @@ def test_poor_data_gets_a_sentence_and_what_can_be_computed(table_by_hand, page,
     assert any(sentence in problem for problem in analysis.problems), analysis.problems
     assert analysis.table3["mean"].notna().all()
     assert sentence in page(analysis)
+
+
+def test_what_one_participant_does_not_have_is_a_dash_on_the_terminal(table_by_hand, capsys):
+    path = table_by_hand("participant_id,amplitude_um_pp,estimate\na,0,1\na,0.5,2\n")
+    print_table3(analyse(path, write=False))
+    said = capsys.readouterr().out
+    assert "nan" not in said
+    assert said.count("–") == 2
 
 
 def test_all_zeros_under_the_default_rule_still_give_a_table(table_by_hand):
