@@ -65,7 +65,8 @@ class Hand:
                 elif new and last.kind == "begin" and last.data["what"]["type"] in SHOWN:
                     self.answered = last.number
                     self.retry = None
-                    time.sleep(0.4)  # the screen is up a few frames after the record
+                    # The screen is up a few frames after the record: longer where others run too.
+                    time.sleep(0.4 * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1)))
                     return last.data["what"]
             time.sleep(0.02)
         pytest.fail(f"the session did not go on after {read_plan(self.journal)[1][-1]}")
