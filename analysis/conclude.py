@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from analysis.loading import Dataset
+    from analysis.dataset import Dataset
 
 #: Everything that is concluded from magnitude estimates, by its name in inference.json.
 TESTS: dict[str, Callable[[Prepared], Any]] = {

@@ -51,7 +51,7 @@ def analyse_differences(steps: pd.DataFrame, book: Codebook, confidence: float =
     Parameters
     ----------
     steps : DataFrame
-        `analysis.loading.Dataset.differences`.
+        `analysis.dataset.Dataset.differences`.
     book : Codebook
         Codes the verbal reports.
     confidence : float

@@ -38,7 +38,7 @@ def difference(
     found : Mapping
         `analysis.difference.analyse_differences`'s result.
     steps : DataFrame
-        `analysis.loading.Dataset.differences`, what it was computed from.
+        `analysis.dataset.Dataset.differences`, what it was computed from.
     confidence : float
         Of all intervals and of the curve's band.
     """

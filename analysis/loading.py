@@ -8,7 +8,6 @@ practice, voided and unanswered trials are counted, wrong cells are named by fil
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,19 +25,18 @@ from analysis.cleaning import (
     empty_estimates,
     tidied,
 )
+from analysis.dataset import Dataset
 from analysis.table_lines import listed_lines
 from analysis.tables import (
     Problems,
     Source,
-    digest,
     read_bytes,
     read_tables,
 )
-from experiments.analysis_choices import AnalysisChoices
 from faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
 NAME = re.compile(
     r"sub-(?P<sub>[A-Za-z0-9]+)(_ses-(?P<ses>[A-Za-z0-9]+))?_task-(?P<task>[A-Za-z0-9]+)"
@@ -51,72 +49,6 @@ REQUIRED = {
 }
 #: Separators of a tidy table, tried in this order on its header line.
 SEPARATORS = ("\t", ";", ",")
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Dataset:
-    """Trials to analyse, and where they come from.
-
-    Parameters
-    ----------
-    name : str
-        The data set's title.
-    estimates : DataFrame
-        Trials of magnitude estimation: ``participant_id session run trial amplitude_um_pp
-        estimate response_time scale_top modulus flag timed_out faulty``, one row an answered
-        main trial, in order of presentation. Empty where there are none.
-    answers : DataFrame
-        All main trials of magnitude estimation that were not voided, answered or not: what data
-        quality is judged by.
-    textures : DataFrame
-        Answered main trials of textures, which ``estimates`` and ``answers`` do not hold; with
-        their ``texture``.
-    differences : DataFrame
-        Steps of the descending difference, answered ones.
-    participants : DataFrame
-        ``participants.tsv``, where there is one.
-    mode : {"pilot", "participant", "unknown"}
-        Whose answers these are.
-    counts : Mapping
-        Rows read and left out, by reason.
-    details : Mapping
-        What the sidecars say of study, seeds, languages, plates and software.
-    choices : AnalysisChoices
-        The frozen choices, or the defaults.
-    frozen : tuple of str
-        The keys that the study file sets.
-    unchanged : bool or None
-        Whether that file is the one that the sessions ran with, so that they were frozen before
-        there was data; None where the sidecars do not say.
-    problems : tuple of str
-        One sentence each.
-    sources : tuple of Source
-        Every file that was read.
-    folder : Path or None
-        The data set's folder; None for a table by hand.
-    """
-
-    name: str
-    estimates: pd.DataFrame
-    answers: pd.DataFrame
-    differences: pd.DataFrame
-    participants: pd.DataFrame
-    mode: str = "unknown"
-    counts: Mapping[str, int] = field(default_factory=dict)
-    details: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    choices: AnalysisChoices = field(default_factory=AnalysisChoices)
-    frozen: tuple[str, ...] = ()
-    unchanged: bool | None = None
-    problems: tuple[str, ...] = ()
-    sources: tuple[Source, ...] = ()
-    folder: Path | None = None
-    textures: pd.DataFrame = field(default_factory=pd.DataFrame)
-
-    @property
-    def sha256(self) -> str:
-        """One digest for all files, in the order of their names."""
-        lines = sorted(f"{source.sha256}  {source.name}" for source in self.sources)
-        return digest("\n".join(lines).encode())
 
 
 def load(path: str | Path) -> Dataset:

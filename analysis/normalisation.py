@@ -209,7 +209,7 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
     Parameters
     ----------
     trials : DataFrame
-        `analysis.loading.Dataset.estimates`.
+        `analysis.dataset.Dataset.estimates`.
     rule : str
         A key of `RULES`.
 

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from analysis.loading import Dataset
+    from analysis.dataset import Dataset
     from analysis.prepared import Prepared
 
 #: Rules that multiply everybody by the same number; and how far apart scales may be under them.

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis import conclude, descriptives, normalisation, notices, quality, textures
+from analysis.dataset import Dataset
 from analysis.folders import make_folder
-from analysis.loading import Dataset, load
+from analysis.loading import load
 from analysis.prepared import Prepared, prepare
 from faults import UserError
 

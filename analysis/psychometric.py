@@ -29,7 +29,7 @@ def psychometric(steps: pd.DataFrame, confidence: float = 0.95) -> Result:
     Parameters
     ----------
     steps : DataFrame
-        `analysis.loading.Dataset.differences`: answered steps, catch steps among them.
+        `analysis.dataset.Dataset.differences`: answered steps, catch steps among them.
 
     Returns
     -------

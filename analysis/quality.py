@@ -18,7 +18,7 @@ from analysis.repeats import TINY, residuals, slopes_per_participant
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from analysis.loading import Dataset
+    from analysis.dataset import Dataset
     from experiments.analysis_choices import Thresholds
 
 #: Fewer trials than this cannot show a drift or a split-half correlation.

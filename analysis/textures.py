@@ -22,7 +22,7 @@ def describe(
     Parameters
     ----------
     textures, estimates : DataFrame
-        `analysis.loading.Dataset.textures` and ``estimates``.
+        `analysis.dataset.Dataset.textures` and ``estimates``.
     rule : str
         A key of `analysis.normalisation.RULES`: each is one division within a run.
     standard_deviation : {"sample", "population"}
