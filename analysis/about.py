@@ -11,7 +11,15 @@ from pydantic import ValidationError
 
 from analysis.cleaning import tidied
 from analysis.table_lines import listed_lines
-from analysis.tables import Problems, Source, digest, faults_of, read_bytes, read_tables
+from analysis.tables import (
+    Problems,
+    Source,
+    digest,
+    faults_of,
+    read_bytes,
+    read_source,
+    read_tables,
+)
 from experiments.analysis_choices import AnalysisChoices
 from faults import UserError
 
@@ -33,8 +41,8 @@ def sidecars(
         if not path.is_file():
             absent.append(f"{path.relative_to(folder)}: no such sidecar; study and seed unknown")
             continue
-        content = read_bytes(path)
-        sources.append(Source(path.relative_to(folder).as_posix(), digest(content)))
+        content, source = read_source(path, folder)
+        sources.append(source)
         try:
             own = json.loads(content).get("Slipscale", {})
             versions = dict(own.get("software") or {})
@@ -104,8 +112,8 @@ def choices(
     path = folder / "code" / "study.toml"
     if not path.is_file():
         return AnalysisChoices(), (), None
-    content = read_bytes(path)
-    sources.append(Source(path.relative_to(folder).as_posix(), digest(content)))
+    content, source = read_source(path, folder)
+    sources.append(source)
     try:
         text = content.decode("utf-8-sig")
         table = tomllib.loads(text).get("analysis", {})

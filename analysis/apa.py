@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 Part = dict[str, Any]
 
+#: Sentences call reliable what has a p below this.
+RELIABLE = 0.05
 #: What `analysis.scaling.MODELS` are called in a sentence.
 MODEL_NAMES = {
     "power": "Stevens's power law",
@@ -76,7 +78,7 @@ def _degrees(df: float, epsilon: float) -> str:
 
 def rm_anova(part: Part, level: str) -> str:
     """Return the sentence of the repeated-measures ANOVA, corrected where sphericity fails."""
-    violated = part["mauchly_p"] is not None and part["mauchly_p"] < 0.05  # noqa: PLR2004
+    violated = part["mauchly_p"] is not None and part["mauchly_p"] < RELIABLE
     epsilon = part["epsilon_gg"] if violated else 1.0
     p = part["p_gg"] if violated else part["p"]
     sphericity = (
@@ -85,7 +87,7 @@ def rm_anova(part: Part, level: str) -> str:
         if violated
         else ""
     )
-    verb = "differed" if p < 0.05 else "did not differ reliably"  # noqa: PLR2004
+    verb = "differed" if p < RELIABLE else "did not differ reliably"
     ci = _ci(part["eta2_generalised_ci"], level, unit_number)
     return (
         f"Log-transformed estimates {verb} between amplitudes, "
@@ -106,7 +108,7 @@ def friedman(part: Part, _level: str) -> str:
 
 def page_trend(part: Part, _level: str) -> str:
     """Return the sentence of Page's test."""
-    outcome = "grew" if part["p"] < 0.05 else "did not grow reliably"  # noqa: PLR2004
+    outcome = "grew" if part["p"] < RELIABLE else "did not grow reliably"
     return (
         f"Estimates {outcome} with amplitude (Page's L = {part['L']:g}, "
         f"{p_value(part['p'])}, one-sided)."
@@ -137,12 +139,12 @@ def pairwise(part: Any, level: str) -> str | None:
     tested = [row for row in part if "reason" not in row]
     if len(part) == len(tested) == 1:
         row = tested[0]
-        verb = "differed" if row["p"] < 0.05 else "did not differ reliably"  # noqa: PLR2004
+        verb = "differed" if row["p"] < RELIABLE else "did not differ reliably"
         return (
             f"The two amplitudes {verb}, t({row['df']}) = {number(row['t'])}, {p_value(row['p'])}, "
             f"d_z = {number(row['d_z'])}{_ci(row['d_z_ci'], level)}."
         )
-    reliable = [row for row in tested if row["p_holm"] < 0.05]  # noqa: PLR2004
+    reliable = [row for row in tested if row["p_holm"] < RELIABLE]
     doubtful = [row for row in tested if row not in reliable]
 
     def pair(row: Part) -> str:
@@ -189,7 +191,7 @@ def order(part: Part, _level: str) -> str | None:
         own = part[name]
         if "reason" in own:
             continue
-        verb = "depended" if own["p"] < 0.05 else "did not depend reliably"  # noqa: PLR2004
+        verb = "depended" if own["p"] < RELIABLE else "did not depend reliably"
         texts.append(
             f"estimates {verb} on {words}, t({own['df']}) = {number(own['t'])}, {p_value(own['p'])}"
         )

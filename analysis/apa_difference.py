@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from analysis.apa import Part, bracketed, number, p_value
+from analysis.apa import RELIABLE, Part, bracketed, number, p_value
 
 
 def psychometric(part: Part, level: str) -> str:
     """Return the sentence of the curve of "yes" against the size of the step."""
     if "reason" in part:
         return f"No curve of “yes” against the size of the step was fitted: {part['reason']}."
-    verb = "depended" if part["p"] < 0.05 else "did not depend reliably"  # noqa: PLR2004
+    verb = "depended" if part["p"] < RELIABLE else "did not depend reliably"
     half = (
         f"; half of the answers are “yes” at {number(part['half_yes_um'])} µm"
         if part["half_yes_um"] is not None and part["half_yes_um"] > 0
@@ -50,11 +50,12 @@ def difference_sentences(part: Part, confidence: float = 0.95) -> list[str]:
     """Return the sentences on the descending difference; none where it was not run."""
     if "reason" in part:
         return []
+    level = f"{100 * confidence:g}%"
     found = part["finding"]
     texts = []
     if found["n"]:
         texts.append(_finding(found))
-    texts.append(psychometric(part["psychometric"], f"{100 * confidence:g}%"))
+    texts.append(psychometric(part["psychometric"], level))
     detection = part["signal_detection"]
     if "reason" in detection:
         texts.append(f"Sensitivity was not computed: {detection['reason']}.")
@@ -63,8 +64,7 @@ def difference_sentences(part: Part, confidence: float = 0.95) -> list[str]:
     spread = (
         ""
         if "reason" in mean
-        else f"; mean of participants {number(mean['mean'])}, {100 * confidence:g}% CI "
-        f"{bracketed(mean['ci'])}"
+        else f"; mean of participants {number(mean['mean'])}, {level} CI {bracketed(mean['ci'])}"
     )
     texts.append(
         f"“Yes” was said on {detection['hits']} of {detection['changes']} steps and on "

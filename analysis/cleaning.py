@@ -50,11 +50,7 @@ def clean_estimates(
         clean[column] = numbers(frame, column, sources, problems, minimum=0.0)
     clean["amplitude_um_pp"] = clean["amplitude_um_pp"].round(DECIMALS)
     for column in ESTIMATE_NUMBERS:
-        clean[column] = (
-            numbers(frame, column, sources, problems, minimum=0.0, lost="the cell")
-            if column in frame and frame[column].notna().any()
-            else np.nan
-        )
+        clean[column] = _optional_numbers(frame, column, sources, problems, minimum=0.0)
     clean["phase"] = _phases(frame, problems)
     clean["flag"] = _labels(frame, "flag", "")
     clean["texture"] = _labels(frame, "texture", "")
@@ -72,12 +68,8 @@ def clean_differences(
         found = numbers(frame, column, sources, problems, minimum=0.0, lost="the step")
         clean[column] = found.round(DECIMALS)
     for column in STEP_NUMBERS:
-        clean[column] = (
-            numbers(frame, column, sources, problems, lost="the cell")
-            if column in frame and frame[column].notna().any()
-            else np.nan
-        )
-    felt = frame["difference_felt"].astype("object").map(lambda v: str(v).strip().lower())
+        clean[column] = _optional_numbers(frame, column, sources, problems)
+    felt = _in_lower_case(frame["difference_felt"])
     clean["difference_felt"] = felt.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
     wrong = clean["difference_felt"].isna() & frame["difference_felt"].notna()
     shown = frame[wrong].head(LISTED_PROBLEMS)
@@ -97,11 +89,29 @@ def clean_differences(
     return _without_doubles(clean, sources, problems)
 
 
+def _optional_numbers(
+    frame: pd.DataFrame,
+    column: str,
+    sources: Sequence[Source],
+    problems: Problems,
+    *,
+    minimum: float = -np.inf,
+) -> pd.Series[float] | float:
+    """Return a column that may be absent or empty as numbers, see `analysis.cells.numbers`."""
+    if column not in frame or not frame[column].notna().any():
+        return np.nan
+    return numbers(frame, column, sources, problems, minimum=minimum, lost="the cell")
+
+
+def _in_lower_case(answers: pd.Series[Any]) -> pd.Series[Any]:
+    return answers.astype("object").map(lambda value: str(value).strip().lower())
+
+
 def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd.Series[bool]:
     """Tell catch steps by the amplitudes, which were presented; say where the column differs."""
     unchanged = clean["amplitude_before_um_pp"] == clean["amplitude_um_pp"]
     if "catch" in frame:
-        said = frame["catch"].astype("object").map(lambda v: str(v).strip().lower())
+        said = _in_lower_case(frame["catch"])
         for sentence, wrong in (
             ("catch steps change the amplitude; they count as steps", said.isin(TRUE) & ~unchanged),
             (
@@ -175,17 +185,15 @@ def _without_doubles(
 
 def empty_estimates() -> pd.DataFrame:
     """Return the columns of `clean_estimates`, without a row."""
-    text = ("participant_id", "session", "run", "phase", "flag", "texture")
-    values = ("trial", "block", "amplitude_um_pp", "estimate", "response_time", "scale_top")
-    columns: dict[str, Any] = {name: pd.Categorical([]) for name in text}
-    columns |= {name: np.array([], float) for name in (*values, "modulus", "file", "line")}
-    return pd.DataFrame(columns)
+    return _empty((*COMMON, "texture"), (*ESTIMATE_NUMBERS, "amplitude_um_pp", "estimate"))
 
 
 def empty_differences() -> pd.DataFrame:
     """Return the columns of `clean_differences`, without a row."""
-    text = ("participant_id", "session", "run", "phase", "flag", "verbal_report")
-    values = ("trial", "series", "step", "amplitude_before_um_pp", "amplitude_um_pp")
+    found = _empty((*COMMON, "verbal_report"), (*STEP_NUMBERS, *STEP_AMPLITUDES, "difference_felt"))
+    return found.assign(catch=np.array([], bool))
+
+
+def _empty(text: Sequence[str], values: Sequence[str]) -> pd.DataFrame:
     columns: dict[str, Any] = {name: pd.Categorical([]) for name in text}
-    columns |= {name: np.array([], float) for name in (*values, "difference_felt", "confidence")}
-    return pd.DataFrame(columns | {"catch": np.array([], bool)})
+    return pd.DataFrame(columns | {name: np.array([], float) for name in (*values, "file", "line")})

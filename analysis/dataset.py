@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from analysis.normalisation import KEY
 from analysis.tables import Source, digest
 from experiments.analysis_choices import AnalysisChoices
 
@@ -73,6 +74,11 @@ class Dataset:
     sources: tuple[Source, ...] = ()
     folder: Path | None = None
     textures: pd.DataFrame = field(default_factory=pd.DataFrame)
+
+    @property
+    def people(self) -> set[str]:
+        """Everybody who has trials of either task, answered or not."""
+        return {str(who) for rows in (self.answers, self.differences) for who in rows[KEY].unique()}
 
     @property
     def sha256(self) -> str:

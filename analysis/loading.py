@@ -49,6 +49,7 @@ REQUIRED = {
 }
 #: Separators of a tidy table, tried in this order on its header line.
 SEPARATORS = ("\t", ";", ",")
+HEAD_BYTES = 2**20  # in which the header line ends
 
 
 def load(path: str | Path) -> Dataset:
@@ -119,7 +120,7 @@ def _load_folder(folder: Path) -> Dataset:
 
 
 def _load_table(path: Path) -> Dataset:
-    text = read_bytes(path).lstrip(b"\r\n").replace(b"\r", b"\n")
+    text = read_bytes(path, HEAD_BYTES).lstrip(b"\r\n").replace(b"\r", b"\n")
     header = text.partition(b"\n")[0].decode("utf-8", "replace")
     separator = next((mark for mark in SEPARATORS if mark in header), ",")
     problems = Problems()

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from analysis.words import listed
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -221,9 +222,8 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
     below = divisors(trials, rule)
     if below.isna().any():
         who = sorted(trials.loc[below.isna(), KEY].astype(str).unique())
-        listed = ", ".join(who[:6]) + (f" and {len(who) - 6} more" if len(who) > 6 else "")  # noqa: PLR2004
         raise UserError(
-            f"normalisation '{rule}' needs {RULES[rule].needs}; missing for {listed}. "
+            f"normalisation '{rule}' needs {RULES[rule].needs}; missing for {listed(who)}. "
             f"Rules that these data allow: --normalise {', '.join(normalise_by_all(trials))}"
         )
     return _scaled(trials, rule, below)

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING
 
 from analysis.inference import FEWEST
 from analysis.normalisation import KEY
+from analysis.words import listed
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     import pandas as pd
 
     from analysis.dataset import Dataset
@@ -17,28 +16,14 @@ if TYPE_CHECKING:
 
 #: Rules that multiply everybody by the same number; and how far apart scales may be under them.
 ONE_FACTOR, SCALES_APART = ("none", "grand_maximum"), 5.0
-#: Where a list of participants is cut.
-LISTED = 6
-
-
-def listed(names: Iterable[str]) -> str:
-    """Return names for a sentence, cut where they are many.
-
-    >>> listed("abcdefgh")
-    'a, b, c, d, e, f and 2 more'
-    """
-    everyone = list(names)
-    more = len(everyone) - LISTED
-    return ", ".join(everyone[:LISTED]) + (f" and {more} more" if more > 0 else "")
 
 
 def absent(data: Dataset) -> list[str]:
     """Say who is on the list and not in the data, who is there twice, and who did not finish."""
     about = data.participants
     names = about["participant_id"].astype(str)
-    answered = {str(who) for rows in (data.answers, data.differences) for who in rows[KEY].unique()}
     notes = []
-    if missing := sorted(set(names) - answered):
+    if missing := sorted(set(names) - data.people):
         notes.append(
             f"{len(missing)} of {names.nunique()} participants of participants.tsv have no trials "
             f"({listed(missing)})."

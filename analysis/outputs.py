@@ -15,7 +15,6 @@ import pandas as pd
 from analysis import figures, normalisation, published, report
 from analysis.conclude import plain
 from analysis.csv_file import write_csv
-from analysis.individuals import individuals
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -73,9 +72,8 @@ def software() -> dict[str, str]:
 def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
     """Return the tables to write as CSV, by name."""
     found: dict[str, pd.DataFrame] = {"quality": quality_table(analysis)}
-    own = individuals(analysis.prepared, analysis.inference)
-    if len(own):
-        found["individuals"] = own
+    if len(analysis.individuals):
+        found["individuals"] = analysis.individuals
     if analysis.prepared is not None:
         columns = ["participant_id", "session", "run", "trial", "amplitude_um_pp", "estimate"]
         columns += ["normalised", "response_time"]
@@ -226,7 +224,7 @@ def results(analysis: Analysis) -> dict[str, Any]:
         "textures": analysis.textures.to_dict(orient="records"),
         "descriptives": analysis.description.to_dict(orient="records"),
         "inference": analysis.inference,
-        "individuals": individuals(analysis.prepared, analysis.inference).to_dict(orient="records"),
+        "individuals": analysis.individuals.to_dict(orient="records"),
         "sensitivity": analysis.sensitivity,
         "robustness": analysis.robustness,
         "quality": quality_table(analysis).to_dict(orient="records"),

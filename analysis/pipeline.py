@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from analysis import conclude, descriptives, normalisation, notices, quality, textures
 from analysis.dataset import Dataset
 from analysis.folders import make_folder
+from analysis.individuals import individuals
 from analysis.loading import load
 from analysis.prepared import Prepared, prepare
 from faults import UserError
@@ -46,6 +47,8 @@ class Analysis:
         What ``inference.json`` holds, see `analysis.conclude`.
     sensitivity, robustness : list
         Results under other normalisations, and without flagged participants.
+    individuals : DataFrame
+        See `analysis.individuals`.
     measures, flags : DataFrame
         Data quality of every participant read, see `analysis.quality`.
     excluded : Mapping
@@ -67,6 +70,7 @@ class Analysis:
     inference: Mapping[str, Any]
     sensitivity: list[dict[str, Any]]
     robustness: list[dict[str, Any]]
+    individuals: pd.DataFrame
     measures: pd.DataFrame
     flags: pd.DataFrame
     excluded: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -135,6 +139,7 @@ def analyse(
         seed=choices.bootstrap_seed,
     )
     tell("testing")
+    inference = conclude.conclude(data, prepared, rule if prepared else None)
     analysis = Analysis(
         dataset=data,
         rule=rule,
@@ -144,11 +149,12 @@ def analyse(
         description=description,
         textures=textures.describe(data.textures, data.estimates, rule, choices.standard_deviation),
         prepared=prepared,
-        inference=conclude.conclude(data, prepared, rule if prepared else None),
+        inference=inference,
         sensitivity=conclude.sensitivity(data.estimates, rule) if prepared else [],
         robustness=conclude.robustness(prepared, set(flags.index[flags.any(axis=1)]))
         if prepared
         else [],
+        individuals=individuals(prepared, inference),
         measures=measures,
         flags=flags,
         excluded=excluded,
@@ -188,8 +194,8 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
     def keep(rows: pd.DataFrame) -> pd.DataFrame:
         if not why or not len(rows):
             return rows
-        kept = rows[~rows[normalisation.KEY].astype(str).isin(list(why))].reset_index(drop=True)
-        people = kept[normalisation.KEY].astype("category").cat.remove_unused_categories()
+        kept = rows[~rows[normalisation.KEY].isin(list(why))].reset_index(drop=True)
+        people = kept[normalisation.KEY].cat.remove_unused_categories()
         return kept.assign(**{normalisation.KEY: people})
 
     return (

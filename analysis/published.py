@@ -56,9 +56,13 @@ TABLE3: tuple[TableRow, ...] = (
 STATISTICS: tuple[str, ...] = ("mean", "maximum_deviation", "standard_deviation")
 
 
+#: The same by amplitude, µm peak to peak.
+BY_AMPLITUDE: dict[float, TableRow] = {float(row.amplitude_um_pp): row for row in TABLE3}
+
+
 def published_means() -> dict[float, float]:
     """Return amplitude (µm peak to peak) -> mean estimate of Table III, which Fig. 15 plots."""
-    return {float(row.amplitude_um_pp): float(row.mean) for row in TABLE3}
+    return {amplitude: float(row.mean) for amplitude, row in BY_AMPLITUDE.items()}
 
 
 def agrees(published: str, ours: float) -> bool:

@@ -48,10 +48,7 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
         a factor (``drift``), a correlation (``unreliable``). NaN where the data cannot say.
     """
     answers, trials = data.answers, data.estimates
-    people = pd.Index(
-        sorted(_names(answers) | _names(data.differences)),
-        name=KEY,
-    )
+    people = pd.Index(sorted(data.people), name=KEY)
     found = pd.DataFrame(index=people)
     if len(trials):
         by = trials.groupby(KEY, observed=True)
@@ -68,10 +65,6 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
     if catches is not None and len(catches):
         found["false_alarms"] = _share(catches, catches["difference_felt"] == 1)
     return found.reindex(columns=list(MEANINGS), index=people)
-
-
-def _names(rows: pd.DataFrame) -> set[str]:
-    return {str(name) for name in rows[KEY].unique()}
 
 
 def _indexed(values: np.ndarray, like: pd.DataFrame) -> pd.Series[float]:

@@ -68,10 +68,11 @@ class Source:
     sha256: str
 
 
-def read_bytes(path: Path) -> bytes:
-    """Return a file's bytes, or say in a sentence why not."""
+def read_bytes(path: Path, most: int = -1) -> bytes:
+    """Return a file's bytes, or the first ``most`` of them, or say in a sentence why not."""
     try:
-        return path.read_bytes()
+        with path.open("rb") as file:
+            return file.read(most)
     except OSError as error:
         raise UserError(f"{path}: cannot be read ({error.strerror})") from error
 
@@ -79,6 +80,12 @@ def read_bytes(path: Path) -> bytes:
 def digest(content: bytes) -> str:
     """Return the SHA-256 of a file's content, in hexadecimal."""
     return hashlib.sha256(content).hexdigest()
+
+
+def read_source(path: Path, root: Path) -> tuple[bytes, Source]:
+    """Return a file's bytes, and the file as a source of the data set in ``root``."""
+    content = read_bytes(path)
+    return content, Source(_name(path, root), digest(content))
 
 
 def read_tables(
@@ -126,15 +133,15 @@ def read_tables(
     groups: dict[bytes, list[tuple[int, Lines]]] = {}
     checked: set[tuple[str, ...]] = set()
     for number, path in enumerate(paths):
-        content = read_bytes(path)
-        sources.append(Source(_name(path, root), digest(content)))
+        content, source = read_source(path, root)
+        sources.append(source)
         lines = split(content, path, separator)
         if lines.names not in checked:
             _check_names(lines.names, path, required)
             checked.add(lines.names)
         if problems is not None:
             for phrase in lines.left_out:
-                problems.add(f"{_name(path, root)}, {phrase}")
+                problems.add(f"{source.name}, {phrase}")
         # A quotation mark that opens in one file must not close in the next.
         alone = str(number).encode() if b'"' in lines.body else b""
         groups.setdefault(lines.header + b"\n" + alone, []).append((number, lines))

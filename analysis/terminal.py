@@ -24,7 +24,7 @@ AGREES = {True: "[green]yes[/]", False: "[yellow]no[/]", None: "–"}
 
 def table3_table(analysis: Analysis) -> Table:
     """Return Table III of an analysis beside the paper's, as a rich table."""
-    paper = {float(row.amplitude_um_pp): row for row in published.TABLE3}
+    paper = published.BY_AMPLITUDE
     table = Table(
         title=f"Table III: normalised estimates ({analysis.rule}), here and in the paper",
         title_justify="left",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from analysis import html
-from analysis.apa import p_value
+from analysis.apa import RELIABLE, p_value
 from analysis.html import Section, number
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
         return section
     texts = []
     if anova["mauchly_p"] is not None:
-        verdict = "violated" if anova["mauchly_p"] < 0.05 else "not rejected"  # noqa: PLR2004
+        verdict = "violated" if anova["mauchly_p"] < RELIABLE else "not rejected"
         texts.append(
             f"Sphericity {verdict}: Mauchly's W = {number(anova['mauchly_w'], 3)}, "
             f"{p_value(anova['mauchly_p'])}; ε = {number(anova['epsilon_gg'], 3)} "

@@ -27,6 +27,11 @@ TEST_TITLES = {
 ORDER_TITLES = {"position": "the trial's position", "carry_over": "the surface before"}
 
 
+def _bare_p(p: float | None) -> str:
+    """Return a p for a column that is headed p: ".023", "< .001"."""
+    return p_value(p).removeprefix("p ").removeprefix("= ")
+
+
 def comparisons(analysis: Analysis) -> Section:
     """Return pairwise comparisons, and which tests could not be computed."""
     section = Section("Comparisons")
@@ -56,13 +61,13 @@ def comparisons(analysis: Analysis) -> Section:
                         interval(*row.get("ratio_ci", (None, None))),
                         number(row.get("t")),
                         str(row.get("df", "–")),
-                        p_value(row.get("p_holm")).removeprefix("p ").removeprefix("= "),
+                        _bare_p(row.get("p_holm")),
                         number(row.get("d_z")),
                         interval(*row.get("d_z_ci", (None, None))),
                         f"{row['up']} / {row['down']}",
-                        p_value(row.get("p_wilcoxon_holm")).removeprefix("p ").removeprefix("= "),
+                        _bare_p(row.get("p_wilcoxon_holm")),
                     ]
-                    for row in analysis.inference["pairwise"]
+                    for row in pairs
                 ],
                 f"Paired comparisons of log estimates ({pairs[0]['n']} participants with an "
                 "estimate at every amplitude) and Wilcoxon's test on the estimates themselves. "

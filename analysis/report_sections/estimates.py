@@ -106,7 +106,7 @@ def textures(analysis: Analysis) -> Any:
 def table3(analysis: Analysis) -> Any:
     """Return Table III, beside the paper's where the amplitudes are the paper's."""
     convention = analysis.dataset.choices.standard_deviation
-    paper = {float(row.amplitude_um_pp): row for row in published.TABLE3}
+    paper = published.BY_AMPLITUDE
     beside = any(amplitude in paper for amplitude in analysis.table3["amplitude_um_pp"])
     titles = ("Mean", "Max. dev.", "SD")
     columns = [Column(title="Amplitude", unit="µm, p-p"), Column(title="n")]

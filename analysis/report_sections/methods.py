@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from analysis import html
 from analysis.html import Column, Section, number
 from analysis.normalisation import KEY
+from analysis.words import listed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from analysis.pipeline import Analysis
     from experiments.analysis_choices import AnalysisChoices
 
-
+SEEDS_LISTED = 12
 #: `Dataset.unchanged` -> what may be said of the study file's choices.
 FROZEN = {
     True: "Frozen in the study file before there was data (its SHA-256 is that in the sessions' "
@@ -106,7 +107,7 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> Section:
         ("Software", versions),
         ("Session software", ", ".join(data.details.get("software", ("not recorded",)))),
         ("Study's hash", ", ".join(data.details.get("study_hash", ("not recorded",)))),
-        ("Seeds", _few(data.details.get("seed", ("not recorded",)))),
+        ("Seeds", listed(data.details.get("seed", ("not recorded",)), SEEDS_LISTED)),
         ("Zero rule", f"{choices.zero_rule}"),
         ("Standard deviation", choices.standard_deviation),
         ("Data, SHA-256", data.sha256),
@@ -131,11 +132,4 @@ def _procedure(choices: AnalysisChoices) -> str:
         "fits, the non-central t and the bootstrap of means "
         f"({choices.bootstrap_resamples} resamples, seed {choices.bootstrap_seed}): SciPy. "
         "Sentences call reliable what has p < .05."
-    )
-
-
-def _few(values: tuple[str, ...]) -> str:
-    shown = 12
-    return ", ".join(values[:shown]) + (
-        f" and {len(values) - shown} more" if len(values) > shown else ""
     )

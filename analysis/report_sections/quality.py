@@ -9,7 +9,6 @@ import pandas as pd
 from analysis import html
 from analysis import quality as quality_rules
 from analysis.html import Column, Section, interval, number
-from analysis.individuals import individuals
 from analysis.normalisation import KEY
 
 if TYPE_CHECKING:
@@ -83,7 +82,7 @@ def quality(analysis: Analysis) -> Section:
 
 def _each(analysis: Analysis) -> list[Any]:
     """Return the table of participants' own exponents and sensitivities, where there are any."""
-    own = individuals(analysis.prepared, analysis.inference)
+    own = analysis.individuals
     if not len(own):
         return []
     known = {name: column for name, column in OWN_COLUMNS.items() if name in own}
