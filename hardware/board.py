@@ -7,7 +7,6 @@ docs/board-protocol.md.
 
 from __future__ import annotations
 
-import math
 from collections import deque
 from statistics import fmean
 from typing import TYPE_CHECKING
@@ -17,7 +16,7 @@ from hardware import board_protocol as wire
 from hardware.board_arguments import Refusal
 from hardware.board_protocol import BoardLimits, ListLimits, Reply, Status
 from hardware.plate.twin import OFF, Drive
-from stimuli.modulation import Loop
+from stimuli.modulation import Loop, along_edge
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -76,7 +75,6 @@ class Board:
         self.target_um_pp = 0.0
         self.points_um_pp: list[float] = []
         self.played: Loop | None = None
-        self._played_since_s = 0.0
         self._from_um_pp = 0.0
         self._now_um_pp = 0.0  # what the ramp has put on the plate
         self._frequency_hz: float | None = None  # None follows the resonance
@@ -129,7 +127,7 @@ class Board:
     def commanded_um_pp(self, now_s: float) -> float:
         """Return the amplitude that is due now."""
         if self.played:
-            return self.played.at_um_pp(now_s - self._played_since_s)
+            return self.played.at_um_pp(now_s - self._commanded_s)
         return self._now_um_pp
 
     def temperature_c(self, now_s: float) -> float:
@@ -243,7 +241,7 @@ class Board:
             mean_um_pp=self.target_um_pp,
         )
         self.state, self.target_um_pp = "LIST", fmean(self.points_um_pp)
-        self._commanded_s = self._played_since_s = now_s
+        self._commanded_s = now_s
         drive = Drive(target_um_pp=self.target_um_pp, played=self.played, since_s=now_s)
         self.twin.set_drive(drive, now_s)
         return ""
@@ -257,8 +255,7 @@ class Board:
         """Go on along the ramp; settling counts from when its end was really put on the plate."""
         part = min((now_s - self._commanded_s) / RAMP_S, 1)
         if self._arrived_s is None:
-            share = 0.5 - 0.5 * math.cos(math.pi * part)
-            self._now_um_pp = self._from_um_pp + share * (self.target_um_pp - self._from_um_pp)
+            self._now_um_pp = along_edge(self._from_um_pp, self.target_um_pp, part)
             self.twin.set_drive(Drive(target_um_pp=self._now_um_pp), now_s)
             self._arrived_s = now_s if part == 1 else None
         elif now_s - self._arrived_s < SETTLE_S:

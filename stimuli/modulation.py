@@ -19,6 +19,12 @@ EDGE_TIME_CONSTANTS = 3  # of the plate
 ROUNDING = 1e-9
 
 
+def along_edge(start: float, end: float, part: float) -> float:
+    """Return what is due after a part (0 to 1) of an edge: half a period of a cosine, no click."""
+    share = 0.5 - 0.5 * math.cos(math.pi * part)
+    return start + share * (end - start)
+
+
 class AmplitudeStep(NamedTuple):
     """From ``time_s`` on (0 is the start), hold ``amplitude_um_pp`` (µm peak to peak)."""
 
@@ -87,8 +93,7 @@ class Loop:
         step = self.step_at(time_s)
         before = self.before_um_pp(step)
         part = min((time_s - step * self.step_s) / self.edge_s, 1.0)
-        share = 0.5 - 0.5 * math.cos(math.pi * part)
-        return before + share * (self.amplitude_um_pp(step) - before)
+        return along_edge(before, self.amplitude_um_pp(step), part)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

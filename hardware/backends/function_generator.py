@@ -32,6 +32,7 @@ from hardware.driver import (
     Readback,
     WrongDevice,
 )
+from stimuli.modulation import along_edge
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -188,8 +189,7 @@ class FunctionGenerator(PlateDriver):
             self._write("OUTP 1")
         if from_v != voltage_v:
             for step in range(1, RAMP_STEPS + 1):
-                share = 0.5 - 0.5 * math.cos(math.pi * step / RAMP_STEPS)
-                self._voltage_v = from_v + share * (voltage_v - from_v)
+                self._voltage_v = along_edge(from_v, voltage_v, step / RAMP_STEPS)
                 vpp = max(self._voltage_v * self._vpp_per_v, SMALLEST_VPP)
                 self._write(f"VOLT {vpp:.6f}")
                 self._machine.sleep(RAMP_S / RAMP_STEPS)

@@ -18,7 +18,6 @@ lost line silences the plate, as a real one does.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -36,7 +35,7 @@ from hardware.driver import (
 from hardware.injection import Injection, Schedule, parse_injections
 from hardware.plate.dynamics import Finger, Resonator
 from hardware.plate.twin import OFF, SETTLING_TIME_CONSTANTS, Drive, Twin
-from stimuli.modulation import Modulator
+from stimuli.modulation import Modulator, along_edge
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -129,8 +128,7 @@ class MockPlate(PlateDriver):
         from_um_pp = self.twin.drive.target_um_pp or 0.0
         frequency_hz = self.twin.resonator.resonance_hz
         for step in range(1, RAMP_STEPS + 1):
-            share = 0.5 - 0.5 * math.cos(math.pi * step / RAMP_STEPS)
-            target_um_pp = from_um_pp + share * (amplitude_um_pp - from_um_pp)
+            target_um_pp = along_edge(from_um_pp, amplitude_um_pp, step / RAMP_STEPS)
             self._set(Drive(frequency_hz=frequency_hz, target_um_pp=target_um_pp))
             self.clock.sleep(RAMP_S / RAMP_STEPS)
         self._set(Drive(frequency_hz=frequency_hz, target_um_pp=amplitude_um_pp))

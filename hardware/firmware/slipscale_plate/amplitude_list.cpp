@@ -4,6 +4,11 @@
 
 namespace slipscale {
 
+float along_edge(float start, float end, float part) {
+  const float share = 0.5F - 0.5F * cosf(3.14159265F * part);
+  return start + share * (end - start);
+}
+
 void AmplitudeList::put(size_t kept, const float* um_pp, size_t count) {
   for (size_t i = 0; i < count; ++i) {
     points_[kept + i] = static_cast<uint16_t>(lroundf(um_pp[i] * 1e4F));
@@ -48,8 +53,7 @@ float AmplitudeList::due_um_pp() const {
   const float level_um_pp = point_um_pp(place_);
   if (in_step_us_ >= edge_us_) return level_um_pp;
   const float part = static_cast<float>(in_step_us_) / static_cast<float>(edge_us_);
-  const float share = 0.5F - 0.5F * cosf(3.14159265F * part);
-  return before_um_pp_ + share * (level_um_pp - before_um_pp_);
+  return along_edge(before_um_pp_, level_um_pp, part);
 }
 
 }  // namespace slipscale

@@ -7,6 +7,9 @@
 
 namespace slipscale {
 
+// What is due after a part (0 to 1) of an edge: half a period of a cosine, no click.
+float along_edge(float start, float end, float part);
+
 class AmplitudeList {
  public:
   static constexpr size_t kPoints = 64;

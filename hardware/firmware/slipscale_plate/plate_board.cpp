@@ -10,11 +10,8 @@ namespace slipscale {
 namespace {
 
 constexpr uint32_t kRampMs = 25, kSettleMs = 15, kCorrectMs = 10;
-constexpr float kPi = 3.14159265F;
 constexpr float kLargestCorrection = 0.05F;  // of the voltage, at once: no click
 constexpr size_t kPointsALine = 8;
-
-bool digit(char c) { return c >= '0' && c <= '9'; }
 
 }  // namespace
 
@@ -238,8 +235,7 @@ void Board::ramp(uint32_t now_ms) {
   }
   const uint32_t elapsed_ms = now_ms - commanded_ms_;
   const float part = elapsed_ms >= kRampMs ? 1 : static_cast<float>(elapsed_ms) / kRampMs;
-  const float share = 0.5F - 0.5F * cosf(kPi * part);
-  now_um_pp_ = from_um_pp_ + share * (target_um_pp_ - from_um_pp_);
+  now_um_pp_ = along_edge(from_um_pp_, target_um_pp_, part);
   frequency_hz_ = hal_.resonance_hz();
   apply();
   arrived_ = elapsed_ms >= kRampMs;

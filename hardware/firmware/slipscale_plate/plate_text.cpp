@@ -4,6 +4,9 @@
 #include <string.h>
 
 namespace slipscale {
+
+bool digit(char c) { return c >= '0' && c <= '9'; }
+
 namespace {
 
 struct Meaning {
@@ -19,8 +22,6 @@ constexpr Meaning kMeanings[] = {
     {kRange, "Data out of range"},
     {kTooHot, "Over temperature"},
 };
-
-bool digit(char c) { return c >= '0' && c <= '9'; }
 
 // Plain decimals only: no exponent, no nan, no inf.
 bool parse_number(const char* text, float* value) {

@@ -10,6 +10,7 @@ namespace slipscale {
 constexpr int kOk = 0, kDataType = -104, kMissing = -109, kUndefined = -113;
 constexpr int kConflict = -221, kRange = -222, kTooHot = 101;
 
+bool digit(char c);
 const char* meaning(int code);
 uint16_t crc16(const char* data, size_t length);
 // Write a number with so many decimals (up to 4); return the end of the text.
