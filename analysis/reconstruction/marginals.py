@@ -150,6 +150,6 @@ def _add(task: Problem, goal: Goal, tally: Tally, at_most: Array, absent: Array)
             for m in range(n + 1):
                 at_most[value, m + held] += tally.get((near, m), 0)
         else:
-            at_most[value, held + (n if value >= split.low else 0)] += whole
+            at_most[value, held + (n if near >= split.low else 0)] += whole
         if all(v != value for v, _ in given):
             absent[value] += tally.get((value, None), whole)

@@ -16,6 +16,8 @@ CASES = [
     {"n": 5, "mean": "2.4", "sd": "1.1", "maximum": 6, "maximum_deviation": "1.6"},
     {"n": 6, "mean": "3.5", "sd": "1.9", "maximum": 8, "median": "3.5"},
     {"n": 2, "mean": "0", "sd": "0", "maximum": 1, "maximum_deviation": "0"},
+    # Nothing lies below the median: it is the scale's end.
+    {"n": 5, "mean": "0.20", "sd": "0.45", "maximum": 4, "median": "0.0"},
 ]
 
 
