@@ -105,20 +105,20 @@ def signal_detection(changes: pd.DataFrame, catches: pd.DataFrame, confidence: f
         return reason("no catch steps: 'yes' cannot be told from a readiness to say yes")
     if not len(changes):
         return reason("no steps on which the amplitude changed")
-    pooled = d_prime(
-        float(changes["difference_felt"].sum()),
-        len(changes),
-        float(catches["difference_felt"].sum()),
-        len(catches),
-    )
+    counts = {
+        "hits": int(changes["difference_felt"].sum()),
+        "changes": len(changes),
+        "false_alarms": int(catches["difference_felt"].sum()),
+        "catches": len(catches),
+    }
+    pooled = d_prime(*counts.values())
     signals = changes.groupby(changes[KEY].astype(str))["difference_felt"].agg(["sum", "size"])
     noises = catches.groupby(catches[KEY].astype(str))["difference_felt"].agg(["sum", "size"])
     both = signals.add_suffix("_signal").join(noises.add_suffix("_noise"), how="inner")
     own: dict[str, Any] = {}
     for who, row in zip(both.index, both.to_numpy(float), strict=True):
         sensitivity, criterion = d_prime(*row)
-        counts = zip(("hits", "changes", "false_alarms", "catches"), row, strict=True)
-        own[str(who)] = {name: int(count) for name, count in counts} | {
+        own[str(who)] = dict(zip(counts, map(int, row), strict=True)) | {
             "d_prime": sensitivity,
             "criterion": criterion,
         }
@@ -126,10 +126,7 @@ def signal_detection(changes: pd.DataFrame, catches: pd.DataFrame, confidence: f
     return {
         "pooled_d_prime": pooled[0],
         "pooled_criterion": pooled[1],
-        "hits": int(changes["difference_felt"].sum()),
-        "changes": len(changes),
-        "false_alarms": int(catches["difference_felt"].sum()),
-        "catches": len(catches),
+        **counts,
         "mean_of_participants": mean_with_interval(values, confidence),
         "participants": own,
     }

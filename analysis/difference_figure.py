@@ -10,7 +10,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import PercentFormatter
 
 from analysis.difference import exact_interval
-from analysis.drawing import BLUE, INK, LINES_AT_MOST, PALE, VERMILION, styled
+from analysis.drawing import BLUE, GREY, INK, LINES_AT_MOST, PALE, VERMILION, styled
 from analysis.inference import interval_name
 from analysis.normalisation import KEY
 from analysis.psychometric import curve
@@ -87,7 +87,7 @@ def _each_step(axes: Axes, found: Mapping[str, Any], confidence: float) -> None:
             xycoords=("axes fraction", "data"),
             va="center",
             fontsize=8.5,
-            color="#52606D",
+            color=GREY,
             annotation_clip=False,
         )
     axes.set_yticks(range(len(rows)), labels)

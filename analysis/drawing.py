@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 BLUE, VERMILION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
-SKY, PURPLE, INK, PALE = "#56B4E9", "#CC79A7", "#1F2933", "#7B8794"
+PURPLE, INK, GREY, PALE = "#CC79A7", "#1F2933", "#52606D", "#7B8794"
 #: More participants than this are drawn as bands of quantiles, not as single lines.
 LINES_AT_MOST = 60
 #: Typed loosely: matplotlib names each of its settings in its own type.
@@ -31,7 +31,7 @@ STYLE: Any = {
     "font.size": 9.5,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "axes.edgecolor": "#52606D",
+    "axes.edgecolor": GREY,
     "axes.labelcolor": INK,
     "axes.titlesize": 10.5,
     "axes.titleweight": "bold",
@@ -41,8 +41,8 @@ STYLE: Any = {
     "axes.axisbelow": True,
     "grid.color": "#E4E7EB",
     "grid.linewidth": 0.8,
-    "xtick.color": "#52606D",
-    "ytick.color": "#52606D",
+    "xtick.color": GREY,
+    "ytick.color": GREY,
     "text.color": INK,
     "legend.frameon": False,
     "legend.fontsize": 8.5,
@@ -131,5 +131,5 @@ def save(
 @styled
 def with_note(figure: Figure, note: str) -> Figure:
     """Put a line under a figure that goes where the figure goes."""
-    figure.supxlabel(note, x=0.01, ha="left", fontsize=8, color="#52606D")
+    figure.supxlabel(note, x=0.01, ha="left", fontsize=8, color=GREY)
     return figure

@@ -118,11 +118,10 @@ def cut(wanted: Wanted) -> Iterator[Piece]:
     """Yield the pieces of `wanted`: disjoint, and together all of it."""
     if wanted.medians is None:
         for moments, low, high, given in _ends(wanted):
-            if moments.possible(low, high) or moments.n == 0:
-                # Any centre is right; the mean keeps the tables small.
-                centre = min(max(round(moments.total / max(moments.n, 1)), low), max(low, high))
-                split = Split(low, centre - 1, centre, centre, high)
-                yield Piece(split, moments, given, 0, moments.n)
+            # Any centre is right; the mean keeps the tables small.
+            centre = min(max(round(moments.total / max(moments.n, 1)), low), max(low, high))
+            split = Split(low, centre - 1, centre, centre, high)
+            yield Piece(split, moments, given, 0, moments.n)
         return
     for lower, upper in wanted.medians:
         yield from _around(wanted, lower, upper)

@@ -14,7 +14,6 @@ from analysis.reconstruction.table import CONVENTIONS, read
 
 if TYPE_CHECKING:
     from analysis.reconstruction.conclusions import Conclusion
-    from analysis.reconstruction.distributions import Distribution
 
 TABLE_3 = Path("biet2007_table3")
 AMPLITUDES_UM_PP = (0.0, 0.5, 1.2, 2.3)
@@ -64,13 +63,6 @@ def section() -> Section:
         tuple(c for c in found if c.decided),
         tuple(c for c in found if not c.decided),
     )
-
-
-def table3_distributions(seed: int = 1, samples: int = 1000) -> list[Distribution]:
-    """Return how the statistics that cannot be bounded are distributed; some ten seconds."""
-    from analysis.reconstruction.distributions import distributions  # noqa: PLC0415
-
-    return distributions([Sampler(solutions) for solutions in columns()], seed, samples)
 
 
 def table3_dataset(seed: int) -> dict[float, tuple[int, ...]]:

@@ -13,8 +13,6 @@ from analysis.reconstruction.targets import Targets, targets
 if TYPE_CHECKING:
     from analysis.reconstruction.table import Column
 
-MEASURES = ("multisets", "ordered")
-
 
 @dataclass(frozen=True)
 class Solutions:

@@ -137,7 +137,6 @@ FINE = Density(
     along_ceramic=9, across_ceramic=8, ceramic_layers=2, resonator_layers=3
 )  # 30 s, 2 GB
 HALF_WAVE = Density(along_ceramic=6, across_ceramic=8)
-HALF_WAVE_FINE = Density(along_ceramic=10, across_ceramic=12, ceramic_layers=2, resonator_layers=4)
 
 
 def mesh_lines(
