@@ -12,7 +12,7 @@ from experiments.dataset import build_dataset, journals
 from experiments.journal import Journal, has_begun
 from experiments.operator import UnattendedOperator
 from experiments.participants.simulated import SimulatedParticipant
-from experiments.run import RunPlan, elapsed_s, is_complete, perform, read_plan
+from experiments.run import RunPlan, elapsed_s, is_complete, is_mock, perform, read_plan
 from experiments.study import read_study
 from faults import UserError
 from hardware.clock import VirtualClock
@@ -116,7 +116,7 @@ def run_pilot(
     tell : callable
         Told each participant's label once they are through.
     """
-    if spec.partition(":")[0] != "mock":
+    if not is_mock(spec):
         raise UserError(f"--plate {spec}: a pilot runs in virtual time; expected mock")
     claim(folder, plans)
     with signals_raise():

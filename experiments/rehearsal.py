@@ -19,14 +19,13 @@ def rehearse(plan: RunPlan) -> Iterator[Step]:
     """Yield a run's steps as if every question were answered with "yes" and no trial voided."""
     steps = plan.steps()
     answer: Answer = None
-    try:
-        step = next(steps)
-        while True:
-            yield step
-            answer = Voided() if isinstance(step, EndTrial | EndBlock) else Reply(value=True)
+    while True:
+        try:
             step = steps.send(answer)
-    except StopIteration:
-        return
+        except StopIteration:
+            return
+        yield step
+        answer = Voided() if isinstance(step, EndTrial | EndBlock) else Reply(value=True)
 
 
 def surfaces(plan: RunPlan) -> list[Surface]:

@@ -7,6 +7,7 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from experiments.protocols.base import Flag, Label, Positive, Seconds, Words
+from experiments.texts import FEWEST_ANSWERS, NUMBER_KEYS
 from hardware.driver import PlateLimits
 
 # Columns of participants.tsv that Slipscale fills itself.
@@ -22,7 +23,7 @@ class PersonQuestion(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Label
-    options: Annotated[tuple[Words, ...], Field(min_length=2, max_length=9)]
+    options: Annotated[tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=NUMBER_KEYS)]
     prompt: str = ""
 
     @field_validator("options")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
+from functools import cache
 from importlib.resources import files
 from string import Formatter
 from typing import Any
@@ -64,8 +65,9 @@ def load_texts(language: str, replacements: Mapping[str, Any] | None = None) -> 
     return shipped_texts(language) | flatten(replacements or {})
 
 
+@cache
 def shipped_texts(language: str) -> dict[str, str]:
-    """Return the texts of a shipped language as they come."""
+    """Return the texts of a shipped language as they come: for reading, everybody has the same."""
     source = files("experiments").joinpath("languages", f"{language}.toml")
     return flatten(tomllib.loads(source.read_text(encoding="utf-8")))
 
@@ -100,6 +102,15 @@ def blanks(text: str) -> set[str] | None:
     return {f"{name}{f':{form}' if form else ''}" for _, name, form, _ in parts if name is not None}
 
 
+def answers(text: str) -> list[str]:
+    """Return the answers that a text lists.
+
+    >>> answers("not sure | sure")
+    ['not sure', 'sure']
+    """
+    return [word.strip() for word in text.split("|")]
+
+
 def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
     """Yield key and sentence for each text with {braces} that nothing will fill in."""
     for key, text in own.items():
@@ -115,7 +126,7 @@ def _key_faults(texts: Texts) -> Iterator[tuple[str, str]]:
     if len(yes) != 1 or len(no) != 1 or yes == no or not (yes + no).isalpha():
         yield "window", f"yes_key '{yes}' and no_key '{no}': expected two different letters"
     key = "descending_difference.confidence_options"
-    words = [word.strip() for word in texts[key].split("|")]
+    words = answers(texts[key])
     fits = FEWEST_ANSWERS <= len(words) <= NUMBER_KEYS
     if not fits or "" in words or len(set(words)) < len(words):
         yield key, f"expected {FEWEST_ANSWERS} to {NUMBER_KEYS} different answers, with | between"

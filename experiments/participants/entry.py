@@ -20,6 +20,7 @@ from experiments.steps import (
     Value,
     YesNoQuestion,
 )
+from experiments.texts import NUMBER_KEYS
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -210,10 +211,10 @@ def yes_no_keys(texts: Mapping[str, str]) -> dict[str, Value]:
 
 def choice_keys(question: ChoiceQuestion) -> dict[str, Value]:
     """Return the number keys of a choice, and the option's code behind each."""
-    count, most = len(question.options), 9
-    if not 1 <= count <= most:
+    count = len(question.options)
+    if not 1 <= count <= NUMBER_KEYS:
         raise UserError(
-            f"question '{question.prompt}' has {count} options, expected 1 to {most}: "
+            f"question '{question.prompt}' has {count} options, expected 1 to {NUMBER_KEYS}: "
             "each is a number key"
         )
     return {str(number): code for number, (code, _) in enumerate(question.options, start=1)}

@@ -40,6 +40,7 @@ from experiments.steps import (
     Voided,
     YesNoQuestion,
 )
+from experiments.texts import answers
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -175,12 +176,12 @@ class _Run(Repeating[_Step]):
             prompt = texts["descending_difference.verbal_report"]
             yield Ask(name="verbal_report", question=TextQuestion(prompt=prompt), trial=trial)
         if self.options.confidence:
-            words = texts["descending_difference.confidence_options"].split("|")
+            words = answers(texts["descending_difference.confidence_options"])
             yield Ask(
                 name="confidence",
                 question=ChoiceQuestion(
                     prompt=texts["descending_difference.confidence"],
-                    options=tuple((str(n), word.strip()) for n, word in enumerate(words, 1)),
+                    options=tuple((str(n), word) for n, word in enumerate(words, 1)),
                 ),
                 trial=trial,
             )
