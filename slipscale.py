@@ -10,26 +10,26 @@ from __future__ import annotations
 import os
 import sys
 
+from faults import DONE, INTERRUPTED, RIG_FAULT, USER_FAULT, RigError, UserError
+
 VERSION = "0.1.0"
 
 # name: (module that holds it, what it does)
 COMMANDS: dict[str, tuple[str, str]] = {
-    "pilot": ("analysis.pilot", "whole study, simulated: mock plate, no screen; then analyse"),
-    "run": ("experiments.cli", "run a participant's session in PsychoPy"),
-    "resume": ("experiments.cli", "go on with an interrupted run"),
-    "check": ("experiments.cli", "before the participant arrives: is all in order?"),
-    "analyse": ("analysis.cli", "data set -> tables, figures, report"),
-    "reproduce": ("analysis.cli", "the paper's tables and figures beside ours"),
+    "pilot": ("analysis.cli.pilot", "whole study, simulated: mock plate, no screen; then analyse"),
+    "run": ("experiments.cli.sessions", "run a participant's session in PsychoPy"),
+    "resume": ("experiments.cli.sessions", "go on with an interrupted run"),
+    "check": ("experiments.cli.sessions", "before the participant arrives: is all in order?"),
+    "analyse": ("analysis.cli.analyse", "data set -> tables, figures, report"),
+    "reproduce": ("analysis.cli.reproduce", "the paper's tables and figures beside ours"),
     "reconstruct": (
-        "analysis.reconstruction.cli",
+        "analysis.cli.reconstruct",
         "every raw data set that a published table allows",
     ),
-    "power": ("analysis.cli", "how many participants a study needs"),
-    "plate": ("hardware.cli", "the machine: calibrate, emulate, design, list"),
-    "study": ("experiments.cli", "study files: new, show, validate"),
+    "power": ("analysis.cli.power", "how many participants a study needs"),
+    "plate": ("hardware.cli.plate", "the machine: calibrate, emulate, design, list"),
+    "study": ("experiments.cli.study", "study files: new, show, validate"),
 }
-
-DONE, USER_FAULT, RIG_FAULT, INTERRUPTED = 0, 2, 3, 130
 
 
 def usage() -> str:
@@ -91,8 +91,6 @@ def call(name: str, words: list[str]) -> int:
     # Imported here so that `slipscale --help` feels instant.
     from argparse import ArgumentParser  # noqa: PLC0415
     from importlib import import_module  # noqa: PLC0415
-
-    from faults import RigError, UserError  # noqa: PLC0415
 
     module, purpose = COMMANDS[name]
     parser = ArgumentParser(prog=f"slipscale {name}", description=purpose[0].upper() + purpose[1:])

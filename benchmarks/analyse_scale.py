@@ -35,20 +35,21 @@ assert len(table) == rows, len(table)
 """
 
 FIGURES = """
-from analysis.loading import load
+from analysis.reading.load import load
 from analysis.pipeline import analyse
-from analysis import outputs
-analysis = analyse(folder, write=False)
+from analysis.reporting import files
+analysis = analyse(folder)
 start, spent = time.perf_counter(), time.process_time()
-from analysis import figures
-for name, figure in outputs.draw(analysis).items():
-    figures.svg(figure, salt=name)
-    figures.save(figure, folder.parent / name, (".png", ".pdf"))
+from analysis.figures import style
+for name, figure in files.draw(analysis).items():
+    style.svg(figure, salt=name)
+    style.save(figure, folder.parent / name, (".png", ".pdf"))
 """
 
 ANALYSE = """
 from analysis.pipeline import analyse
-analyse(folder, folder.parent / "out")
+from analysis.reporting.files import write_analysis
+write_analysis(analyse(folder), folder.parent / "out")
 """
 
 WRAP = """

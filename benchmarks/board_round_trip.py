@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 
 import serial
 
-from hardware import board_protocol as wire
-from hardware.board_link import BoardLink
-from hardware.serial_line import SerialLine
+from hardware.backends.serial_board import protocol as wire
+from hardware.backends.serial_board.link import BoardLink
+from hardware.backends.serial_board.serial_line import SerialLine
 
 if TYPE_CHECKING:
     from collections.abc import Callable

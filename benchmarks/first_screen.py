@@ -34,8 +34,8 @@ import time; time.sleep(60)
 
 OURS = """
 from experiments.participants.psychopy_window import PsychoPyWindow
-from experiments.steps import Instruct
-from experiments.texts import load_texts
+from experiments.protocols.steps import Instruct
+from experiments.languages.texts import load_texts
 from hardware.clock import SystemClock
 with PsychoPyWindow(texts=load_texts("en"), clock=SystemClock(), pilot=False) as window:
     window.perform(Instruct(text="Welcome"), lambda: None)

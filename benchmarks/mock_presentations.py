@@ -16,9 +16,9 @@ from scipy.integrate import solve_ivp
 
 from hardware.backends.mock import RAMP_S
 from hardware.clock import VirtualClock
-from hardware.driver import open_plate
 from hardware.plate.dynamics import Resonator, conditions
 from hardware.plate.twin import SETTLING_TIME_CONSTANTS
+from hardware.registry import open_plate
 from stimuli.surface import VirtualSurface
 
 PRESENTATIONS = 5_000

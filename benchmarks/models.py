@@ -15,7 +15,7 @@ from skfem import Basis, BilinearForm, ElementHexS2, ElementVector
 from skfem.helpers import ddot, sym_grad, trace
 
 from hardware.plate.finite_elements import _mesh, assemble
-from hardware.plate.layout import Density, Layout
+from hardware.plate.geometry import Density, Layout
 from hardware.plate.vibration import modes, support
 from stimuli.periodic_film import periodic_state
 

@@ -31,15 +31,15 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from analysis.reconstruction.published_table import Column, Scale, read
 from analysis.reconstruction.rounding import Printed
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction.solutions import Solutions
-from analysis.reconstruction.table import Column, Scale, read
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from analysis.reconstruction.pieces import Wanted
+    from analysis.reconstruction.partition import Wanted
 
 BUDGET_S = 20.0
 DRAWN = 2**18

@@ -16,9 +16,9 @@ import time
 
 import numpy as np
 
+from experiments.languages.texts import load_texts
 from experiments.participants.psychopy_window import PsychoPyWindow
-from experiments.steps import Ask, YesNoQuestion
-from experiments.texts import load_texts
+from experiments.protocols.steps import Ask, YesNoQuestion
 from hardware.clock import SystemClock
 
 PRESSES = 200

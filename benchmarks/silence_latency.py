@@ -18,8 +18,8 @@ import time
 import tty
 from statistics import median
 
-from hardware import board_protocol as wire
-from hardware.board import Board
+from hardware.backends.serial_board import protocol as wire
+from hardware.emulator.firmware import Board
 from hardware.plate.twin import Twin
 
 TIMES = 20
@@ -29,7 +29,7 @@ GIVE_UP_S = 2.0
 HOST = """
 import sys, time
 from hardware.clock import SystemClock
-from hardware.driver import open_plate
+from hardware.registry import open_plate
 from hardware.signals import silent_on_signals
 from stimuli.surface import VirtualSurface
 

@@ -22,11 +22,11 @@ from serial.tools.list_ports import comports
 
 from hardware.address import patient
 from hardware.clock import SystemClock
-from hardware.driver import open_plate
+from hardware.registry import open_plate
 from stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
-    from hardware.driver import Presentation
+    from hardware.records import Presentation
 
 
 class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without types

@@ -15,7 +15,7 @@ from faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from hardware.calibration import Calibration
+    from hardware.calibration.record import Calibration
 
 
 def split_address(
@@ -61,7 +61,9 @@ def number(text: str) -> float:
 
 def calibration(text: str) -> Calibration:
     """Return the calibration in a file. Raises UserError."""
-    from hardware.calibration import read_calibration  # noqa: PLC0415 - pydantic, when needed
+    from hardware.calibration.record import (  # noqa: PLC0415 - pydantic, when needed
+        read_calibration,
+    )
 
     return read_calibration(Path(text))
 

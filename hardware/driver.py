@@ -15,58 +15,23 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from faults import UserError
-from hardware.installed import BACKENDS, Backend, backend_names, open_plate
-from hardware.limits import OnTime, PlateLimits
-from hardware.plate_faults import (
-    FAULTS,
-    ConnectionLost,
-    GarbledReply,
-    NoPermission,
-    NotReached,
+from hardware.errors import (
     OverLimit,
-    PlateBusy,
     PlateFault,
-    PlateNotFound,
     PlateRefused,
-    PlateTimeout,
-    WrongDevice,
 )
-from hardware.plate_records import PlateIdentity, Presentation, Readback, ReadbackKind
+from hardware.limits import OnTime, PlateLimits
 from stimuli.modulation import DEFAULT_MODULATOR
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import TracebackType
 
-    from hardware.calibration import Calibration
+    from hardware.calibration.record import Calibration
     from hardware.clock import Clock
+    from hardware.records import PlateIdentity, Presentation, Readback
     from stimuli.modulation import Loop, Modulator
     from stimuli.surface import Surface
-
-__all__ = [
-    "BACKENDS",
-    "FAULTS",
-    "Backend",
-    "ConnectionLost",
-    "GarbledReply",
-    "NoPermission",
-    "NotReached",
-    "OverLimit",
-    "PlateBusy",
-    "PlateDriver",
-    "PlateFault",
-    "PlateIdentity",
-    "PlateLimits",
-    "PlateNotFound",
-    "PlateRefused",
-    "PlateTimeout",
-    "Presentation",
-    "Readback",
-    "ReadbackKind",
-    "WrongDevice",
-    "backend_names",
-    "open_plate",
-]
 
 
 class PlateDriver(ABC):

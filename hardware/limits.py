@@ -7,7 +7,7 @@ from collections import deque
 from dataclasses import dataclass
 
 from faults import UserError
-from hardware.plate_faults import NotReached, OverLimit
+from hardware.errors import NotReached, OverLimit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -23,13 +23,13 @@ def installed(tmp_path_factory):
 
 
 def test_every_module_and_every_data_file_is_in_the_wheel(installed):
-    rooms = ("analysis", "experiments", "hardware", "stimuli")
+    rooms = ("analysis", "experiments", "hardware", "stimuli", "figure_style", "faults")
     wanted = {
         path.relative_to(ROOT)
         for room in rooms
         for path in (ROOT / room).rglob("*")
         if path.suffix in (".py", *DATA) and "__pycache__" not in path.parts
-    } | {Path("slipscale.py"), Path("faults.py")}
+    } | {Path("slipscale.py")}
     assert {path for path in wanted if not (installed / path).exists()} == set()
 
 

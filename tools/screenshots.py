@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
+from experiments.languages.texts import languages, load_texts
 from experiments.participants.psychopy_window import scene
 from experiments.participants.psychopy_window.display import Display
 from experiments.participants.psychopy_window.screens import Stopping, screen_for
 from experiments.protocols.repeating import part_over
-from experiments.steps import (
+from experiments.protocols.steps import (
     Ask,
     ChoiceQuestion,
     Explore,
@@ -27,14 +28,13 @@ from experiments.steps import (
     TextQuestion,
     YesNoQuestion,
 )
-from experiments.texts import languages, load_texts
 from hardware.clock import SystemClock
 
 if TYPE_CHECKING:
+    from experiments.languages.texts import Texts
     from experiments.participants.psychopy_window.scene import Scene
     from experiments.participants.psychopy_window.screens import Screen
-    from experiments.steps import ParticipantStep
-    from experiments.texts import Texts
+    from experiments.protocols.steps import ParticipantStep
 
 DECIMAL = {"en": "12.5", "fr": "12,5"}
 LONG_TEXT = {

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.side import Array
+    from analysis.reconstruction.state_table import Array
 
 # Products of so many pairs of data sets are searched whole.
 SEARCHED = 60_000_000

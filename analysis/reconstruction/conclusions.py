@@ -29,7 +29,7 @@ from analysis.reconstruction.side_by_side import (
 
 if TYPE_CHECKING:
     from analysis.reconstruction.sampling import Sampler
-    from analysis.reconstruction.side import Array
+    from analysis.reconstruction.state_table import Array
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.meeting import Goal, Joint, goals, joints, shapes
+from analysis.reconstruction.meet_in_the_middle import Goal, Joint, goals, joints, shapes
 from analysis.reconstruction.residues import WORD, join, moduli_above
-from analysis.reconstruction.side import Shape, Side
+from analysis.reconstruction.state_table import Shape, Side
 from faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from analysis.reconstruction.pieces import Piece, Split
+    from analysis.reconstruction.partition import Piece, Split
 
 # A state table larger than this is refused unless the user allows more.
 MEMORY_GIB = 4.0

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     from analysis.reconstruction.pairing import Statistic
     from analysis.reconstruction.sampling import Sampler
-    from analysis.reconstruction.side import Array
+    from analysis.reconstruction.state_table import Array
 
     Test = Callable[[Array], Array]
     Arrange = Callable[[Array, np.random.Generator], Array]

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from analysis.reconstruction.counting import Problem, largest_possible, require_memory, total
-from analysis.reconstruction.meeting import Goal, joints
+from analysis.reconstruction.meet_in_the_middle import Goal, joints
 from analysis.reconstruction.residues import WORD, join, moduli_above
-from analysis.reconstruction.side import Array, Side
+from analysis.reconstruction.state_table import Array, Side
 
 if TYPE_CHECKING:
     from analysis.reconstruction.solutions import Solutions

@@ -13,7 +13,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.reconstruction.side import Array
+    from analysis.reconstruction.state_table import Array
 
 
 def repeated_measures_f(tables: Array) -> Array:

@@ -19,7 +19,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from analysis.reconstruction.side import Array
+    from analysis.reconstruction.state_table import Array
 
     Statistic = Callable[[Array], Array]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from analysis.reconstruction.marginals import Marginals, marginals
+from analysis.reconstruction.published_table import CONVENTIONS, PublishedTable, Scale
 from analysis.reconstruction.rounding import RULES
-from analysis.reconstruction.table import CONVENTIONS, PublishedTable, Scale
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

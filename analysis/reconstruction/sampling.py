@@ -16,8 +16,8 @@ from faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from analysis.reconstruction.side import Array
     from analysis.reconstruction.solutions import Solutions
+    from analysis.reconstruction.state_table import Array
 
 # Up to so many multisets are listed; to draw more than a fraction of them, listing them once
 # and picking from the list is quicker.

@@ -12,8 +12,8 @@ from faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.reconstruction.side import Array
     from analysis.reconstruction.solutions import Solutions
+    from analysis.reconstruction.state_table import Array
 
 # A test below this counts as significant.
 LEVEL = 0.05

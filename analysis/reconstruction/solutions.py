@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from analysis.reconstruction.constraints import Targets, targets
 from analysis.reconstruction.counting import MEMORY_GIB, Problem, count, problems
-from analysis.reconstruction.pieces import cut
-from analysis.reconstruction.targets import Targets, targets
+from analysis.reconstruction.partition import cut
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.table import Column
+    from analysis.reconstruction.published_table import Column
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.reconstruction.residues import WORD, weights
-from analysis.reconstruction.side import WAYS, Array, Side, Ways
+from analysis.reconstruction.state_table import WAYS, Array, Side, Ways
 
 if TYPE_CHECKING:
     from analysis.reconstruction.counting import Problem
-    from analysis.reconstruction.meeting import Joint
+    from analysis.reconstruction.meet_in_the_middle import Joint
 
 # Ranks that have all their values are dropped once they are so many of those that walk.
 WORTH_DROPPING = 0.7

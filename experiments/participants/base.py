@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, Self
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from experiments.steps import ParticipantStep, Reply
+    from experiments.protocols.steps import ParticipantStep, Reply
 
 # Called at every frame while a participant reads, explores or answers. It checks the plate and
 # the operator and may raise (a plate fault, a pause, a stop): the participant's side lets the

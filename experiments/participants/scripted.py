@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, Self
 
-from experiments.steps import Ask, Reply
+from experiments.protocols.steps import Ask, Reply
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from types import TracebackType
 
     from experiments.participants.base import Kind, Watch
-    from experiments.steps import ParticipantStep, Value
+    from experiments.protocols.steps import ParticipantStep, Value
     from hardware.clock import Clock
 
 

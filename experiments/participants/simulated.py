@@ -11,8 +11,8 @@ from statistics import fmean
 from typing import TYPE_CHECKING, ClassVar, Self
 
 from experiments.participants.population import Population, mean_sensation, sensation
-from experiments.randomisation import Stream
-from experiments.steps import (
+from experiments.protocols.randomisation import Stream
+from experiments.protocols.steps import (
     Ask,
     ChoiceQuestion,
     Explore,
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from experiments.participants.base import Kind, Watch
-    from experiments.steps import ParticipantStep
+    from experiments.protocols.steps import ParticipantStep
     from hardware.clock import Clock
 
 # What people say has been removed; the first is the paper's ("less slippery", Section IV-B).

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from experiments.randomisation import Stream
+from experiments.protocols.randomisation import Stream
 from stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from experiments.steps import Steps, Trial, Value
-    from experiments.texts import Texts
+    from experiments.languages.texts import Texts
+    from experiments.protocols.steps import Steps, Trial, Value
     from stimuli.surface import Surface
     from stimuli.texture import Grating
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from experiments.languages.texts import answers
 from experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
@@ -21,9 +22,9 @@ from experiments.protocols.base import (
     TrialRecord,
 )
 from experiments.protocols.pacing import PacedOptions
+from experiments.protocols.randomisation import with_catch_steps
 from experiments.protocols.repeating import Repeating, part_over
-from experiments.randomisation import with_catch_steps
-from experiments.steps import (
+from experiments.protocols.steps import (
     Answer,
     Ask,
     ChoiceQuestion,
@@ -40,12 +41,11 @@ from experiments.steps import (
     Voided,
     YesNoQuestion,
 )
-from experiments.texts import answers
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from experiments.steps import Rest
+    from experiments.protocols.steps import Rest
     from stimuli.surface import Surface
 
 TASK = "descendingdifference"

@@ -22,9 +22,9 @@ from experiments.protocols.base import (
     Protocol,
 )
 from experiments.protocols.pacing import PacedOptions
+from experiments.protocols.randomisation import Rule, presentation_order
 from experiments.protocols.repeating import Repeating, part_over
-from experiments.randomisation import Rule, presentation_order
-from experiments.steps import (
+from experiments.protocols.steps import (
     Answer,
     Ask,
     EndTrial,
@@ -63,7 +63,7 @@ class MagnitudeEstimation(PacedOptions):
     practice : int
         How often each surface is rated before, for practice; recorded, not analysed.
     randomisation : {"simple", "blocked", "williams"}
-        See `experiments.randomisation.presentation_order`.
+        See `experiments.protocols.randomisation.presentation_order`.
     no_immediate_repeat : bool
         No surface follows itself.
     scale_top : {"none", "declared"}

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationInfo, field_validator
 
 from experiments.protocols.base import Options, Positive, Seconds
-from experiments.steps import Explore, Rest
+from experiments.protocols.steps import Explore, Rest
 
 if TYPE_CHECKING:
-    from experiments.steps import Trial
+    from experiments.protocols.steps import Trial
 
 
 class PacedOptions(Options):

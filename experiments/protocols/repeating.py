@@ -6,13 +6,13 @@ from abc import ABC, abstractmethod
 from collections import deque
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from experiments.steps import EndBlock, Instruct, Voided
+from experiments.protocols.steps import EndBlock, Instruct, Voided
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
 
-    from experiments.steps import Answer, Rest, Step, Steps
-    from experiments.texts import Texts
+    from experiments.languages.texts import Texts
+    from experiments.protocols.steps import Answer, Rest, Step, Steps
 
 What = TypeVar("What")
 

@@ -19,26 +19,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from faults import UserError
 from hardware import address as addresses
 from hardware.clock import SystemClock
-from hardware.driver import (
+from hardware.driver import PlateDriver
+from hardware.errors import (
     ConnectionLost,
     GarbledReply,
-    PlateDriver,
-    PlateIdentity,
-    PlateLimits,
     PlateNotFound,
     PlateRefused,
     PlateTimeout,
-    Presentation,
-    Readback,
     WrongDevice,
 )
+from hardware.records import PlateIdentity, Presentation, Readback
 from stimuli.modulation import along_edge
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from hardware.calibration import Calibration
+    from hardware.calibration.record import Calibration
     from hardware.clock import Clock
+    from hardware.limits import PlateLimits
 
 RAMP_S, RAMP_STEPS = 0.03, 10
 SETTLING_TIME_CONSTANTS = 7  # to 0.1 %

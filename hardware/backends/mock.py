@@ -7,7 +7,7 @@ SPEC: ``mock`` or ``mock:option=value,...`` with
 ``finger``      loss that a finger adds to 1/Q (0); 0.0033 brings Q from 60 to 50
 ``noise``       standard deviation of a vibrometer reading, µm (0.005)
 ``calibration`` a file written by ``slipscale plate calibrate``: narrows the limits
-``fault``       faults on order: ``CODE@PHASE/N``, see `hardware.injection`. CODE is a
+``fault``       faults on order: ``CODE@PHASE/N``, see `hardware.fault_injection`. CODE is a
                 `PlateFault.code`; PHASE is connect, present, read_back, silence or
                 check. ``CODE@N`` counts all of these but check (called every frame)
 ==============  ==================================================================
@@ -23,24 +23,19 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from hardware import address as addresses
-from hardware.driver import (
-    FAULTS,
-    ConnectionLost,
-    PlateDriver,
-    PlateIdentity,
-    PlateLimits,
-    Presentation,
-    Readback,
-)
-from hardware.injection import Injection, Schedule, parse_injections
+from hardware.driver import PlateDriver
+from hardware.errors import FAULTS, ConnectionLost
+from hardware.fault_injection import Injection, Schedule, parse_injections
+from hardware.limits import PlateLimits
 from hardware.plate.dynamics import Finger, Resonator
 from hardware.plate.twin import OFF, SETTLING_TIME_CONSTANTS, Drive, Twin
+from hardware.records import PlateIdentity, Presentation, Readback
 from stimuli.modulation import Modulator, along_edge
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from hardware.calibration import Calibration
+    from hardware.calibration.record import Calibration
     from hardware.clock import Clock
     from stimuli.modulation import Loop
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from faults import UserError
-from hardware.driver import PlateLimits
+from hardware.limits import PlateLimits
 from hardware.plate.materials import (
     COPPER_BERYLLIUM,
     P1_91,

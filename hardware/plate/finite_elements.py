@@ -19,7 +19,7 @@ import numpy as np
 from scipy import sparse
 from skfem import Basis, BilinearForm, ElementHexS2, MeshHex
 
-from hardware.plate.layout import DEFAULT, Density, Layout, mesh_lines
+from hardware.plate.geometry import DEFAULT, Density, Layout, mesh_lines
 from hardware.plate.materials import VACUUM_PERMITTIVITY_F_M
 from stimuli.quantities import MILLI
 

@@ -19,7 +19,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from faults import UserError
 from hardware.plate.finite_elements import POTENTIAL_UNIT_V, Assembly, Electrodes, assemble
-from hardware.plate.layout import DEFAULT, Density, Layout
+from hardware.plate.geometry import DEFAULT, Density, Layout
 from stimuli.quantities import MILLI, not_negative, positive
 
 if TYPE_CHECKING:

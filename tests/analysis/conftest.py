@@ -1,4 +1,4 @@
-"""A small data set in the form `experiments.dataset` writes, for every test of the analysis."""
+"""A small data set as `experiments.dataset.bids` writes it, for every test of the analysis."""
 
 import hashlib
 import json
@@ -160,6 +160,6 @@ def table_by_hand(tmp_path):
 @pytest.fixture
 def page():
     """Render an analysis's report, all figures but an empty Fig. 15 left out: they take seconds."""
-    from analysis.report import render  # noqa: PLC0415
+    from analysis.reporting.page import render  # noqa: PLC0415
 
     return lambda analysis: render(analysis, {"fig15": "<svg></svg>"}, {"slipscale": "0"})

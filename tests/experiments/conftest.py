@@ -5,13 +5,15 @@ from pathlib import Path
 
 import pytest
 
-from experiments.journal import Journal
-from experiments.operator import UnattendedOperator
+from experiments.journal.journal import Journal
+from experiments.journal.run_record import elapsed_s, read_plan
 from experiments.participants.simulated import SimulatedParticipant
-from experiments.run import RunPlan, elapsed_s, perform, read_plan
-from experiments.study import study_text
+from experiments.running.run import perform
+from experiments.session.operator import UnattendedOperator
+from experiments.study.file import study_text
+from experiments.study.run_plan import RunPlan
 from hardware.clock import VirtualClock
-from hardware.driver import open_plate
+from hardware.registry import open_plate
 
 
 def make_plan(text=None, **changes):

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from hardware.emulator_process import EmulatorProcess
+from hardware.emulator.process import EmulatorProcess
 
 SCRIPT = """
 import json, sys

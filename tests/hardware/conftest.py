@@ -2,7 +2,7 @@ from contextlib import ExitStack
 
 import pytest
 
-from hardware.emulator_process import EmulatorProcess
+from hardware.emulator.process import EmulatorProcess
 
 
 @pytest.fixture

@@ -8,20 +8,11 @@ from hypothesis import strategies as st
 
 from faults import UserError
 from hardware.clock import VirtualClock
-from hardware.driver import (
-    NotReached,
-    OverLimit,
-    PlateDriver,
-    PlateIdentity,
-    PlateLimits,
-    PlateRefused,
-    PlateTimeout,
-    Presentation,
-    Readback,
-    backend_names,
-    open_plate,
-)
-from hardware.limits import OnTime
+from hardware.driver import PlateDriver
+from hardware.errors import NotReached, OverLimit, PlateRefused, PlateTimeout
+from hardware.limits import OnTime, PlateLimits
+from hardware.records import PlateIdentity, Presentation, Readback
+from hardware.registry import backend_names, open_plate
 from stimuli.surface import VirtualSurface
 
 

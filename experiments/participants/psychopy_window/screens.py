@@ -11,10 +11,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
-from experiments.participants import entry
-from experiments.participants.psychopy_window import scene
+from experiments.participants.psychopy_window import entry, scene
 from experiments.participants.psychopy_window.scene import Scene, Text
-from experiments.steps import (
+from experiments.protocols.steps import (
     Ask,
     ChoiceQuestion,
     Explore,

@@ -6,20 +6,20 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, ClassVar, Self
 
 from experiments.participants.base import Kind, StopRequested, Watch
-from experiments.participants.entry import ENTER
 from experiments.participants.psychopy_window import scene
 from experiments.participants.psychopy_window.display import Display
+from experiments.participants.psychopy_window.entry import ENTER
 from experiments.participants.psychopy_window.keyboard import Key, Keyboard
 from experiments.participants.psychopy_window.screens import Outcome, Screen, Stopping, screen_for
-from experiments.steps import Reply
+from experiments.protocols.steps import Reply
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from types import TracebackType
 
+    from experiments.languages.texts import Texts
     from experiments.participants.psychopy_window.scene import Scene
-    from experiments.steps import ParticipantStep
-    from experiments.texts import Texts
+    from experiments.protocols.steps import ParticipantStep
     from hardware.clock import Clock
 
 RELEASE_PATIENCE_S = 0.5  # a key that was just pressed may still be on its way up

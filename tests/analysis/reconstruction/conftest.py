@@ -6,8 +6,8 @@ from math import factorial, prod
 
 import pytest
 
+from analysis.reconstruction.published_table import Column, Scale
 from analysis.reconstruction.rounding import Printed
-from analysis.reconstruction.table import Column, Scale
 
 NAMES = ("maximum_deviation", "observed_minimum", "observed_maximum", "median")
 

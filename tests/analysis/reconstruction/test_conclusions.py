@@ -11,9 +11,9 @@ from scipy.stats import ttest_rel
 from analysis.reconstruction import paired_statistics
 from analysis.reconstruction.bounds import larger, paired_t, repeated_measures_f
 from analysis.reconstruction.conclusions import pairs, together
-from analysis.reconstruction.reproduce_section import section, table3_dataset
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction.solutions import Solutions
+from analysis.reproduction.allowed_datasets import section, table3_dataset
 
 
 @pytest.fixture(scope="module")

@@ -15,9 +15,9 @@ from statsmodels.stats.anova import AnovaRM
 from analysis.reconstruction import paired_statistics as statistics
 from analysis.reconstruction.distributions import distributions
 from analysis.reconstruction.pairing import at_random, least_alike, most_alike, searched
-from analysis.reconstruction.reproduce_section import columns
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction.solutions import Solutions
+from analysis.reproduction.allowed_datasets import columns
 from faults import UserError
 
 LOG_AMPLITUDE = tuple(np.log([0.5, 1.2, 2.3]))

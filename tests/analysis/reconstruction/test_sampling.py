@@ -11,10 +11,10 @@ import pytest
 from scipy.stats import chisquare
 
 from analysis.reconstruction import sampling
+from analysis.reconstruction.published_table import read
 from analysis.reconstruction.residues import WORD, primes
 from analysis.reconstruction.sampling import Sampler, arrangements, uniform
 from analysis.reconstruction.solutions import Solutions
-from analysis.reconstruction.table import read
 from analysis.reconstruction.unranking import Ranking
 from faults import UserError
 

@@ -10,7 +10,7 @@ import pytest
 
 from faults import UserError
 from hardware.backends.function_generator import FunctionGenerator
-from hardware.calibration import (
+from hardware.calibration.record import (
     Calibration,
     Device,
     Drive,
@@ -21,14 +21,8 @@ from hardware.calibration import (
     write_calibration,
 )
 from hardware.clock import SystemClock
-from hardware.driver import (
-    GarbledReply,
-    OverLimit,
-    PlateNotFound,
-    PlateRefused,
-    WrongDevice,
-    open_plate,
-)
+from hardware.errors import GarbledReply, OverLimit, PlateNotFound, PlateRefused, WrongDevice
+from hardware.registry import open_plate
 from stimuli.surface import VirtualSurface
 
 SIMULATED = f"{Path(__file__).with_name('generator.yaml')}@sim"

@@ -5,14 +5,8 @@ import pytest
 from faults import UserError
 from hardware.backends.mock import MockPlate
 from hardware.clock import VirtualClock
-from hardware.driver import (
-    FAULTS,
-    ConnectionLost,
-    NotReached,
-    PlateFault,
-    PlateTimeout,
-    open_plate,
-)
+from hardware.errors import FAULTS, ConnectionLost, NotReached, PlateFault, PlateTimeout
+from hardware.registry import open_plate
 from stimuli.surface import VirtualSurface
 
 PAPER = (0.0, 0.5, 1.2, 2.3)

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from hardware.plate import brief
+from hardware.plate.design import requirements
 
 DOCS = Path(__file__).parents[3] / "docs"
 
@@ -26,4 +26,4 @@ def test_brief_in_the_docs_is_a_valid_one(tmp_path):
     (text,) = blocks("plate-models.md", "toml")
     path = tmp_path / "brief.toml"
     path.write_text(text, encoding="utf-8")
-    assert brief.read(path).requirements.workspace_mm == (70, 50)
+    assert requirements.read(path).requirements.workspace_mm == (70, 50)

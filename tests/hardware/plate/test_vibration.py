@@ -9,9 +9,9 @@ from scipy.sparse.linalg import splu
 from faults import UserError
 from hardware.plate.beam import Section
 from hardware.plate.finite_elements import assemble
-from hardware.plate.layout import HALF_WAVE, QUICK, Density, Layout
+from hardware.plate.geometry import HALF_WAVE, QUICK, Density, Layout
 from hardware.plate.materials import P1_91, BeamCeramic, Isotropic, Piezoceramic
-from hardware.plate.numerical_study import (
+from hardware.plate.paper_study import (
     half_wave_for_frequency_mm,
     half_wave_frequency_hz,
     harmonic,

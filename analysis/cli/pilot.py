@@ -1,0 +1,68 @@
+"""The command ``slipscale pilot``: run the study simulated, then analyse it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from faults import DONE
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+PILOTS = Path("pilots")
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale pilot``."""
+    parser.add_argument(
+        "study",
+        metavar="STUDY",
+        nargs="?",
+        default="biet2007",
+        help="a TOML file or a shipped study's name (default: biet2007)",
+    )
+    parser.add_argument("--participants", type=int, metavar="N", help="default: the study's")
+    parser.add_argument("--seed", type=int, metavar="N", help="default: the study's")
+    parser.add_argument("--language", metavar="CODE", help="default: the study's")
+    parser.add_argument("--plate", default="mock", metavar="SPEC", help="mock, with options")
+    parser.add_argument("--out", type=Path, metavar="DIR", help="default: a new folder in pilots/")
+
+
+def run(args: Namespace) -> int:
+    """Run a pilot and print its Table III beside the paper's."""
+    from rich.console import Console  # noqa: PLC0415 - `slipscale --help` stays instant
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn  # noqa: PLC0415
+
+    from experiments.running.pilot import next_folder, pilot_plans, run_pilot  # noqa: PLC0415
+
+    plans = pilot_plans(
+        args.study, participants=args.participants, seed=args.seed, language=args.language
+    )
+    folder = args.out or next_folder(PILOTS)
+    console = Console()
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    try:
+        with Progress(*columns, console=console) as progress:
+            bar = progress.add_task("simulated participants", total=len(plans))
+            run_pilot(folder, plans, spec=args.plate, tell=lambda _: progress.advance(bar))
+            work = progress.add_task("analysis", total=None)
+            # Loaded while the bar is on the screen: pandas, SciPy and matplotlib take a moment.
+            from analysis.pipeline import analyse  # noqa: PLC0415
+            from analysis.reporting.files import write_analysis  # noqa: PLC0415
+            from analysis.reporting.output_folder import default_folder  # noqa: PLC0415
+            from analysis.reporting.terminal import print_table3  # noqa: PLC0415
+
+            analysis = analyse(folder)
+            report = write_analysis(analysis, default_folder(analysis.dataset, folder))
+            progress.update(work, total=1, completed=1)
+    except KeyboardInterrupt:
+        console.print(f"Nothing is lost. To go on: slipscale pilot {args.study} --out {folder}")
+        raise
+    console.print("\n[bold]Simulated study: no person took part.[/]")
+    print_table3(analysis, console)
+    console.print(f"figure  {report.parent}/fig15.svg\nreport  {report}", highlight=False)
+    return DONE
+
+
+COMMANDS = {"pilot": (add_arguments, run)}

@@ -1,0 +1,144 @@
+"""The command `slipscale reconstruct`."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    import argparse
+    from collections.abc import Iterator
+
+    from analysis.reconstruction.solutions import Solutions
+
+from faults import ANSWER_IS_NO, DONE
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Fill the parser of `reconstruct`."""
+    parser.add_argument(
+        "table", type=Path, help="TOML or CSV file, or the name of a shipped one: biet2007_table3"
+    )
+    parser.add_argument(
+        "--sample",
+        type=int,
+        metavar="N",
+        help="draw N data sets a column, exactly uniformly, as CSV",
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of everything drawn (default 1)")
+    parser.add_argument(
+        "--measure",
+        choices=("multisets", "ordered"),
+        default="multisets",
+        help="what is equally likely: every multiset of ratings (default), or every "
+        "assignment of ratings to participants",
+    )
+    parser.add_argument(
+        "--variants",
+        action="store_true",
+        help="also answer under every SD convention and rounding rule",
+    )
+    parser.add_argument(
+        "--conclusions",
+        action="store_true",
+        help="across columns: what holds in every data set whatever the pairing, what depends, "
+        "and how F, Friedman, t and exponents are distributed",
+    )
+    parser.add_argument("--json", action="store_true", help="machine-readable; counts as strings")
+    parser.add_argument("--out", type=Path, metavar="FILE", help="write here instead of the screen")
+    parser.add_argument(
+        "--memory-gib",
+        type=float,
+        default=4.0,
+        metavar="GIB",
+        help="memory that a table of states may take (default 4)",
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Answer for every column; 1 if one of them is inconsistent."""
+    # Imported here so that --help needs no NumPy.
+    from analysis.reconstruction.published_table import read  # noqa: PLC0415
+    from analysis.reconstruction.solutions import Solutions  # noqa: PLC0415
+
+    if arguments.sample is not None and arguments.sample < 1:
+        raise UserError(f"--sample is {arguments.sample}, expected 1 or more")
+    if arguments.seed < 0:
+        raise UserError(f"--seed is {arguments.seed}, expected 0 or more")
+    if arguments.sample is not None and arguments.json:
+        raise UserError("--sample writes CSV and --json writes JSON: choose one")
+    if arguments.sample is not None and arguments.conclusions:
+        raise UserError("--sample writes data sets and --conclusions a report: choose one")
+    table = read(arguments.table)
+    columns = [Solutions(column, arguments.memory_gib) for column in table.columns]
+    if arguments.sample is not None:
+        with _output(arguments.out) as file:
+            _write_samples(columns, arguments, file)
+        return DONE
+
+    import json  # noqa: PLC0415
+
+    from analysis.reconstruction import report  # noqa: PLC0415
+
+    records = []
+    for solutions in columns:
+        record = report.column_record(solutions, arguments.measure)
+        if arguments.variants:
+            record["variants"] = report.variants(solutions)
+        records.append(record)
+    answer = {"title": table.title, "measure": arguments.measure, "columns": records}
+    said = report.lines(table, records)
+    consistent = all(record["consistent"] for record in records)
+    if arguments.conclusions and consistent:
+        from analysis.reconstruction import across  # noqa: PLC0415
+
+        answer["conclusions"] = across.record(columns, arguments.measure, arguments.seed)
+        said += across.lines(answer["conclusions"])
+    with _output(arguments.out) as file:
+        print(json.dumps(answer, indent=2) if arguments.json else "\n".join(said), file=file)
+    return DONE if consistent else ANSWER_IS_NO
+
+
+def _write_samples(columns: list[Solutions], arguments: argparse.Namespace, file: TextIO) -> None:
+    """Write samples as CSV: a row each, with column, sample number and the n ratings."""
+    import csv  # noqa: PLC0415
+
+    import numpy as np  # noqa: PLC0415
+
+    from analysis.reconstruction.sampling import Sampler  # noqa: PLC0415
+
+    # All columns are checked before the first row is written.
+    samplers = [Sampler(solutions, arguments.measure) for solutions in columns]
+    writer = csv.writer(file, lineterminator="\n")
+    most = max(solutions.column.n for solutions in columns)
+    writer.writerow(["column", "sample", *(f"rating_{i}" for i in range(1, most + 1))])
+    for place, sampler in enumerate(samplers):
+        column = sampler.solutions.column
+        names = [f"{float(column.scale.value(v)):.10g}" for v in range(column.scale.steps + 1)]
+        # A column's samples do not depend on the columns beside it.
+        generator = np.random.default_rng([arguments.seed, place])
+        number = 0
+        for block in sampler.stream(arguments.sample, generator):
+            for row in block.tolist():
+                number += 1
+                writer.writerow([column.label, number, *(names[v] for v in row)])
+
+
+@contextmanager
+def _output(path: Path | None) -> Iterator[TextIO]:
+    if path is None:
+        yield sys.stdout
+        return
+    try:
+        file = path.open("w", encoding="utf-8", newline="")
+    except OSError as error:
+        raise UserError(f"{path}: cannot be written ({error.strerror})") from None
+    with file:
+        yield file
+
+
+COMMANDS = {"reconstruct": (add_arguments, run)}

@@ -1,0 +1,50 @@
+"""The command ``slipscale reproduce``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from analysis.cli.progress_line import telling
+from faults import ANSWER_IS_NO, DONE
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+
+def add_reproduce(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale reproduce``."""
+    parser.add_argument(
+        "items",
+        metavar="ITEM",
+        nargs="*",
+        help="an item, or the beginning of several: table3, fig9.fe, ...; default: all",
+    )
+    parser.add_argument(
+        "--out", metavar="DIR", default="results", help="for the figures; default: results"
+    )
+    parser.add_argument("--json", action="store_true", help="print the items as JSON")
+
+
+def run_reproduce(args: Namespace) -> int:
+    """Compare ours with the paper; 1 on drift, or where a cell of Table III disagrees."""
+    from analysis.reporting.output_folder import make_folder  # noqa: PLC0415
+    from analysis.reporting.terminal import print_comparisons  # noqa: PLC0415
+    from analysis.reproduction.comparison import choose, compare, write_figures  # noqa: PLC0415
+
+    choose(args.items)
+    make_folder(Path(args.out))
+    with telling() as progress:
+        comparisons = compare(args.items, progress)
+        paths = write_figures(Path(args.out), args.items, progress)
+    if args.json:
+        print(json.dumps([comparison.record() for comparison in comparisons], indent=2))
+    else:
+        print_comparisons(comparisons)
+        if paths:
+            print(f"figures: {', '.join(str(path) for path in paths if path.suffix == '.png')}")
+    return ANSWER_IS_NO if any(comparison.failed for comparison in comparisons) else DONE
+
+
+COMMANDS = {"reproduce": (add_reproduce, run_reproduce)}

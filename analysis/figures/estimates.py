@@ -1,0 +1,167 @@
+"""Figures as matplotlib `Figure` objects: made without a screen."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from analysis.figures.growth import growth
+from analysis.figures.style import (
+    BLUE,
+    LINES_AT_MOST,
+    PALE,
+    VERMILION,
+    amplitude_axis,
+    save,
+    styled,
+    svg,
+    with_note,
+)
+from analysis.figures.yes_no import difference
+from analysis.preprocessing.normalisation import complete
+from analysis.published import biet2007
+from analysis.statistics import omnibus
+from analysis.statistics.descriptives import cousineau_morey
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+__all__ = ["difference", "fig15", "growth", "residuals", "save", "svg", "with_note"]
+
+
+def _individuals(axes: Axes, cells: pd.DataFrame, amplitudes: Any) -> None:
+    """Each participant as a thin line; a crowd as bands that hold half and nine tenths."""
+    values = cells.to_numpy(float)
+    if len(values) <= LINES_AT_MOST:
+        for number, row in enumerate(values):
+            axes.plot(
+                amplitudes,
+                row,
+                color=PALE,
+                linewidth=0.8,
+                marker="o",
+                markersize=3,
+                markeredgewidth=0,
+                alpha=0.75,
+                clip_on=False,
+                zorder=1,
+                label="one participant" if number == 0 else None,
+            )
+        return
+    low, q1, q3, high = np.nanquantile(values, [0.05, 0.25, 0.75, 0.95], axis=0)
+    axes.fill_between(
+        amplitudes, low, high, color="#E4E7EB", linewidth=0, label="90 % of participants"
+    )
+    axes.fill_between(
+        amplitudes, q1, q3, color="#CBD2D9", linewidth=0, label="50 % of participants"
+    )
+
+
+@styled
+def fig15(
+    cells: pd.DataFrame,
+    *,
+    unit: str = "% of the scale",
+    confidence: float = 0.95,
+    compare: bool = True,
+) -> Figure:
+    """Draw the paper's Fig. 15: mean slipperiness against amplitude, with every participant.
+
+    Parameters
+    ----------
+    cells : DataFrame, shape (participants, amplitudes)
+        Normalised mean estimates.
+    unit : str
+        The unit of the estimates.
+    confidence : float
+        Of the within-participant intervals (Cousineau-Morey).
+    compare : bool
+        Show the paper's means where the amplitudes are the paper's.
+    """
+    figure = Figure(figsize=(6.8, 4.4), layout="constrained")
+    axes = figure.add_subplot()
+    amplitudes = cells.columns.to_numpy(float)
+    alone = len(cells) == 1
+    if not alone:
+        _individuals(axes, cells, amplitudes)
+    whole = complete(cells).to_numpy(float)
+    half = cousineau_morey(whole, confidence) if len(whole) else np.full(len(amplitudes), np.nan)
+    axes.errorbar(
+        amplitudes,
+        cells.mean().to_numpy(float),
+        yerr=None if np.isnan(half).any() else half,
+        color=BLUE,
+        linewidth=2,
+        marker="o",
+        markersize=6.5,
+        capsize=4,
+        capthick=1.6,
+        elinewidth=1.6,
+        zorder=4,
+        label=f"mean, {100 * confidence:g} % within-participant interval"
+        if not np.isnan(half).any()
+        else ("the participant's mean" if alone else "mean"),
+    )
+    paper = biet2007.published_means()
+    if compare and set(amplitudes) <= set(paper):
+        axes.plot(
+            amplitudes,
+            [paper[value] for value in amplitudes],
+            linestyle="none",
+            marker="D",
+            markersize=8.5,
+            markerfacecolor="none",
+            markeredgecolor=VERMILION,
+            markeredgewidth=1.6,
+            zorder=5,
+            label="mean in the paper (Table III)",
+        )
+    amplitude_axis(axes, amplitudes)
+    axes.set_ylabel(f"Perceived slipperiness\n({unit})")
+    axes.set_ylim(bottom=0)
+    axes.legend(loc="upper left")
+    return figure
+
+
+@styled
+def residuals(logs: pd.DataFrame) -> Figure:
+    """Draw what participants' and amplitudes' means leave: against a normal, and by amplitude.
+
+    Parameters
+    ----------
+    logs : DataFrame, shape (participants, amplitudes)
+        Complete mean logarithms.
+    """
+    from scipy import stats  # noqa: PLC0415 - a second's import
+
+    figure = Figure(figsize=(6.8, 2.9), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    left_over = omnibus.additive_residuals(logs.to_numpy(float))
+    ordered = np.sort(left_over.ravel())
+    expected = stats.norm.ppf((np.arange(ordered.size) + 0.5) / ordered.size) * ordered.std(ddof=1)
+    shown = np.unique(np.linspace(0, ordered.size - 1, min(ordered.size, 400)).astype(int))
+    span = [min(expected[0], ordered[0]), max(expected[-1], ordered[-1])]
+    left.plot(span, span, color=PALE, linewidth=1.2, zorder=1)
+    left.plot(expected[shown], ordered[shown], "o", color=BLUE, markersize=3.5, markeredgewidth=0)
+    left.set_xlabel("Expected of a normal distribution")
+    left.set_ylabel("Residual (natural logarithm)")
+    left.set_title("Normality")
+    amplitudes = logs.columns.to_numpy(float)
+    right.axhline(0, color=PALE, linewidth=1.2)
+    for amplitude, column in zip(amplitudes, left_over.T, strict=True):
+        some = column[:: max(1, len(column) // 200)]
+        right.plot(
+            np.full(len(some), amplitude),
+            some,
+            "o",
+            color=BLUE,
+            markersize=3.5,
+            markeredgewidth=0,
+            alpha=0.6,
+        )
+    amplitude_axis(right, amplitudes)
+    right.set_title("Spread at each amplitude")
+    return figure

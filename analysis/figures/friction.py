@@ -1,0 +1,95 @@
+"""Perception against physics: magnitude estimates over the friction that the film predicts."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from figure_style import BLACK, BLUE, GREY, ORANGE, canvas, styled
+from stimuli.surface import VirtualSurface
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+@styled
+def perception_figure(
+    amplitudes_um_pp: Sequence[float],
+    means: Sequence[float],
+    standard_deviations: Sequence[float] | None = None,
+    *,
+    roughness_um: float = 0.6,
+    frequency_hz: float = 30_500.0,
+    normal_force_n: float = 0.5,
+) -> Any:
+    """Return estimates of slipperiness against predicted relative friction, by both film models.
+
+    Parameters
+    ----------
+    amplitudes_um_pp : sequence of float
+        Amplitudes of the surfaces, µm peak to peak.
+    means : sequence of float
+        Mean magnitude estimates, one a surface.
+    standard_deviations : sequence of float, optional
+        Their standard deviations between participants.
+    roughness_um, frequency_hz, normal_force_n : float
+        As in `VirtualSurface.predicted_relative_friction`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    figure, axes = canvas()
+    models = (
+        ("reynolds", "Reynolds equation (3)", ORANGE, "s"),
+        ("closed form", "closed form (13)", BLUE, "o"),
+    )
+    surfaces = [VirtualSurface(amplitude_um_pp=a) for a in amplitudes_um_pp]
+    for model, name, colour, marker in models:
+        friction = [
+            surface.predicted_relative_friction(
+                roughness_um=roughness_um,
+                frequency_hz=frequency_hz,
+                normal_force_n=normal_force_n,
+                model="reynolds" if model == "reynolds" else "closed form",
+            )
+            for surface in surfaces
+        ]
+        axes.errorbar(
+            friction,
+            means,
+            yerr=standard_deviations,
+            color=colour,
+            marker=marker,
+            capsize=3,
+            elinewidth=1,
+            label=name,
+        )
+    for amplitude, x, y in zip(amplitudes_um_pp, friction, means, strict=True):
+        axes.annotate(
+            f"{amplitude:g} µm",
+            (x, y),
+            xytext=(8, -13),
+            textcoords="offset points",
+            ha="left",
+            color=BLACK,
+            fontsize=9,
+        )
+    axes.invert_xaxis()
+    axes.set(
+        xlabel="Predicted relative friction µ'/µ (slippery to the right)",
+        ylabel="Magnitude estimate of slipperiness",
+        ylim=(0, 105),
+        title="Perception against predicted friction",
+    )
+    axes.legend(loc="upper left", title=f"h_r = {roughness_um:g} µm, {normal_force_n:g} N")
+    if standard_deviations is not None:
+        axes.text(
+            0.99,
+            0.02,
+            "bars: ± 1 standard deviation between participants",
+            transform=axes.transAxes,
+            ha="right",
+            color=GREY,
+            fontsize=8,
+        )
+    return figure

@@ -1,0 +1,115 @@
+"""The growth of sensation, drawn."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from analysis.figures.style import BLUE, GREEN, INK, LINES_AT_MOST, ORANGE, PALE, PURPLE, styled
+from analysis.statistics.growth_models import MODELS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import pandas as pd
+
+
+@styled
+def growth(
+    logs: pd.DataFrame,
+    found: Mapping[str, Any],
+    *,
+    unit: str = "% of the scale",
+    confidence: float = 0.95,
+) -> Figure:
+    """Draw the growth of sensation: models on linear axes, power functions on logarithmic ones.
+
+    Parameters
+    ----------
+    logs : DataFrame, shape (participants, amplitudes)
+        Mean natural logarithms of normalised estimates; 0 µm is left out.
+    found : Mapping
+        `analysis.statistics.power_law.growth`'s result, or its reason.
+    unit : str
+        Of the estimates.
+    confidence : float
+        Of Student's intervals around the geometric means.
+    """
+    figure = Figure(figsize=(6.8, 3.5), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    above = logs.loc[:, logs.columns.to_numpy(float) > 0]
+    amplitudes = above.columns.to_numpy(float)
+    centre = above.mean().to_numpy(float)
+    low, high = _student(above, confidence)
+    fine = np.linspace(amplitudes.min(), amplitudes.max(), 200)
+    models = found["amplitude"]["models"] if "amplitude" in found else {}
+    for (name, model), colour, dash in zip(
+        models.items(),
+        (BLUE, GREEN, ORANGE, PURPLE),
+        ("-", (0, (1, 1.2)), (0, (5, 2)), "-."),
+        strict=False,
+    ):
+        theta = model_parameters(name, model)
+        curve, points = (MODELS[name].log_f(x, theta) for x in (fine, amplitudes))
+        left.plot(
+            fine,
+            np.exp(curve + (centre - points).mean()),
+            color=colour,
+            linestyle=dash,
+            linewidth=1.8,
+            label=f"{name}, ΔAICc {model['delta_aicc']:.1f}"
+            if model["delta_aicc"] is not None
+            else name,
+            zorder=2,
+        )
+    for axes in (left, right):
+        axes.errorbar(
+            amplitudes,
+            np.exp(centre),
+            yerr=[np.exp(centre) - np.exp(low), np.exp(high) - np.exp(centre)],
+            color=INK,
+            linestyle="none",
+            marker="o",
+            markersize=5.5,
+            capsize=3,
+            zorder=4,
+        )
+        axes.set_xlabel("Amplitude (µm, peak to peak)")
+    left.set_ylabel(f"Geometric mean slipperiness\n({unit})")
+    left.set_xlim(left=0)
+    left.set_ylim(bottom=0)
+    left.set_title("Growth functions")
+    if models:
+        left.legend(loc="lower right")
+    for row in np.exp(above.to_numpy(float))[:LINES_AT_MOST]:
+        right.plot(amplitudes, row, color=PALE, linewidth=0.8, alpha=0.75, zorder=1)
+    slope, level = np.polyfit(np.log(amplitudes), centre, 1)
+    right.plot(
+        amplitudes, np.exp(level + slope * np.log(amplitudes)), color=BLUE, linewidth=2, zorder=3
+    )
+    right.set_xscale("log")
+    right.set_yscale("log")
+    right.set_xticks(amplitudes, [f"{value:g}" for value in amplitudes])
+    right.minorticks_off()
+    right.yaxis.set_major_formatter("{x:g}")
+    right.set_title("Logarithmic axes (0 µm omitted)")
+    return figure
+
+
+def model_parameters(name: str, model: Mapping[str, Any]) -> Any:
+    """Return a fitted model's parameters as its function takes them."""
+    values = [float(value) for value in model["parameters"].values()]
+    return np.array([np.log(values[0])] if name == "fechner" else values)
+
+
+def _student(table: pd.DataFrame, confidence: float) -> tuple[Any, Any]:
+    """Return Student's intervals of the columns' means."""
+    from scipy import stats  # noqa: PLC0415 - a second's import
+
+    n = table.notna().sum().to_numpy(float)
+    error = table.std(ddof=1).to_numpy(float) / np.sqrt(n)
+    half = np.nan_to_num(stats.t.ppf((1 + confidence) / 2, np.maximum(n - 1, 1)) * error)
+    centre = table.mean().to_numpy(float)
+    return centre - half, centre + half

@@ -1,0 +1,172 @@
+"""The descending difference, drawn: every kind of step, and "yes" against the size of the step."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import PercentFormatter
+
+from analysis.figures.style import BLUE, GREY, INK, LINES_AT_MOST, PALE, VERMILION, styled
+from analysis.statistics.omnibus import interval_name
+from analysis.statistics.psychometric import curve
+from analysis.statistics.yes_no import exact_interval
+from experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+#: Steps this much apart in size, µm, are of one size.
+SAME_SIZE = 1e-6
+#: Height of a row of the upper panel and of the lower panel, inches.
+ROW, LOWER = 0.36, 2.9
+
+
+@styled
+def difference(
+    found: Mapping[str, Any], steps: pd.DataFrame, *, confidence: float = 0.95
+) -> Figure:
+    """Draw the share of "yes": of each step and of catch steps, and against the size of the step.
+
+    Parameters
+    ----------
+    found : Mapping
+        `analysis.statistics.yes_no.analyse_differences`'s result.
+    steps : DataFrame
+        `analysis.reading.dataset.Dataset.differences`, what it was computed from.
+    confidence : float
+        Of all intervals and of the curve's band.
+    """
+    rows = len(found["steps"]) + (found["catch"]["n"] > 0)
+    upper = 0.9 + ROW * rows
+    sizes = _sizes(steps)
+    if len(np.unique(sizes)) == 1:
+        figure = Figure(figsize=(6.8, upper), layout="constrained")
+        _each_step(figure.add_subplot(), found, confidence)
+        return figure
+    layout = ConstrainedLayoutEngine(hspace=0.08)
+    figure = Figure(figsize=(6.8, upper + LOWER), layout=layout)
+    top, bottom = figure.subplots(2, 1, height_ratios=[upper, LOWER])
+    _each_step(top, found, confidence)
+    top.set_title("Each step down")
+    _against_size(bottom, found["psychometric"], steps.assign(size=sizes), confidence)
+    # Outside: the data may lie anywhere.
+    figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    return figure
+
+
+def _each_step(axes: Axes, found: Mapping[str, Any], confidence: float) -> None:
+    key = interval_name(confidence)
+    labels = [f"{row['from_um_pp']:g} → {row['to_um_pp']:g} µm" for row in found["steps"]]
+    rows = [(row, BLUE, "o") for row in found["steps"]]
+    if found["catch"]["n"]:
+        labels.append("catch: no change")
+        rows.append((found["catch"], VERMILION, "s"))
+    for place, (row, colour, marker) in enumerate(rows):
+        share, (low, high) = row["yes"] / row["n"], row[key]
+        axes.errorbar(
+            share,
+            place,
+            xerr=[[share - low], [high - share]],
+            color=colour,
+            marker=marker,
+            markersize=7,
+            capsize=4,
+            linewidth=1.8,
+            clip_on=False,
+            zorder=3,
+        )
+        axes.annotate(
+            f"{row['yes']} of {row['n']}",
+            (1.03, place),
+            xycoords=("axes fraction", "data"),
+            va="center",
+            fontsize=8.5,
+            color=GREY,
+            annotation_clip=False,
+        )
+    axes.set_yticks(range(len(rows)), labels)
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_xlim(0, 1)
+    axes.xaxis.set_major_formatter(PercentFormatter(1.0))
+    axes.grid(visible=True, axis="x")
+    axes.grid(visible=False, axis="y")
+    axes.set_xlabel(f"“Yes, I feel a difference” (exact {100 * confidence:g} % intervals)")
+
+
+def _sizes(steps: pd.DataFrame) -> Any:
+    """Return how much amplitude each step removed, µm peak to peak; rounding makes no new size."""
+    removed = steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]
+    return (removed / SAME_SIZE).round().to_numpy(float) * SAME_SIZE
+
+
+def _against_size(
+    axes: Axes, fit: Mapping[str, Any], steps: pd.DataFrame, confidence: float
+) -> None:
+    level = f"{100 * confidence:g} %"
+    sizes = np.unique(steps["size"])
+    span = float(np.ptp(sizes))
+    swarm = max(0.9 * float(np.diff(sizes).min()), 0.06 * span)
+    if "reason" not in fit:
+        fine = np.linspace(sizes[0], sizes[-1], 200)
+        middle, low, high = curve(fit, fine, confidence)
+        axes.plot(fine, middle, color=BLUE, linewidth=1.8, label="logistic curve", zorder=2)
+        axes.fill_between(
+            fine, low, high, color="#CCE3F0", linewidth=0, label=f"its {level} band", zorder=0
+        )
+    if 1 < steps[PARTICIPANT].nunique() <= LINES_AT_MOST:
+        _participants(axes, steps, swarm)
+    for size in sizes:
+        answers = steps.loc[steps["size"] == size, "difference_felt"]
+        yes, n, changed = int(answers.sum()), len(answers), abs(size) > SAME_SIZE
+        below, above = exact_interval(yes, n, confidence)
+        axes.errorbar(
+            size,
+            yes / n,
+            yerr=[[yes / n - below], [above - yes / n]],
+            color=BLUE if changed else VERMILION,
+            marker="o" if changed else "s",
+            markersize=7,
+            capsize=4,
+            linewidth=1.8,
+            clip_on=False,
+            zorder=4,
+            label=f"all answers, exact {level} interval" if size == sizes[-1] else None,
+        )
+    axes.set_xticks(sizes, ["0\n(catch)" if abs(s) <= SAME_SIZE else f"{s:g}" for s in sizes])
+    axes.set_xlim(sizes[0] - 0.06 * span, sizes[-1] + max(swarm, 0.06 * span))
+    axes.set_ylim(-0.03, 1.03)
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+    axes.set_xlabel("Amplitude removed (µm, peak to peak)")
+    axes.set_ylabel("“Yes, I feel a difference”")
+    axes.set_title("Against the size of the step")
+
+
+def _participants(axes: Axes, steps: pd.DataFrame, width: float) -> None:
+    """Draw each participant's share as a dot: right of all answers, side by side where equal."""
+    own = (
+        steps.groupby(["size", steps[PARTICIPANT].astype(str)])["difference_felt"]
+        .mean()
+        .reset_index()
+    )
+    kin = own.groupby(["size", "difference_felt"])
+    # As many as the paper's twelve stand at the same distance, a crowd closer.
+    together = np.maximum(kin["size"].transform("size").to_numpy(float), 12)
+    x = own["size"].to_numpy(float) + width * (kin.cumcount().to_numpy(float) + 2) / (together + 2)
+    axes.plot(
+        x,
+        own["difference_felt"].to_numpy(float),
+        "o",
+        color=PALE,
+        markersize=3.6,
+        markeredgewidth=0.5,
+        markeredgecolor=INK,
+        clip_on=False,
+        zorder=5,
+        label="one participant",
+    )

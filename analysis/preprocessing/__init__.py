@@ -1,0 +1,1 @@
+"""From raw estimates to one scale and to logarithms; data quality before anything is tested."""

@@ -1,0 +1,148 @@
+"""Data quality, participant by participant: flags, and exclusion only where the study says so.
+
+A flag never excludes by itself. Thresholds and excluding flags are set in the study file before
+anything is looked at; the report counts both and shows results with and without the flagged.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from analysis.preprocessing.normalisation import cell_means, log_cell_means
+from analysis.preprocessing.residuals import residuals, slopes_per_participant
+from analysis.preprocessing.sufficiency import FEWEST, TINY
+from experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from analysis.reading.dataset import Dataset
+    from experiments.study.analysis_choices import Thresholds
+
+#: Fewer trials than this cannot show a drift or a split-half correlation.
+TRIALS_FOR_DRIFT = 8
+
+MEANINGS = {
+    "non_monotone": "mean estimates fall from one amplitude to the next",
+    "constant": "very few distinct numbers",
+    "zeros": "many estimates of zero",
+    "timed_out": "many trials without an answer in time",
+    "fast": "answers too fast to be considered",
+    "outlying": "estimates far from the participant's own pattern",
+    "unreliable": "first and second half of the repetitions disagree",
+    "drift": "estimates grow or shrink over the session",
+    "false_alarms": '"yes" where nothing changed',
+    "faults": "plate faults, or surfaces presented again",
+}
+
+
+def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
+    """Return what flags are decided by, one row a participant.
+
+    Returns
+    -------
+    DataFrame
+        Index ``participant_id``; one column a flag, in the flag's own measure: counts, shares,
+        a factor (``drift``), a correlation (``unreliable``). NaN where the data cannot say.
+    """
+    answers, trials = data.answers, data.estimates
+    people = pd.Index(sorted(data.people), name=PARTICIPANT)
+    found = pd.DataFrame(index=people)
+    if len(trials):
+        by = trials.groupby(PARTICIPANT, observed=True)
+        means = cell_means(trials)
+        found["non_monotone"] = _indexed((np.diff(means.to_numpy(float), axis=1) < 0).sum(1), means)
+        found["constant"] = by["estimate"].nunique()
+        found["zeros"] = (
+            (trials["estimate"] == 0).groupby(trials[PARTICIPANT], observed=True).mean()
+        )
+        found["fast"] = _share(trials, trials["response_time"] < thresholds.fast_s)
+        found = found.join(_patterns(trials, thresholds))
+    if len(answers):
+        found["timed_out"] = _share(answers, answers["timed_out"])
+        found["faults"] = _share(answers, answers["faulty"])
+    catches = data.differences[data.differences["catch"]] if len(data.differences) else None
+    if catches is not None and len(catches):
+        found["false_alarms"] = _share(catches, catches["difference_felt"] == 1)
+    return found.reindex(columns=list(MEANINGS), index=people)
+
+
+def _indexed(values: np.ndarray, like: pd.DataFrame) -> pd.Series[float]:
+    return pd.Series(values, index=like.index.astype(str))
+
+
+def _share(rows: pd.DataFrame, which: pd.Series[bool]) -> pd.Series[float]:
+    return which.astype(float).groupby(rows[PARTICIPANT], observed=True).mean()
+
+
+def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
+    """Return outliers, drift and split-half correlation, on logarithms of positive estimates."""
+    positive = trials[trials["estimate"] > 0]
+    logs = log_cell_means(positive)
+    columns: dict[str, pd.Series[float]] = {}
+    if not len(positive):
+        return pd.DataFrame(columns)
+    work = positive.assign(log=np.log(positive["estimate"]))
+    who = logs.index.get_indexer(pd.Index(work[PARTICIPANT]))
+    what = logs.columns.get_indexer(pd.Index(work["amplitude_um_pp"]))
+    people = len(logs)
+    left = residuals(work, logs)
+    spread = 1.4826 * float(np.median(np.abs(left - np.median(left))))
+    outlying = np.abs(left) > thresholds.outlier_sd * spread if spread > TINY else left > np.inf
+    # Of two participants one's residuals mirror the other's: nobody can be told to be the odd one.
+    columns["outlying"] = _indexed(
+        np.where(people >= FEWEST, np.bincount(who, outlying, people), np.nan), logs
+    )
+    counts = np.bincount(who, minlength=people)
+    position = work.groupby(PARTICIPANT, observed=True).cumcount().to_numpy(dtype=np.float64)
+    slopes = slopes_per_participant(who, np.asarray(position, float), left, people)
+    drift = np.where(counts >= TRIALS_FOR_DRIFT, np.exp(np.abs(slopes) * (counts - 1)), np.nan)
+    columns["drift"] = _indexed(drift, logs)
+    columns["unreliable"] = _indexed(_split_half(work, who, what, logs), logs)
+    return pd.DataFrame(columns)
+
+
+def _split_half(
+    work: pd.DataFrame, who: np.ndarray, what: np.ndarray, logs: pd.DataFrame
+) -> np.ndarray:
+    """Return each participant's correlation between amplitudes' means in the two halves."""
+    people, kinds = logs.shape
+    cell = who * kinds + what
+    total = np.bincount(cell, minlength=people * kinds)
+    nth = work.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True).cumcount().to_numpy()
+    half = (2 * nth >= total[cell]).astype(int)
+    key = half * people * kinds + cell
+    sums = np.bincount(key, work["log"], 2 * people * kinds)
+    counts = np.bincount(key, minlength=2 * people * kinds)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        first, second = (sums / counts).reshape(2, people, kinds)
+        first = first - first.mean(axis=1, keepdims=True)
+        second = second - second.mean(axis=1, keepdims=True)
+        below = np.sqrt((first**2).sum(1) * (second**2).sum(1))
+        return np.where(below > TINY, (first * second).sum(1) / below, np.nan)
+
+
+#: Flag: (measures, thresholds) -> which participants have it. NaN never flags.
+DECISIONS: dict[str, Callable[[pd.Series[float], Thresholds], pd.Series[bool]]] = {
+    "non_monotone": lambda m, t: m >= t.falling_steps,
+    "constant": lambda m, t: m <= t.distinct_numbers,
+    "zeros": lambda m, t: m > t.zero_share,
+    "timed_out": lambda m, t: m > t.timed_out_share,
+    "fast": lambda m, t: m > t.fast_share,
+    "outlying": lambda m, _: m >= 1,
+    "unreliable": lambda m, t: m < t.reliability,
+    "drift": lambda m, t: m > t.drift_factor,
+    "false_alarms": lambda m, t: m > t.false_alarm_share,
+    "faults": lambda m, t: m > t.fault_share,
+}
+
+
+def flags(measured: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
+    """Return which participant has which flag, a table of bool shaped as ``measured``."""
+    return pd.DataFrame(
+        {name: decide(measured[name], thresholds) for name, decide in DECISIONS.items()},
+        index=measured.index,
+    ).astype(bool)

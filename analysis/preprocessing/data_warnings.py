@@ -1,0 +1,149 @@
+"""What is to be said of poor data before anybody reads a number: one sentence each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from analysis.preprocessing.sufficiency import FEWEST
+from analysis.wording import listed
+from experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from analysis.preprocessing.log_transform import Prepared
+    from analysis.reading.dataset import Dataset
+
+#: Rules that multiply everybody by the same number; and how far apart scales may be under them.
+ONE_FACTOR, SCALES_APART = ("none", "grand_maximum"), 5.0
+
+
+def absent(data: Dataset) -> list[str]:
+    """Say who is on the list and not in the data, who is there twice, and who did not finish."""
+    about = data.participants
+    names = about["participant_id"].astype(str)
+    notes = []
+    if missing := sorted(set(names) - data.people):
+        notes.append(
+            f"{len(missing)} of {names.nunique()} participants of participants.tsv have no trials "
+            f"({listed(missing)})."
+        )
+    if doubled := sorted(set(names[names.duplicated()])):
+        notes.append(f"participants.tsv lists {listed(doubled)} more than once; the first counts.")
+    if "complete" in about:
+        unfinished = names[about["complete"].astype(str).str.lower() == "no"]
+        if len(unfinished):
+            notes.append(
+                f"{len(unfinished)} of {names.nunique()} participants did not finish a run "
+                f"({listed(unfinished)}); what they answered is analysed."
+            )
+    return notes
+
+
+def changing_tops(data: Dataset) -> list[str]:
+    """Say who declared several tops of their scale."""
+    tops = data.estimates.groupby(PARTICIPANT, observed=True)["scale_top"].nunique()
+    several = tops.index[tops > 1].astype(str)
+    if not len(several):
+        return []
+    sentence = (
+        f"Mixed scales: {listed(several)} declared more than one scale top; scale_top divides each "
+        "estimate by its own trial's."
+    )
+    return [sentence]
+
+
+def beyond_tops(data: Dataset) -> list[str]:
+    """Say how many estimates are larger than the top of the scale they were given on."""
+    above = data.estimates["estimate"] > data.estimates["scale_top"]
+    if not above.any():
+        return []
+    who = sorted(data.estimates.loc[above, PARTICIPANT].astype(str).unique())
+    sentence = (
+        f"{int(above.sum())} of {len(above)} estimates are above their trial's declared scale top "
+        f"({listed(who)}): was the top declared for this scale? They stay as they were given."
+    )
+    return [sentence]
+
+
+#: What of the rows read left nothing to analyse: count, and what it counts.
+LEFT_OUT = {
+    "practice": "practice",
+    "voided": "voided",
+    "textures": "of textures, which are described on the scale of plain surfaces",
+    "unanswered": "without a usable answer",
+    "difference_unanswered": "steps without a usable answer",
+}
+
+
+def nothing(data: Dataset) -> str:
+    """Say why there is nothing to analyse."""
+    rows = data.counts.get("estimation_rows", 0) + data.counts.get("difference_rows", 0)
+    parts = [
+        f"{data.counts[key]} {words}" for key, words in LEFT_OUT.items() if data.counts.get(key)
+    ]
+    why = f" ({rows} rows read: {', '.join(parts)})" if parts else f" ({rows} rows read)"
+    first = f". {data.problems[0]}" if data.problems else ""
+    return f"no answered trials; nothing to analyse{why}{first}"
+
+
+def thin(cells: pd.DataFrame) -> list[str]:
+    """Say what so few data cannot tell."""
+    notes = []
+    participants, amplitudes = cells.shape
+    if not participants:
+        return ["No magnitude estimates: only the descending difference is analysed."]
+    if participants == 1:
+        notes.append(
+            "One participant: means are shown; standard deviations need at least two, intervals "
+            "and tests three."
+        )
+    elif participants < FEWEST:
+        notes.append(
+            "Two participants: means and their spread are shown; intervals, tests and exponents "
+            "need at least three."
+        )
+    if amplitudes == 1:
+        notes.append("One amplitude: nothing to compare, no growth and no tests.")
+    if participants and not (cells.to_numpy() > 0).any():
+        notes.append("All estimates are zero: no spread, no growth and no tests.")
+    missing = cells.index[cells.isna().any(axis=1)].astype(str)
+    if len(missing):
+        notes.append(
+            f"Without an estimate at some amplitude: {len(missing)} of {participants} participants "
+            f"({listed(missing)}); means use all, within-participant intervals and tests the "
+            "complete ones."
+        )
+    return notes
+
+
+def scales(cells: pd.DataFrame, rule: str) -> list[str]:
+    """Say where one factor for all cannot bring participants to one scale."""
+    largest = cells.max(axis=1)
+    largest = largest[largest > 0]
+    if rule not in ONE_FACTOR or len(largest) < FEWEST:
+        return []
+    apart = float(largest.max() / largest.median())
+    apart = max(apart, float(largest.median() / largest.min()))
+    if apart < SCALES_APART:
+        return []
+    sentence = (
+        f"Participants used scales up to {apart:.0f} times larger or smaller than the median "
+        f"participant's; '{rule}' keeps that, so that means are those of the largest numbers. "
+        "Compare --normalise modulus_equalisation."
+    )
+    return [sentence]
+
+
+def unequal(prepared: Prepared | None) -> list[str]:
+    """Say where participants had unequal repetitions."""
+    if prepared is None:
+        return []
+    counts = prepared.trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True).size()
+    if counts.min() == counts.max():
+        return []
+    sentence = (
+        f"Unequal repetitions: {counts.min()} to {counts.max()} estimates of a surface per "
+        "participant; each participant's mean counts once, whatever its repetitions."
+    )
+    return [sentence]

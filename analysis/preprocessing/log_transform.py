@@ -1,0 +1,144 @@
+"""Estimates made ready for inference: logarithms under a zero rule, positions, repetitions.
+
+Estimates spread in proportion to their size, and scaling to a maximum forces the spread towards
+zero at the top: so inference is on logarithms or on ranks, and what becomes of zeros, which have
+no logarithm, is an explicit rule.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.preprocessing.normalisation import cell_means, complete
+from experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import pandas as pd
+
+    from experiments.study.analysis_choices import AnalysisChoices
+
+Reason = dict[str, str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ZeroOutcome:
+    """What a zero rule did: the values to take logarithms of (NaN: left out), and a sentence."""
+
+    values: pd.Series[float]
+    sentence: str
+    refused: bool = False
+
+
+def _exclude(values: pd.Series[float]) -> ZeroOutcome:
+    count = int((values <= 0).sum())
+    return ZeroOutcome(
+        values=values.where(values > 0),
+        sentence=f"Estimates of zero: {count}. They have no logarithm and are left out of what is "
+        "computed on logarithms (zero rule: exclude).",
+    )
+
+
+def _refuse(values: pd.Series[float]) -> ZeroOutcome:
+    count = int((values <= 0).sum())
+    return ZeroOutcome(
+        values=values.where(values > 0),
+        sentence=f"Estimates of zero: {count}. The zero rule is 'refuse': nothing is computed on "
+        "logarithms.",
+        refused=True,
+    )
+
+
+def _half_minimum(values: pd.Series[float]) -> ZeroOutcome:
+    half = float(values[values > 0].min()) / 2
+    count = int((values <= 0).sum())
+    return ZeroOutcome(
+        values=values.where(values > 0, half),
+        sentence=f"Estimates of zero: {count}. They were replaced by {half:.4g}, half the smallest "
+        "positive normalised estimate, before logarithms were taken (zero rule: half_minimum).",
+    )
+
+
+#: Zero rule -> what it does to normalised estimates. Never a constant added in silence.
+ZERO_RULES: dict[str, Callable[[pd.Series[float]], ZeroOutcome]] = {
+    "exclude": _exclude,
+    "refuse": _refuse,
+    "half_minimum": _half_minimum,
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prepared:
+    """What tests are computed from.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        Analysed trials with ``normalised``, ``log`` (natural; NaN where left out), ``position``
+        (1, 2, ... within the participant) and ``repetition`` (1, 2, ... of the same amplitude).
+    cells : DataFrame, shape (participants, amplitudes)
+        Participants' mean normalised estimates.
+    logs : DataFrame, shape (participants, amplitudes)
+        Participants' mean logarithms.
+    zeros : int
+        How many estimates are zero.
+    zero_sentence : str
+        What became of them; empty where there are none.
+    refused : bool
+        Nothing may be computed on logarithms.
+    """
+
+    trials: pd.DataFrame
+    cells: pd.DataFrame
+    logs: pd.DataFrame
+    zeros: int
+    zero_sentence: str
+    refused: bool
+    choices: AnalysisChoices
+
+    @property
+    def whole(self) -> pd.DataFrame:
+        """Mean estimates of the participants who have one at every amplitude."""
+        return complete(self.cells)
+
+    @property
+    def whole_logs(self) -> pd.DataFrame:
+        """Mean logarithms of the participants who have one at every amplitude."""
+        return complete(self.logs)
+
+
+def prepare(estimates: pd.DataFrame, choices: AnalysisChoices) -> Prepared:
+    """Return trials ready for inference.
+
+    Parameters
+    ----------
+    estimates : DataFrame
+        Trials with their ``normalised`` estimate, in order of presentation.
+    choices : AnalysisChoices
+        The zero rule is used here, the rest is carried along.
+    """
+    values = estimates["normalised"]
+    zeros = int((values <= 0).sum())
+    outcome = (
+        ZERO_RULES[choices.zero_rule](values) if zeros else ZeroOutcome(values=values, sentence="")
+    )
+    by_participant = estimates.groupby(PARTICIPANT, observed=True, sort=False)
+    by_cell = estimates.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True, sort=False)
+    trials = estimates.assign(
+        log=np.log(outcome.values),
+        position=by_participant.cumcount() + 1,
+        repetition=by_cell.cumcount() + 1,
+    )
+    return Prepared(
+        trials=trials,
+        cells=cell_means(trials, "normalised"),
+        logs=cell_means(trials, "log"),
+        zeros=zeros,
+        zero_sentence=outcome.sentence,
+        refused=outcome.refused,
+        choices=choices,
+    )

@@ -1,0 +1,250 @@
+"""Bringing estimates to one scale: named rules, each with what it does to zeros.
+
+The paper says only that estimates "were multiplied in order to bring them to 100" (Section
+IV-B), which has many readings; docs/normalisation.md compares them. Every rule but
+``modulus_equalisation`` is a division by a positive number, so zeros stay zeros and the exponent
+of a participant's power function stays as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from analysis.wording import listed
+from experiments.dataset.schema import PARTICIPANT
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rule:
+    """One way to bring estimates to a common scale.
+
+    Parameters
+    ----------
+    divisor : callable
+        Trials (DataFrame) -> what each estimate is divided by, before it is multiplied with
+        ``top``. NaN or 0 where the rule cannot say.
+    top : float
+        What the divisor becomes.
+    formula : str
+        For the report, in words.
+    zeros : str
+        What becomes of an estimate of zero.
+    table3 : str
+        Whether the paper's Table III can come from this rule, and why.
+    source : str
+        Where the rule is described.
+    needs : str
+        What the data must have, for the message when it has not.
+    unit : str
+        The unit of the result, for axes.
+    """
+
+    divisor: Callable[[pd.DataFrame], pd.Series[float]]
+    top: float = 100.0
+    formula: str
+    zeros: str = "stay zero"
+    table3: str
+    source: str
+    needs: str = "a positive estimate of each participant"
+    unit: str = "% of the scale"
+
+
+def cell_means(trials: pd.DataFrame, column: str = "estimate") -> pd.DataFrame:
+    """Return the arithmetic mean of each participant at each amplitude.
+
+    Returns
+    -------
+    DataFrame, shape (participants, amplitudes)
+        Index ``participant_id``, columns amplitudes in µm peak to peak, both sorted; NaN where a
+        participant has no estimate.
+    """
+    means = trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True, sort=True)[
+        column
+    ].mean()
+    return means.unstack("amplitude_um_pp")  # noqa: PD010 - the index is already made
+
+
+def log_cell_means(trials: pd.DataFrame, column: str = "estimate") -> pd.DataFrame:
+    """Return each participant's mean natural logarithm at each amplitude; zeros count as missing.
+
+    Returns
+    -------
+    DataFrame, shape (participants, amplitudes)
+        As `cell_means`.
+    """
+    positive = trials[trials[column] > 0]
+    return cell_means(positive.assign(log=np.log(positive[column])), "log")
+
+
+def _spread(trials: pd.DataFrame, per_participant: pd.Series[float]) -> pd.Series[float]:
+    """Give every trial its participant's value."""
+    codes = trials[PARTICIPANT].astype("category")
+    lookup = per_participant.reindex(codes.cat.categories).to_numpy(float)
+    return pd.Series(lookup[codes.cat.codes.to_numpy()], index=trials.index)
+
+
+def _constant(trials: pd.DataFrame, value: float) -> pd.Series[float]:
+    return pd.Series(value, index=trials.index, dtype=float)
+
+
+def _grand_maximum(trials: pd.DataFrame) -> pd.Series[float]:
+    return _constant(trials, float(np.nanmax(cell_means(trials).to_numpy())))
+
+
+def _participant_maximum(trials: pd.DataFrame) -> pd.Series[float]:
+    return _spread(trials, cell_means(trials).max(axis=1))
+
+
+def _participant_largest_trial(trials: pd.DataFrame) -> pd.Series[float]:
+    return _spread(trials, trials.groupby(PARTICIPANT, observed=True)["estimate"].max())
+
+
+def _top_stimulus(trials: pd.DataFrame) -> pd.Series[float]:
+    means = cell_means(trials)
+    return _spread(trials, means[means.columns.max()])
+
+
+def _modulus_equalisation(trials: pd.DataFrame) -> pd.Series[float]:
+    logs = log_cell_means(trials).mean(axis=1)
+    return _spread(trials, np.exp(logs - logs.mean()))
+
+
+RULES: dict[str, Rule] = {
+    "none": Rule(
+        divisor=lambda trials: _constant(trials, 1.0),
+        top=1.0,
+        formula="estimates as they were given",
+        table3="possible, if all participants were told to use 0 to 100",
+        source="Stevens (1975), free magnitude estimation",
+        unit="as given",
+    ),
+    "scale_top": Rule(
+        divisor=lambda trials: trials["scale_top"],
+        formula="each estimate over its participant's declared scale top, times 100",
+        table3="possible: nothing forces anybody's largest estimate to be 100",
+        source="ASTM E1697, rescaling to a common scale",
+        needs="a declared scale top above 0 in every trial (column scale_top)",
+        unit="% of the declared scale top",
+    ),
+    "grand_maximum": Rule(
+        divisor=_grand_maximum,
+        formula="every estimate by one factor, so that the largest participant mean at any "
+        "amplitude becomes 100",
+        table3="possible: one factor for all; at 2.3 µm mean and maximum deviation add to "
+        "100.00, so one participant may stand at 100",
+        source="the paper's words, read literally",
+        needs="a positive estimate",
+        unit="% of the largest participant mean",
+    ),
+    "participant_maximum": Rule(
+        divisor=_participant_maximum,
+        formula="each participant's largest mean at any amplitude becomes 100",
+        table3="impossible: nobody was above 72 at 1.2 µm, so all would have 100 at 2.3 µm and "
+        "its mean would be 100, not 81.33",
+        source="common in haptics; forces the spread towards 0 at the top",
+        unit="% of the participant's maximum",
+    ),
+    "participant_largest_trial": Rule(
+        divisor=_participant_largest_trial,
+        formula="each participant's largest single estimate becomes 100",
+        table3="impossible with one trial a surface (as participant_maximum); with several, "
+        "possible",
+        source="common in haptics; the divisor grows with the number of repetitions",
+        unit="% of the participant's largest estimate",
+    ),
+    "top_stimulus": Rule(
+        divisor=_top_stimulus,
+        formula="each participant's mean at the largest amplitude becomes 100",
+        table3="impossible: the standard deviation at 2.3 µm would be 0, not 10.76",
+        source="referencing to the strongest stimulus",
+        needs="a positive mean of each participant at the largest amplitude",
+        unit="% of the estimate at the largest amplitude",
+    ),
+    "modulus_equalisation": Rule(
+        divisor=_modulus_equalisation,
+        top=1.0,
+        formula="logarithm minus the participant's mean logarithm plus the grand mean "
+        "logarithm; the group's geometric means stay as they are",
+        zeros="stay zero; they count for no mean logarithm",
+        table3="not decided by the table: it gives no geometric means",
+        source="Lane, Catania and Stevens (1961), J. Acoust. Soc. Am. 33, 160-167",
+        unit="equalised modulus",
+    ),
+    "standard_referenced": Rule(
+        divisor=lambda trials: trials["modulus"],
+        formula="each estimate over the number given to the standard, times 100",
+        table3="not the paper's procedure: it names no standard",
+        source="Stevens (1956), Am. J. Psychol. 69, 1-25; ASTM E1697, external modulus",
+        needs="the standard's given number above 0 in every trial (column modulus)",
+        unit="% of the standard",
+    ),
+}
+
+
+def default_rule(trials: pd.DataFrame) -> str:
+    """Return ``scale_top`` where every trial has one, else ``grand_maximum``."""
+    tops = trials["scale_top"]
+    return "scale_top" if len(tops) and bool((tops > 0).all()) else "grand_maximum"
+
+
+def divisors(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
+    """Return what each trial's estimate is divided by under a rule; NaN where it cannot say."""
+    if rule not in RULES:
+        raise UserError(f"normalisation '{rule}': expected one of {', '.join(RULES)}")
+    if not len(trials):
+        return pd.Series(dtype=float)
+    values = RULES[rule].divisor(trials).astype(float)
+    return values.where(values > 0)
+
+
+def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
+    """Return normalised estimates.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        `analysis.reading.dataset.Dataset.estimates`.
+    rule : str
+        A key of `RULES`.
+
+    Raises
+    ------
+    UserError
+        No such rule, or the data lacks what it needs; says for whom.
+    """
+    below = divisors(trials, rule)
+    if below.isna().any():
+        who = sorted(trials.loc[below.isna(), PARTICIPANT].astype(str).unique())
+        raise UserError(
+            f"normalisation '{rule}' needs {RULES[rule].needs}; missing for {listed(who)}. "
+            f"Rules that these data allow: --normalise {', '.join(normalise_by_all(trials))}"
+        )
+    return _scaled(trials, rule, below)
+
+
+def normalise_by_all(trials: pd.DataFrame) -> dict[str, pd.Series[float]]:
+    """Return normalised estimates under every rule that this data allows, in the table's order."""
+    found = {name: divisors(trials, name) for name in RULES}
+    return {
+        name: _scaled(trials, name, below)
+        for name, below in found.items()
+        if not below.isna().any()
+    }
+
+
+def _scaled(trials: pd.DataFrame, rule: str, below: pd.Series[float]) -> pd.Series[float]:
+    # Times first: 58 on a scale of 100 stays 58.
+    return trials["estimate"] * RULES[rule].top / below
+
+
+def complete(cells: pd.DataFrame) -> pd.DataFrame:
+    """Return the participants who have a value at every amplitude."""
+    return cells.dropna()

@@ -1,0 +1,59 @@
+"""What is left of logarithms beside participants' and amplitudes' means, and its slopes."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.preprocessing.sufficiency import TINY
+from experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
+    """Return log estimates less participants' and amplitudes' means, one a trial.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        With ``log``.
+    logs : DataFrame, shape (participants, amplitudes)
+        Mean logarithms.
+    """
+    who = logs.index.get_indexer(pd.Index(trials[PARTICIPANT]))
+    what = logs.columns.get_indexer(pd.Index(trials["amplitude_um_pp"]))
+    table = logs.to_numpy(float)
+    with warnings.catch_warnings():
+        # A participant or amplitude without any logarithm has no mean; its trials have none too.
+        warnings.filterwarnings("ignore", "Mean of empty slice", RuntimeWarning)
+        rows, columns = np.nanmean(table, axis=1), np.nanmean(table, axis=0)
+    grand = np.nanmean(columns) if np.isfinite(columns).any() else np.nan
+    return np.asarray(trials["log"].to_numpy(float) - rows[who] - columns[what] + grand)
+
+
+def slopes_per_participant(
+    who: NDArray[Any], x: NDArray[np.float64], y: NDArray[np.float64], people: int
+) -> NDArray[np.float64]:
+    """Return each participant's least-squares slope of y on x; NaN where x does not vary.
+
+    Parameters
+    ----------
+    who : int array, shape (trials,)
+        0 to ``people`` - 1.
+    """
+    here = np.isfinite(x) & np.isfinite(y)
+    who, x, y = who[here], x[here], y[here]
+
+    def total(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.asarray(np.bincount(who, values, people), float)
+
+    count = np.maximum(total(np.ones_like(x)), 1)
+    dx, dy = x - (total(x) / count)[who], y - (total(y) / count)[who]
+    squares = total(dx * dx)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where(squares > TINY, total(dx * dy) / squares, np.nan)

@@ -1,0 +1,1 @@
+"""What the paper printed, and tables that it allows: the one place of its numbers."""

@@ -1,0 +1,83 @@
+"""The paper's results as data, each number as it is printed.
+
+Biet, Giraud, Lemaire-Semail, "Squeeze film effect for the design of an ultrasonic tactile
+plate", IEEE Transactions on Ultrasonics, Ferroelectrics, and Frequency Control 54(12), 2007,
+pp. 2678-2688. Numbers are strings, so that the printed decimals are kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+
+#: Participants in the paper's Section IV-B: nine men, three women, aged between 18 and 25.
+PARTICIPANTS = 12
+
+#: A data set that Table III allows: twelve integer ratings a column, found by search. It is not
+#: the authors' raw data, which were never published; other data sets give the same table.
+ALLOWED_DATASET = Path(__file__).with_name("biet2007_table3_dataset.csv")
+
+NOT_RAW_DATA = (
+    "computed from a data set that Table III allows, found by search; "
+    "the authors' raw data were never published"
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TableRow:
+    """One column of Table III (normalised estimates, 0-100), strings as printed.
+
+    ``amplitude_um_pp`` is peak to peak, as Section IV-B says.
+    """
+
+    amplitude_um_pp: str
+    mean: str
+    maximum_deviation: str
+    standard_deviation: str
+
+
+#: Table III. Columns as the paper prints them, from the still plate to the largest amplitude.
+TABLE3: tuple[TableRow, ...] = (
+    TableRow(
+        amplitude_um_pp="0", mean="12.75", maximum_deviation="27.25", standard_deviation="12.75"
+    ),
+    TableRow(
+        amplitude_um_pp="0.5", mean="19.58", maximum_deviation="10.42", standard_deviation="8.11"
+    ),
+    TableRow(
+        amplitude_um_pp="1.2", mean="56.25", maximum_deviation="16.25", standard_deviation="8.82"
+    ),
+    TableRow(
+        amplitude_um_pp="2.3", mean="81.33", maximum_deviation="18.67", standard_deviation="10.76"
+    ),
+)
+
+STATISTICS: tuple[str, ...] = ("mean", "maximum_deviation", "standard_deviation")
+
+
+#: The same by amplitude, µm peak to peak.
+BY_AMPLITUDE: dict[float, TableRow] = {float(row.amplitude_um_pp): row for row in TABLE3}
+
+
+def published_means() -> dict[float, float]:
+    """Return amplitude (µm peak to peak) -> mean estimate of Table III, which Fig. 15 plots."""
+    return {amplitude: float(row.mean) for amplitude, row in BY_AMPLITUDE.items()}
+
+
+def agrees(published: str, ours: float) -> bool:
+    """Tell whether ``ours`` rounds to the printed number.
+
+    The printed number stands for the closed interval of half a unit of its last place on either
+    side, so half-up and half-even rounding both agree.
+
+    >>> agrees("19.58", 235 / 12), agrees("19.58", 19.574)
+    (True, False)
+    """
+    printed = Decimal(published)
+    exponent = printed.as_tuple().exponent
+    if not isinstance(exponent, int):
+        raise TypeError(f"'{published}' is not a finite printed number")
+    half_unit = Decimal(5).scaleb(exponent - 1)
+    slack = Decimal("1e-12") * max(abs(printed), Decimal(1))
+    return abs(Decimal(ours) - printed) <= half_unit + slack

@@ -1,0 +1,1 @@
+"""Data sets and tables by hand, read into one frozen `dataset.Dataset`."""

@@ -1,0 +1,199 @@
+"""Rows as they were written, made into columns that can be counted on.
+
+Numbers become numbers, answers become 1 and 0, missing labels become their default; every cell
+that is not what its column asks for is named by file and line and becomes missing.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.reading.cells import cell, numbers, places
+from analysis.reading.delimited import LISTED_PROBLEMS, Problems, Source
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+#: Amplitudes are told apart to 0.1 nm: 0.1 + 0.2 µm is 0.3 µm.
+DECIMALS = 4
+TRUE, FALSE = {"yes", "true", "1", "1.0"}, {"no", "false", "0", "0.0"}
+PHASES = ("main", "practice")
+#: What is read of a trial of either task; all else in the files is not looked at.
+COMMON = ("participant_id", "session", "run", "phase", "flag")
+ESTIMATE_NUMBERS = ("trial", "block", "response_time", "scale_top", "modulus")
+ESTIMATE_COLUMNS = (*COMMON, *ESTIMATE_NUMBERS, "amplitude_um_pp", "estimate", "texture")
+STEP_NUMBERS = ("trial", "series", "step", "confidence", "response_time")
+STEP_AMPLITUDES = ("amplitude_before_um_pp", "amplitude_um_pp")
+STEP_COLUMNS = (
+    *(*COMMON, *STEP_NUMBERS, *STEP_AMPLITUDES),
+    *("catch", "difference_felt", "verbal_report"),
+)
+
+
+def clean_estimates(
+    frame: pd.DataFrame, sources: Sequence[Source], problems: Problems
+) -> pd.DataFrame:
+    """Return rows with every column of the tidy table, numbers as numbers."""
+    clean = pd.DataFrame(
+        {
+            "participant_id": tidied(frame["participant_id"]),
+            "session": _labels(frame, "session", ""),
+            "run": _labels(frame, "run", "1"),
+            "file": frame["file"],
+            "line": frame["line"],
+        }
+    )
+    for column in ("amplitude_um_pp", "estimate"):
+        clean[column] = numbers(frame, column, sources, problems, minimum=0.0)
+    clean["amplitude_um_pp"] = clean["amplitude_um_pp"].round(DECIMALS)
+    for column in ESTIMATE_NUMBERS:
+        clean[column] = _optional_numbers(frame, column, sources, problems, minimum=0.0)
+    clean["phase"] = _phases(frame, problems)
+    clean["flag"] = _labels(frame, "flag", "")
+    clean["texture"] = _labels(frame, "texture", "")
+    return _without_doubles(clean, sources, problems)
+
+
+def clean_differences(
+    frame: pd.DataFrame, sources: Sequence[Source], problems: Problems
+) -> pd.DataFrame:
+    """Return steps of the descending difference; ``difference_felt`` is 1, 0 or missing."""
+    clean = pd.DataFrame(
+        {name: frame[name] for name in ("participant_id", "session", "run", "file", "line")}
+    )
+    for column in STEP_AMPLITUDES:
+        found = numbers(frame, column, sources, problems, minimum=0.0, lost="the step")
+        clean[column] = found.round(DECIMALS)
+    for column in STEP_NUMBERS:
+        clean[column] = _optional_numbers(frame, column, sources, problems)
+    felt = _in_lower_case(frame["difference_felt"])
+    clean["difference_felt"] = felt.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
+    wrong = clean["difference_felt"].isna() & frame["difference_felt"].notna()
+    shown = frame[wrong].head(LISTED_PROBLEMS)
+    problems.add_many(
+        [
+            f"{place}, column difference_felt: '{cell(value)}' where yes or no was expected; "
+            "the step is left out"
+            for place, value in zip(places(shown, sources), shown["difference_felt"], strict=True)
+        ],
+        "column difference_felt",
+        int(wrong.sum()),
+    )
+    clean["catch"] = _catches(frame, clean, problems)
+    clean["verbal_report"] = _labels(frame, "verbal_report", "")
+    clean["phase"] = _phases(frame, problems)
+    clean["flag"] = _labels(frame, "flag", "")
+    return _without_doubles(clean, sources, problems)
+
+
+def _optional_numbers(
+    frame: pd.DataFrame,
+    column: str,
+    sources: Sequence[Source],
+    problems: Problems,
+    *,
+    minimum: float = -np.inf,
+) -> pd.Series[float] | float:
+    """Return a column that may be absent or empty as numbers, see `cells.numbers`."""
+    if column not in frame or not frame[column].notna().any():
+        return np.nan
+    return numbers(frame, column, sources, problems, minimum=minimum, lost="the cell")
+
+
+def _in_lower_case(answers: pd.Series[Any]) -> pd.Series[Any]:
+    return answers.astype("object").map(lambda value: str(value).strip().lower())
+
+
+def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd.Series[bool]:
+    """Tell catch steps by the amplitudes, which were presented; say where the column differs."""
+    unchanged = clean["amplitude_before_um_pp"] == clean["amplitude_um_pp"]
+    if "catch" in frame:
+        said = _in_lower_case(frame["catch"])
+        for sentence, wrong in (
+            ("catch steps change the amplitude; they count as steps", said.isin(TRUE) & ~unchanged),
+            (
+                "steps leave the amplitude as it was; they count as catch steps",
+                ~said.isin(TRUE) & unchanged,
+            ),
+        ):
+            if wrong.any():
+                problems.add(f"{int(wrong.sum())} {sentence}")
+    return unchanged
+
+
+def tidied(names: pd.Series[Any]) -> pd.Series[Any]:
+    """Return names as categories, without blanks around them; one of blanks only is missing."""
+    values = names.astype("category")
+    plain = [" ".join(str(name).split()) for name in values.cat.categories]
+    kept = sorted(set(plain) - {""})
+    places = {name: place for place, name in enumerate(kept)}
+    # The last entry is what a missing cell's code, -1, finds.
+    lookup = np.array([*(places.get(name, -1) for name in plain), -1])
+    codes = lookup[values.cat.codes]
+    return pd.Series(pd.Categorical.from_codes(codes, pd.Index(kept, dtype=str)), index=names.index)
+
+
+def _labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
+    if column not in frame:
+        return pd.Series(pd.Categorical([missing] * len(frame)), index=frame.index)
+    values = tidied(frame[column])
+    if missing not in values.cat.categories:
+        values = values.cat.add_categories(missing)
+    return values.fillna(missing)
+
+
+def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
+    """Return "practice" or "main" for each row; say which other words count as main."""
+    values = _labels(frame, "phase", "main")
+    counts = values.value_counts()
+    for name, count in counts[counts > 0].items():
+        if str(name).lower() not in PHASES:
+            problems.add(
+                f"Phase '{cell(name)}': {count} trials of it count as main ones; only those of "
+                "phase 'practice' are left out."
+            )
+    lookup = np.array([str(name).lower() == "practice" for name in values.cat.categories], int)
+    codes = lookup[values.cat.codes]
+    return pd.Series(pd.Categorical.from_codes(codes, pd.Index(PHASES)), frame.index)
+
+
+def _without_doubles(
+    clean: pd.DataFrame, sources: Sequence[Source], problems: Problems
+) -> pd.DataFrame:
+    """Drop and name rows that give the same trial of the same run once more."""
+    if clean["trial"].isna().all():
+        return clean
+    key = ["participant_id", "session", "run", "phase", "trial"]
+    doubled = clean["trial"].notna() & clean.duplicated(key, keep="first")
+    doubled &= ~clean["flag"].astype(str).str.contains("voided") if doubled.any() else doubled
+    shown = clean[doubled].head(LISTED_PROBLEMS)
+    problems.add_many(
+        [
+            f"{place}: trial {trial:g} of {who} is there a second time; the first is kept"
+            for place, trial, who in zip(
+                places(shown, sources), shown["trial"], shown["participant_id"], strict=True
+            )
+        ],
+        "doubled trials",
+        int(doubled.sum()),
+    )
+    return clean[~doubled].reset_index(drop=True) if doubled.any() else clean
+
+
+def empty_estimates() -> pd.DataFrame:
+    """Return the columns of `clean_estimates`, without a row."""
+    return _empty((*COMMON, "texture"), (*ESTIMATE_NUMBERS, "amplitude_um_pp", "estimate"))
+
+
+def empty_differences() -> pd.DataFrame:
+    """Return the columns of `clean_differences`, without a row."""
+    found = _empty((*COMMON, "verbal_report"), (*STEP_NUMBERS, *STEP_AMPLITUDES, "difference_felt"))
+    return found.assign(catch=np.array([], bool))
+
+
+def _empty(text: Sequence[str], values: Sequence[str]) -> pd.DataFrame:
+    columns: dict[str, Any] = {name: pd.Categorical([]) for name in text}
+    return pd.DataFrame(columns | {name: np.array([], float) for name in (*values, "file", "line")})

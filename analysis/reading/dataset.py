@@ -1,0 +1,91 @@
+"""What the analysis is computed from: the trials, and where they come from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from analysis.reading.delimited import Source, digest
+from experiments.dataset.schema import PARTICIPANT
+from experiments.study.analysis_choices import AnalysisChoices
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dataset:
+    """Trials to analyse, and where they come from.
+
+    Parameters
+    ----------
+    name : str
+        The data set's title.
+    estimates : DataFrame
+        Trials of magnitude estimation: ``participant_id session run trial amplitude_um_pp
+        estimate response_time scale_top modulus flag timed_out faulty``, one row an answered
+        main trial, in order of presentation. Empty where there are none.
+    answers : DataFrame
+        All main trials of magnitude estimation that were not voided, answered or not: what data
+        quality is judged by.
+    textures : DataFrame
+        Answered main trials of textures, which ``estimates`` and ``answers`` do not hold; with
+        their ``texture``.
+    differences : DataFrame
+        Steps of the descending difference, answered ones.
+    participants : DataFrame
+        ``participants.tsv``, where there is one.
+    mode : {"pilot", "participant", "unknown"}
+        Whose answers these are.
+    counts : Mapping
+        Rows read and left out, by reason.
+    details : Mapping
+        What the sidecars say of study, seeds, languages, plates and software.
+    choices : AnalysisChoices
+        The frozen choices, or the defaults.
+    frozen : tuple of str
+        The keys that the study file sets.
+    unchanged : bool or None
+        Whether that file is the one that the sessions ran with, so that they were frozen before
+        there was data; None where the sidecars do not say.
+    problems : tuple of str
+        One sentence each.
+    sources : tuple of Source
+        Every file that was read.
+    folder : Path or None
+        The data set's folder; None for a table by hand.
+    """
+
+    name: str
+    estimates: pd.DataFrame
+    answers: pd.DataFrame
+    differences: pd.DataFrame
+    participants: pd.DataFrame
+    mode: str = "unknown"
+    counts: Mapping[str, int] = field(default_factory=dict)
+    details: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    choices: AnalysisChoices = field(default_factory=AnalysisChoices)
+    frozen: tuple[str, ...] = ()
+    unchanged: bool | None = None
+    problems: tuple[str, ...] = ()
+    sources: tuple[Source, ...] = ()
+    folder: Path | None = None
+    textures: pd.DataFrame = field(default_factory=pd.DataFrame)
+
+    @property
+    def people(self) -> set[str]:
+        """Everybody who has trials of either task, answered or not."""
+        return {
+            str(who)
+            for rows in (self.answers, self.differences)
+            for who in rows[PARTICIPANT].unique()
+        }
+
+    @property
+    def sha256(self) -> str:
+        """One digest for all files, in the order of their names."""
+        lines = sorted(f"{source.sha256}  {source.name}" for source in self.sources)
+        return digest("\n".join(lines).encode())

@@ -1,0 +1,247 @@
+"""Many small tables of one kind, read in one go, with the place of every cell kept.
+
+A study of thousands of participants is thousands of files; parsing them one by one costs mostly
+start-up. Files with the same header are joined and parsed once; every row keeps the file and
+the line it came from, so that a complaint can name them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from analysis.reading.rows import Lines, complain, split
+from experiments.study.validation_errors import sentence
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from pydantic import ValidationError
+
+#: A missing cell in any column: BIDS's word, and none at all.
+MISSING = ("", "n/a")
+#: A missing cell where no such word is expected, as R, pandas, NumPy, Excel and databases write it.
+NOT_AVAILABLE = (
+    *MISSING,
+    *("NA", "N/A", "#N/A", "<NA>", "NaN", "nan", "-nan", "NULL", "Null", "null", "None", "none"),
+)
+#: Names and words, never numbers (01 is not 1); somebody may be called NA, or say so.
+TEXT = ("participant_id", "session", "run", "verbal_report", "coder", "category")
+LISTED_PROBLEMS = 12
+#: Characters of a list of column names in a message: a foreign file's first line may be long.
+LONGEST_LIST = 400
+
+
+@dataclass(slots=True)
+class Problems:
+    """Sentences on what is wrong with the data; long lists are cut, and say so."""
+
+    sentences: list[str] = field(default_factory=list)
+
+    def add(self, sentence: str) -> None:
+        """Note one sentence."""
+        self.sentences.append(sentence)
+
+    def add_many(self, sentences: Sequence[str], what: str, total: int | None = None) -> None:
+        """Note sentences of one kind: the first dozen in full, then how many more.
+
+        ``total`` is their number where only the first `LISTED_PROBLEMS` are given.
+        """
+        self.sentences.extend(sentences[:LISTED_PROBLEMS])
+        more = (len(sentences) if total is None else total) - LISTED_PROBLEMS
+        if more > 0:
+            self.sentences.append(f"... and {more} more of this kind ({what})")
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """One file as it was read: its name in the data set, and the SHA-256 of its bytes."""
+
+    name: str
+    sha256: str
+
+
+def read_bytes(path: Path, most: int = -1) -> bytes:
+    """Return a file's bytes, or the first ``most`` of them, or say in a sentence why not."""
+    try:
+        with path.open("rb") as file:
+            return file.read(most)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read ({error.strerror})") from error
+
+
+def digest(content: bytes) -> str:
+    """Return the SHA-256 of a file's content, in hexadecimal."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def read_source(path: Path, root: Path) -> tuple[bytes, Source]:
+    """Return a file's bytes, and the file as a source of the data set in ``root``."""
+    content = read_bytes(path)
+    return content, Source(_name(path, root), digest(content))
+
+
+def read_tables(
+    paths: Sequence[Path],
+    root: Path,
+    *,
+    separator: str = "\t",
+    decimal: str = ".",
+    required: Sequence[str] = (),
+    columns: Sequence[str] = (),
+    problems: Problems | None = None,
+) -> tuple[pd.DataFrame, list[Source]]:
+    """Read tables of one kind into one frame.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        The files, with a header line each; columns may differ between files.
+    root : Path
+        The data set's folder; files are named relative to it.
+    separator, decimal : str
+        One character each.
+    required : sequence of str
+        Columns that every file must have.
+    columns : sequence of str
+        Columns to return, where there; none: all of them. In these, ``NA`` and its like are
+        missing cells, but for `TEXT`.
+    problems : Problems, optional
+        Told which lines between rows were left out: empty ones, and the header once more.
+
+    Returns
+    -------
+    frame : DataFrame
+        All rows, with the columns ``file`` (index into ``paths``) and ``line`` (1 is the header).
+    sources : list of Source
+        The files in the order of ``paths``.
+
+    Raises
+    ------
+    UserError
+        A file cannot be read, is not UTF-8, is empty, or has a line with too few or many
+        cells, lacks a required column, or has a column twice.
+    """
+    sources: list[Source] = []
+    groups: dict[bytes, list[tuple[int, Lines]]] = {}
+    checked: set[tuple[str, ...]] = set()
+    for number, path in enumerate(paths):
+        content, source = read_source(path, root)
+        sources.append(source)
+        lines = split(content, path, separator)
+        if lines.names not in checked:
+            _check_names(lines.names, path, required)
+            checked.add(lines.names)
+        if problems is not None:
+            for phrase in lines.left_out:
+                problems.add(f"{source.name}, {phrase}")
+        # A quotation mark that opens in one file must not close in the next.
+        alone = str(number).encode() if b'"' in lines.body else b""
+        groups.setdefault(lines.header + b"\n" + alone, []).append((number, lines))
+    frames = [
+        _read_group(group, paths, separator=separator, decimal=decimal, columns=columns)
+        for group in groups.values()
+    ]
+    frames = [frame for frame in frames if len(frame)] or frames[:1]
+    everything = pd.concat(frames, ignore_index=True) if len(frames) > 1 else frames[0]
+    if len(frames) > 1:
+        everything = everything.sort_values(["file", "line"], ignore_index=True)
+    return everything, sources
+
+
+def _read_group(
+    group: Sequence[tuple[int, Lines]],
+    paths: Sequence[Path],
+    *,
+    separator: str,
+    decimal: str,
+    columns: Sequence[str],
+) -> pd.DataFrame:
+    """Read files with the same header, joined; every row with its file and line."""
+    first, sample = group[0]
+    text = b"".join([sample.header, b"\n", *(lines.body for _, lines in group)])
+    try:
+        frame = _parse(
+            sample, text, paths[first], separator=separator, decimal=decimal, columns=columns
+        )
+    except UserError:
+        for number, lines in group:
+            complain(lines, paths[number], separator)
+        raise
+    places = {
+        "file": np.repeat(
+            [number for number, _ in group], [len(lines.places) for _, lines in group]
+        ),
+        "line": np.concatenate([lines.places for _, lines in group]),
+    }
+    return pd.concat([frame, pd.DataFrame(places, index=frame.index)], axis=1)
+
+
+def _name(path: Path, root: Path) -> str:
+    return path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name
+
+
+def _check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> None:
+    if doubled := sorted({name for name in names if name and names.count(name) > 1}):
+        raise UserError(f"{path}: column {', '.join(doubled)} is there twice; expected it once")
+    if missing := [name for name in required if name not in names]:
+        raise UserError(
+            f"{path}: no column {', '.join(missing)}; found {_cut(names)}. "
+            f"Expected at least {', '.join(required)}"
+        )
+
+
+def _cut(names: Sequence[str]) -> str:
+    """Return column names for a message, no longer than a few lines."""
+    listed = ", ".join(" ".join(name.split()) for name in names if name) or "no names"
+    return listed if len(listed) <= LONGEST_LIST else f"{listed[:LONGEST_LIST]} ..."
+
+
+def _parse(
+    lines: Lines, text: bytes, path: Path, *, separator: str, decimal: str, columns: Sequence[str]
+) -> pd.DataFrame:
+    """Return the rows of a text with the header of ``lines``; only ``columns``, if any given."""
+    names = [name or f"unnamed {place}" for place, name in enumerate(lines.names)]
+    missing = {name: NOT_AVAILABLE if name in columns else MISSING for name in names}
+    missing |= dict.fromkeys(TEXT, MISSING)
+    try:
+        frame = pd.read_csv(
+            io.BytesIO(text),
+            sep=separator,
+            decimal=decimal,
+            header=0,
+            names=names,
+            na_values={name: list(missing[name]) for name in names},
+            keep_default_na=False,
+            # 'a, "b"' is a habit of hands.
+            skipinitialspace=separator.encode() + b" " in text,
+            low_memory=False,
+            dtype=dict.fromkeys(TEXT, "str"),
+        )
+    except (pd.errors.ParserError, ValueError) as error:
+        raise UserError(f"{path}: not a table that can be read ({error})") from error
+    if columns:
+        return frame[[name for name in columns if name in frame]]
+    # PsychoPy ends each line with a comma: a column without a name and without values.
+    unnamed = [
+        name
+        for name, given in zip(names, lines.names, strict=True)
+        if not given and frame[name].isna().all()
+    ]
+    return frame.drop(columns=unnamed)
+
+
+def faults_of(error: ValidationError, text: str, within: tuple[str, ...] = ()) -> str:
+    """Return every fault that pydantic found in a TOML text: its line, what was expected.
+
+    ``within`` is the table that was validated, where it was not the whole text.
+    """
+    faults = [((*within, *fault["loc"]), dict(fault)) for fault in error.errors()]
+    return "; ".join(said for _, said in sorted(sentence(text, *fault) for fault in faults))

@@ -1,0 +1,252 @@
+"""A data set, read: which trials will be analysed, and what was left out and why.
+
+Two shapes come in: a BIDS data set as `experiments.dataset.bids` writes it, or one tidy table with
+``participant_id``, ``amplitude_um_pp`` and ``estimate``. Rows are never dropped in silence:
+practice, voided and unanswered trials are counted, wrong cells are named by file and line.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from analysis.reading import metadata
+from analysis.reading.cleaning import (
+    ESTIMATE_COLUMNS,
+    STEP_AMPLITUDES,
+    STEP_COLUMNS,
+    clean_differences,
+    clean_estimates,
+    empty_differences,
+    empty_estimates,
+    tidied,
+)
+from analysis.reading.dataset import Dataset
+from analysis.reading.delimited import Problems, Source, read_bytes, read_tables
+from analysis.reading.rows import listed_lines
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+NAME = re.compile(
+    r"sub-(?P<sub>[A-Za-z0-9]+)(_ses-(?P<ses>[A-Za-z0-9]+))?_task-(?P<task>[A-Za-z0-9]+)"
+    r"(_run-(?P<run>[0-9]+))?_beh\.tsv"
+)
+ESTIMATION, DIFFERENCE = "magnitudeestimation", "descendingdifference"
+REQUIRED = {
+    ESTIMATION: ("amplitude_um_pp", "estimate"),
+    DIFFERENCE: ("amplitude_before_um_pp", "amplitude_um_pp", "difference_felt"),
+}
+#: Separators of a tidy table, tried in this order on its header line.
+SEPARATORS = ("\t", ";", ",")
+HEAD_BYTES = 2**20  # in which the header line ends
+
+
+def load(path: str | Path) -> Dataset:
+    """Read a data set's folder or a tidy table.
+
+    Raises
+    ------
+    UserError
+        There is nothing to analyse there, a file cannot be read, a column is missing, or pilot
+        and participant records are mixed.
+    """
+    where = Path(path)
+    if where.is_dir():
+        return _load_folder(where)
+    if where.is_file():
+        return _load_table(where)
+    raise UserError(f"{where}: no such file or folder; expected a data set")
+
+
+def _load_folder(folder: Path) -> Dataset:
+    files: dict[str, list[tuple[Path, re.Match[str]]]] = {ESTIMATION: [], DIFFERENCE: []}
+    problems = Problems()
+    for path in sorted(folder.glob("sub-*/**/beh/*_beh.tsv")):
+        match = NAME.fullmatch(path.name)
+        if match and path.relative_to(folder).parts[0] != f"sub-{match['sub']}":
+            problems.add(f"{path.relative_to(folder)}: in another participant's folder; not read")
+        elif match and match["task"] in files:
+            files[match["task"]].append((path, match))
+        elif match is None:
+            problems.add(f"{path.relative_to(folder)}: not a name of the BIDS form; not read")
+    if not any(files.values()):
+        raise UserError(
+            f"{folder}: no data found; expected files like "
+            f"sub-01/beh/sub-01_task-{ESTIMATION}_run-01_beh.tsv, or one table (CSV or TSV) with "
+            "participant_id, amplitude_um_pp, estimate"
+        )
+    everyone = [entry for entries in files.values() for entry in entries]
+    details, modes, sources = metadata.sidecars([path for path, _ in everyone], folder, problems)
+    metadata.refuse_mixture(modes, folder)
+    counts: dict[str, int] = {}
+    read = {}
+    for task, entries in files.items():
+        frame, read_sources = _read_task(task, entries, folder, problems)
+        sources += read_sources
+        read[task] = frame
+    main = _keep_main_trials(read[ESTIMATION], counts)
+    answers, textures = _part_textures(main, counts, problems)
+    participants = metadata.participants(folder, sources, problems)
+    choices, frozen, unchanged = metadata.choices(folder, sources, details, problems)
+    metadata.add_sources(folder, choices, sources)
+    return Dataset(
+        name=metadata.title(folder),
+        estimates=_answered(answers, counts),
+        answers=answers,
+        differences=_keep_steps(read[DIFFERENCE], counts),
+        participants=participants,
+        mode=modes[0][0] if modes else "unknown",
+        counts=counts,
+        details=details,
+        choices=choices,
+        frozen=frozen,
+        unchanged=unchanged,
+        problems=tuple(problems.sentences),
+        sources=tuple(sources),
+        folder=folder,
+        textures=textures,
+    )
+
+
+def _load_table(path: Path) -> Dataset:
+    text = read_bytes(path, HEAD_BYTES).lstrip(b"\r\n").replace(b"\r", b"\n")
+    header = text.partition(b"\n")[0].decode("utf-8", "replace")
+    separator = next((mark for mark in SEPARATORS if mark in header), ",")
+    problems = Problems()
+    # Excel in French or German writes semicolons between cells and commas inside numbers.
+    frame, sources = read_tables(
+        [path],
+        path.parent,
+        separator=separator,
+        decimal="," if separator == ";" else ".",
+        required=("participant_id", *REQUIRED[ESTIMATION]),
+        columns=ESTIMATE_COLUMNS,
+        problems=problems,
+    )
+    frame["participant_id"] = tidied(frame["participant_id"])
+    unnamed = frame["participant_id"].isna()
+    if unnamed.any():
+        lines = listed_lines(frame.loc[unnamed, "line"].tolist())
+        problems.add(f"{path.name}, {lines}: no participant_id; left out")
+        frame = frame[~unnamed].reset_index(drop=True)
+    answers_read = clean_estimates(frame, sources, problems)
+    counts: dict[str, int] = {}
+    main = _keep_main_trials(answers_read, counts)
+    answers, textures = _part_textures(main, counts, problems)
+    return Dataset(
+        name=path.stem,
+        estimates=_answered(answers, counts),
+        answers=answers,
+        differences=empty_differences(),
+        participants=pd.DataFrame(
+            {"participant_id": sorted(answers["participant_id"].astype(str).unique())}
+        ),
+        counts=counts,
+        problems=tuple(problems.sentences),
+        sources=tuple(sources),
+        textures=textures,
+    )
+
+
+def _read_task(
+    task: str, entries: Sequence[tuple[Path, re.Match[str]]], folder: Path, problems: Problems
+) -> tuple[pd.DataFrame, list[Source]]:
+    if not entries:
+        return (empty_estimates() if task == ESTIMATION else empty_differences()), []
+    frame, sources = read_tables(
+        [path for path, _ in entries],
+        folder,
+        required=REQUIRED[task],
+        columns=ESTIMATE_COLUMNS if task == ESTIMATION else STEP_COLUMNS,
+        problems=problems,
+    )
+    place = frame["file"].to_numpy()
+    labels = {
+        "participant_id": [f"sub-{match['sub']}" for _, match in entries],
+        "session": [match["ses"] or "" for _, match in entries],
+        "run": [match["run"] or "1" for _, match in entries],
+    }
+    for name, values in labels.items():
+        categories, codes = np.unique(values, return_inverse=True)
+        frame[name] = pd.Categorical.from_codes(codes[place], categories=categories.tolist())
+    if task == ESTIMATION:
+        return clean_estimates(frame, sources, problems), sources
+    return clean_differences(frame, sources, problems), sources
+
+
+def _has_flag(frame: pd.DataFrame, *codes: str) -> pd.Series[bool]:
+    """Tell which rows carry one of the codes; each distinct flag cell is looked at once."""
+    flags = frame["flag"].astype("category")
+    hits = [bool(set(codes) & set(str(name).split(";"))) for name in flags.cat.categories]
+    lookup = np.array([*hits, False])
+    return pd.Series(lookup[flags.cat.codes], index=frame.index)
+
+
+def _keep_main_trials(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
+    """Return main trials that were not voided, marked by what happened in them."""
+    counts["estimation_rows"] = len(frame)
+    practice = frame["phase"].astype(str) == "practice" if len(frame) else np.array([], bool)
+    counts["practice"] = int(np.sum(practice))
+    main = frame[~practice]
+    voided = _has_flag(main, "voided")
+    counts["voided"] = int(voided.sum())
+    main = main[~voided].reset_index(drop=True)
+    main["timed_out"] = _has_flag(main, "timed_out")
+    main["faulty"] = _has_flag(main, "fault", "represented")
+    counts["timed_out"] = int(main["timed_out"].sum())
+    counts["faulty"] = int(main["faulty"].sum())
+    return main
+
+
+def _part_textures(
+    main: pd.DataFrame, counts: dict[str, int], problems: Problems
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the trials of plain surfaces, and the answered ones of textures.
+
+    A texture's amplitude is its largest: among plain surfaces of that amplitude it would pass
+    for one of them.
+    """
+    modulated = main["texture"].astype(str) != ""
+    textures = main[modulated & main["estimate"].notna()].reset_index(drop=True)
+    runs = [main[name] for name in ("participant_id", "session", "run")]
+    # The plain surface in the row above is then not the surface felt before.
+    main["after_texture"] = modulated.groupby(runs, observed=True).shift(fill_value=False)
+    counts["textures"] = int(modulated.sum())
+    if counts["textures"]:
+        names = ", ".join(sorted(main.loc[modulated, "texture"].astype(str).unique()))
+        problems.add(
+            f"{counts['textures']} trials of textures ({names}) are left out of all that is said "
+            "of amplitudes: a texture has no one amplitude. They have a table of their own."
+        )
+    return main[~modulated].drop(columns="texture").reset_index(drop=True), textures
+
+
+def _answered(main: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
+    answered = main["estimate"].notna() & main["amplitude_um_pp"].notna()
+    counts["unanswered"] = int((~answered).sum())
+    kept = main[answered].reset_index(drop=True)
+    kept["participant_id"] = kept["participant_id"].cat.remove_unused_categories()
+    counts["analysed"] = len(kept)
+    return kept
+
+
+def _keep_steps(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
+    counts["difference_rows"] = len(frame)
+    if not len(frame):
+        return frame
+    practice = frame["phase"].astype(str) == "practice"
+    voided = _has_flag(frame, "voided") & ~practice
+    counts["difference_practice"] = int(practice.sum())
+    counts["difference_voided"] = int(voided.sum())
+    kept = frame[~practice & ~voided]
+    answered = kept[["difference_felt", *STEP_AMPLITUDES]].notna().all(axis=1)
+    counts["difference_unanswered"] = int((~answered).sum())
+    kept = kept[answered].reset_index(drop=True)
+    counts["difference_analysed"] = len(kept)
+    return kept

@@ -1,0 +1,157 @@
+"""What a data set says of itself: sidecars, participants, the study's frozen choices, its title."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+from pydantic import ValidationError
+
+from analysis.reading.cleaning import tidied
+from analysis.reading.delimited import (
+    Problems,
+    Source,
+    digest,
+    faults_of,
+    read_bytes,
+    read_source,
+    read_tables,
+)
+from analysis.reading.rows import listed_lines
+from experiments.study.analysis_choices import AnalysisChoices
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+
+def sidecars(
+    tables: Sequence[Path], folder: Path, problems: Problems
+) -> tuple[dict[str, tuple[str, ...]], list[tuple[str, Path]], list[Source]]:
+    """Return what the sidecars say, each file's mode, and the sidecars as sources."""
+    found: dict[str, set[str]] = {}
+    modes: list[tuple[str, Path]] = []
+    sources: list[Source] = []
+    absent: list[str] = []
+    for table in tables:
+        path = table.with_suffix(".json")
+        if not path.is_file():
+            absent.append(f"{path.relative_to(folder)}: no such sidecar; study and seed unknown")
+            continue
+        content, source = read_source(path, folder)
+        sources.append(source)
+        try:
+            own = json.loads(content).get("Slipscale", {})
+            versions = dict(own.get("software") or {})
+        except (ValueError, TypeError, AttributeError, RecursionError) as error:
+            raise UserError(
+                f"{path}: not a sidecar; expected a JSON object, its Slipscale and software "
+                f"objects too ({error})"
+            ) from error
+        if mode := own.get("mode"):
+            modes.append((str(mode), path))
+        for key in ("study", "study_hash", "seed", "language", "plate"):
+            if own.get(key) is not None:
+                found.setdefault(key, set()).add(_in_words(own[key]))
+        for name, version in versions.items():
+            found.setdefault("software", set()).add(f"{name} {version}")
+    problems.add_many(absent, "sidecars")
+    return {key: tuple(sorted(values)) for key, values in found.items()}, modes, sources
+
+
+def _in_words(value: Any) -> str:
+    """Return a sidecar's entry as text; of a plate's description only who made what."""
+    if isinstance(value, dict):
+        identity = value.get("identity")
+        known = identity if isinstance(identity, dict) else {}
+        named = [known.get(key) for key in ("manufacturer", "model", "serial")]
+        return " ".join(str(part) for part in named if part) or str(value.get("backend", "plate"))
+    return str(value)
+
+
+def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
+    """Raise a `UserError` where a pilot's records lie among participants'."""
+    first: dict[str, Path] = {}
+    for mode, path in modes:
+        first.setdefault(mode, path)
+    if len(first) > 1:
+        examples = "; ".join(
+            f"'{mode}' in {path.relative_to(folder)}" for mode, path in sorted(first.items())
+        )
+        raise UserError(
+            f"{folder}: records of a pilot and of participants are mixed ({examples}); "
+            "expected one kind: move the pilot's files to a folder of their own"
+        )
+
+
+def participants(folder: Path, sources: list[Source], problems: Problems) -> pd.DataFrame:
+    """Return the named rows of ``participants.tsv``; none where there is no such file."""
+    path = folder / "participants.tsv"
+    if not path.is_file():
+        return pd.DataFrame({"participant_id": pd.Series(dtype=str)})
+    frame, read = read_tables([path], folder, required=("participant_id",), problems=problems)
+    sources += read
+    frame["participant_id"] = tidied(frame["participant_id"]).astype("str")
+    unnamed = frame["participant_id"].isna()
+    if unnamed.any():
+        lines = listed_lines(frame.loc[unnamed, "line"].tolist())
+        problems.add(f"{path.name}, {lines}: no participant_id; left out")
+    return frame[~unnamed].drop(columns=["file", "line"]).reset_index(drop=True)
+
+
+def choices(
+    folder: Path,
+    sources: list[Source],
+    details: Mapping[str, tuple[str, ...]],
+    problems: Problems,
+) -> tuple[AnalysisChoices, tuple[str, ...], bool | None]:
+    """Return the study's choices, which it sets, and whether it is the file of the sessions."""
+    path = folder / "code" / "study.toml"
+    if not path.is_file():
+        return AnalysisChoices(), (), None
+    content, source = read_source(path, folder)
+    sources.append(source)
+    try:
+        text = content.decode("utf-8-sig")
+        table = tomllib.loads(text).get("analysis", {})
+        choices = AnalysisChoices.model_validate(table)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: not a TOML file ({error})") from error
+    except ValidationError as error:
+        raise UserError(f"{path}: {faults_of(error, text, ('analysis',))}") from error
+    ran_with = details.get("study_hash", ())
+    # Sessions hash the text; an editor or a version control may have turned its line ends.
+    unchanged = digest(content.replace(b"\r\n", b"\n")) in ran_with if ran_with else None
+    if unchanged is False:
+        problems.add(
+            "code/study.toml is not the study file that the sessions ran with (its SHA-256 is in "
+            "no sidecar): its choices of analysis may have been made after the data"
+        )
+    if len(ran_with) > 1:
+        problems.add(
+            f"Sessions ran with {len(ran_with)} different study files; the choices of analysis are "
+            "those of code/study.toml"
+        )
+    return choices, tuple(sorted(table)), unchanged
+
+
+def add_sources(folder: Path, choices: AnalysisChoices, sources: list[Source]) -> None:
+    """Add the other files that the results depend on: the title, the code book, the coders."""
+    names = ("dataset_description.json", "code/verbal_codes.tsv", choices.codebook)
+    sources += [
+        Source(name, digest(read_bytes(folder / name)))
+        for name in names
+        if name and (folder / name).is_file()
+    ]
+
+
+def title(folder: Path) -> str:
+    """Return the data set's name, else its folder's."""
+    path = folder / "dataset_description.json"
+    try:
+        return str(json.loads(path.read_text(encoding="utf-8"))["Name"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
+        return folder.resolve().name

@@ -1,0 +1,150 @@
+"""Where the two sides of a solution meet: reach of their tables, and the joint cells.
+
+With c the centre, n free values of sum S and sum of squares Q have signed distances that add
+up to D = S - nc and squared distances that add up to V = Q - 2cS + nc².
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from math import comb
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.reconstruction.state_table import Array, Shape
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from analysis.reconstruction.partition import Piece, Split
+
+
+@dataclass(frozen=True)
+class Goal:
+    """A piece in distances from its centre.
+
+    Parameters
+    ----------
+    piece : Piece
+        What it came from.
+    n : int
+        Free values.
+    drift : int
+        D, sum of the signed distances.
+    spread : int
+        V, sum of the squared distances; of the same parity as `drift`.
+    """
+
+    piece: Piece
+    n: int
+    drift: int
+    spread: int
+
+    @property
+    def numbers_above(self) -> range:
+        """How many free values may lie above."""
+        return range(self.n - self.piece.most_below, self.n - self.piece.fewest_below + 1)
+
+
+def goals(pieces: Iterable[Piece]) -> dict[Split, list[Goal]]:
+    """Return what can be reached at all, grouped by what shares its tables."""
+    groups: dict[Split, list[Goal]] = {}
+    for piece in pieces:
+        n, total, squares = piece.moments.n, piece.moments.total, piece.moments.squares
+        c = piece.split.centre
+        drift = total - n * c
+        spread = squares - 2 * c * total + n * c * c
+        if spread >= 0 and (spread - drift) % 2 == 0:
+            groups.setdefault(piece.split, []).append(Goal(piece, n, drift, spread))
+    return groups
+
+
+def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
+    """Return the shapes of the sides below and above that hold every solution of `wanted`."""
+    below = (split.centre - split.below, split.centre - split.low)
+    above = (split.above - split.centre, split.high - split.centre)
+    return (
+        Shape(*below, +1, _reach(below, above, +1, wanted)),
+        Shape(*above, -1, _reach(above, below, -1, wanted)),
+    )
+
+
+def _reach(
+    own: tuple[int, int], other: tuple[int, int], sign: int, wanted: list[Goal]
+) -> tuple[tuple[int, int], ...]:
+    """Return for every k the largest a and w that occur on the way to a solution.
+
+    Bounds on k values in [low, high] with sum a: their squares add up to at least a²/k, and to
+    at most (low + high) a - k low high. The same holds for the n - k values still to come, on
+    either side, whose sum and squares are what is left of D and V.
+    """
+    largest = [(0, 0)]
+    if own[1] >= own[0]:
+        most_here = (
+            goal.n - (goal.piece.fewest_below if sign < 0 else goal.n - goal.piece.most_below)
+            for goal in wanted
+        )
+        largest += [(0, 0)] * max(most_here)
+    lowest = -other[1] if other[1] >= other[0] else own[0]
+    # Goals that differ in V alone share their bounds, from the smallest V to the largest.
+    spreads: dict[tuple[int, int], list[int]] = {}
+    for goal in wanted:
+        spreads.setdefault((goal.n, goal.drift), []).append(goal.spread)
+    for k, ((n, drift), spread) in product(range(1, len(largest)), spreads.items()):
+        if k > n:
+            continue
+        a = np.arange(k * own[0], k * own[1] + 1, dtype=np.int64)
+        rest, b = n - k, -sign * drift - a
+        rest_least = -(-(b * b) // max(rest, 1))
+        rest_most = (lowest + own[1]) * b - rest * lowest * own[1]
+        most = np.minimum(sum(own) * a - k * own[0] * own[1], max(spread) - rest_least)
+        least = np.maximum(-(-(a * a) // k), min(spread) - rest_most)
+        fits = (least <= most) & (b >= rest * lowest) & (b <= rest * own[1])
+        if fits.any():
+            w = (most + sign * a)[fits] // 2
+            largest[k] = (max(largest[k][0], int(a[fits].max())), max(largest[k][1], int(w.max())))
+    return tuple(largest)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Two aligned slices: cell by cell, the sides that together meet a goal.
+
+    ``ways`` counts the arrangements of each pair (1 for multisets).
+    """
+
+    goal: Goal
+    k_below: int
+    k_above: int
+    first_a_above: int
+    first_w_above: int
+    below: Array
+    above: Array
+    ways: int
+
+
+def joints(
+    goal: Goal,
+    outlines: tuple[Shape, Shape],
+    planes: tuple[list[Array], list[Array]],
+    measure: str,
+) -> Iterator[Joint]:
+    """Yield the aligned slices of two tables, one for each number of values above."""
+    (shape_below, shape_above), (planes_below, planes_above) = outlines, planes
+    constant = (goal.spread - goal.drift) // 2
+    for k in goal.numbers_above:
+        m = goal.n - k
+        if k >= len(shape_above.reach) or m >= len(shape_below.reach):
+            continue
+        (high_a, high_w), (high_b, high_v) = shape_above.reach[k], shape_below.reach[m]
+        a = (max(0, goal.drift), min(high_a, high_b + goal.drift))
+        w = (max(0, constant - high_v), min(high_w, constant))
+        if a[0] > a[1] or w[0] > w[1]:
+            continue
+        above = planes_above[k][a[0] : a[1] + 1, w[0] : w[1] + 1]
+        rows = planes_below[m][a[0] - goal.drift : a[1] - goal.drift + 1]
+        below = rows[:, constant - w[1] : constant - w[0] + 1][:, ::-1]
+        ways = goal.piece.arrangements * comb(goal.n, k) if measure == "ordered" else 1
+        yield Joint(goal, m, k, a[0], w[0], below, above, ways)

@@ -1,0 +1,1 @@
+"""Results as files, sentences, pages and terminal output."""

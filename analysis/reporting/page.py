@@ -1,0 +1,148 @@
+"""The report: one self-contained page that a results section is written from."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from analysis.reporting import apa, html
+from analysis.reporting.apa_difference import difference_sentences
+from analysis.reporting.sections.assumptions import assumptions
+from analysis.reporting.sections.comparisons import comparisons
+from analysis.reporting.sections.difference import difference
+from analysis.reporting.sections.estimates import estimates
+from analysis.reporting.sections.growth import growth
+from analysis.reporting.sections.methods import methods, normalisations
+from analysis.reporting.sections.quality import quality
+from experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from analysis.result import Analysis
+
+try:
+    VERSION = version("slipscale")
+except PackageNotFoundError:  # a checkout that was never installed
+    VERSION = "unknown"
+
+#: A question with more different answers than this is none to be counted.
+ANSWERS_LISTED = 8
+MODES = {"pilot": "pilot", "participant": "participants", "unknown": "not recorded"}
+
+
+def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, str]) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    svgs : Mapping
+        Figure's name -> SVG element, as `analysis.figures.estimates.svg` makes it.
+    software : Mapping
+        Name -> version of what took part.
+    """
+    environment = Environment(
+        loader=PackageLoader("analysis.reporting"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    css = (
+        files("analysis.reporting").joinpath("templates", "report.css").read_text(encoding="utf-8")
+    )
+    return environment.get_template("report.html").render(
+        title=analysis.dataset.name,
+        version=VERSION,
+        css=Markup(css),  # noqa: S704 - our own file
+        pilot=analysis.dataset.mode == "pilot",
+        facts=facts(analysis),
+        sections=sections(analysis, svgs, software),
+        sha256=analysis.dataset.sha256,
+    )
+
+
+def facts(analysis: Analysis) -> list[tuple[str, str]]:
+    """Return what stands at the top: name and value."""
+    data = analysis.dataset
+    excluded = f" ({len(analysis.excluded)} excluded)" if analysis.excluded else ""
+    people = len(analysis.flags) - len(analysis.excluded)
+    found = [("Participants", f"{people}{excluded}")]
+    if analysis.prepared is not None:
+        amplitudes = ", ".join(f"{a:g}" for a in analysis.cells.columns)
+        found += [
+            ("Estimates analysed", html.number(len(analysis.estimates), 0)),
+            ("Amplitudes", f"{amplitudes} µm (peak to peak)"),
+            ("Normalisation", analysis.rule),
+        ]
+    found.append(("Records of", MODES.get(data.mode, data.mode)))
+    found += [
+        (title, ", ".join(data.details[key]))
+        for key, title in (("study", "Study"), ("plate", "Plate"), ("language", "Language"))
+        if key in data.details
+    ]
+    return found + about_participants(analysis)
+
+
+def about_participants(analysis: Analysis) -> list[tuple[str, str]]:
+    """Return what the analysed participants said of themselves: question, and counts or range."""
+    about = analysis.dataset.participants
+    here = analysis.flags.index.difference(list(analysis.excluded))
+    about = about[about[PARTICIPANT].astype(str).isin(here)].drop_duplicates(PARTICIPANT)
+    found = []
+    for name in about.columns.difference([PARTICIPANT, "mode", "complete"], sort=False):
+        answers = about[name].dropna()
+        if not len(answers):
+            continue
+        counts = answers.astype(str).value_counts().sort_index()
+        title = str(name).replace("_", " ").capitalize()
+        if pd.api.types.is_numeric_dtype(answers):
+            low, high, mean = answers.min(), answers.max(), answers.mean()
+            found.append((title, f"{low:g} to {high:g}, mean {mean:.1f}"))
+        elif len(counts) <= ANSWERS_LISTED:
+            found.append((title, ", ".join(f"{text} ({count})" for text, count in counts.items())))
+    return found
+
+
+def sections(
+    analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, str]
+) -> list[html.Section]:
+    """Return the page's sections, in reading order; empty ones are left out."""
+    found = [
+        estimates(analysis, svgs),
+        results(analysis),
+        comparisons(analysis),
+        growth(analysis, svgs),
+        difference(analysis, svgs),
+        assumptions(analysis, svgs),
+        quality(analysis),
+        normalisations(analysis),
+        methods(analysis, software),
+    ]
+    return [section for section in found if section.blocks]
+
+
+def results(analysis: Analysis) -> html.Section:
+    """Return the sentences that a results section is written from."""
+    level = analysis.dataset.choices.confidence
+    texts: list[Any] = apa.sentences(dict(analysis.inference), level)
+    texts += difference_sentences(analysis.inference["difference"], level)
+    section = html.Section("Results, in sentences")
+    section.blocks += [html.paragraph(_unbroken(text), "sentence") for text in texts]
+    if analysis.problems:
+        section.blocks.append(html.heading("To be looked at first"))
+        section.blocks.append(html.bullets(analysis.problems, "problem"))
+    return section
+
+
+def _unbroken(text: str) -> str:
+    """Keep a statistic and its value on one line."""
+    for sign in ("=", "<", ">"):
+        text = text.replace(f" {sign} ", f"\N{NO-BREAK SPACE}{sign}\N{NO-BREAK SPACE}")
+    return text

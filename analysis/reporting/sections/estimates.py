@@ -1,0 +1,134 @@
+"""Fig. 15, Table III beside the paper's, and all descriptive statistics."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from analysis.figures.style import LINES_AT_MOST
+from analysis.preprocessing import normalisation
+from analysis.published import biet2007
+from analysis.reporting import html
+from analysis.reporting.html import Column, Section, interval, number
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from analysis.result import Analysis
+
+
+def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
+    """Return Fig. 15 and Table III, large, and the full descriptives."""
+    section = Section("Magnitude estimates")
+    if analysis.prepared is None:
+        return section
+    rule = normalisation.RULES[analysis.rule]
+    level = 100 * analysis.dataset.choices.confidence
+    section.blocks.append(
+        html.figure(
+            svgs["fig15"],
+            f"Perceived slipperiness against vibration amplitude. {_lines(analysis)} "
+            f"Normalisation: {analysis.rule} ({rule.formula}).",
+            "Line chart of mean slipperiness: "
+            + ", ".join(
+                f"{number(mean, 1)} at {amplitude:g} µm"
+                for amplitude, mean in analysis.cells.mean().items()
+            ),
+        )
+    )
+    section.blocks.append(table3(analysis))
+    section.blocks.append(
+        html.table(
+            [
+                Column(title="Amplitude", unit="µm, p-p"),
+                Column(title="Mean"),
+                Column(title="Within-participant", unit=f"{level:g} % interval"),
+                Column(title="Bootstrap", unit=f"{level:g} % interval"),
+                Column(title="Geometric mean"),
+                Column(title="Median"),
+                Column(title="SD", unit="sample"),
+                Column(title="SD", unit="population"),
+            ],
+            [
+                [
+                    f"{row['amplitude_um_pp']:g}",
+                    number(row["mean"]),
+                    interval(row["within_low"], row["within_high"]),
+                    interval(row["bootstrap_low"], row["bootstrap_high"]),
+                    number(row["geometric_mean"]),
+                    number(row["median"]),
+                    number(row["sd_sample"]),
+                    number(row["sd_population"]),
+                ]
+                for row in analysis.description.to_dict(orient="records")
+            ],
+            "All descriptive statistics. Within-participant intervals compare amplitudes; "
+            "bootstrap intervals (percentile, participants resampled) are of the mean itself, and "
+            "a little short for few participants. Geometric means leave estimates of zero to the "
+            "zero rule.",
+        )
+    )
+    if len(analysis.textures):
+        section.blocks.append(textures(analysis))
+    return section
+
+
+def _lines(analysis: Analysis) -> str:
+    """Say what Fig. 15 shows of so many participants."""
+    people = len(analysis.cells)
+    if people == 1:
+        return "One participant's means: no spread and no intervals."
+    level = 100 * analysis.dataset.choices.confidence
+    intervals = (
+        f" with {level:g} % within-participant confidence intervals (Cousineau-Morey)"
+        if analysis.description["within_low"].notna().any()
+        else ""
+    )
+    each = "each participant's means" if people <= LINES_AT_MOST else "where participants lie"
+    return f"Thick: means of {people} participants{intervals}. Pale: {each}."
+
+
+def textures(analysis: Analysis) -> Any:
+    """Return the same statistics for textures, which have no one amplitude."""
+    titles = ("Mean", "Max. dev.", "SD")
+    return html.table(
+        [
+            Column(title="Texture", left=True),
+            Column(title="n"),
+            *(Column(title=title) for title in titles),
+        ],
+        [
+            [name, str(n), *(number(value) for value in values)]
+            for name, n, *values in analysis.textures.itertuples(index=False)
+        ],
+        "Normalised estimates of textures, on the scale of the plain surfaces of the same run. "
+        "They are in no other table, figure or test.",
+    )
+
+
+def table3(analysis: Analysis) -> Any:
+    """Return Table III, beside the paper's where the amplitudes are the paper's."""
+    convention = analysis.dataset.choices.standard_deviation
+    paper = biet2007.BY_AMPLITUDE
+    beside = any(amplitude in paper for amplitude in analysis.table3["amplitude_um_pp"])
+    titles = ("Mean", "Max. dev.", "SD")
+    columns = [Column(title="Amplitude", unit="µm, p-p"), Column(title="n")]
+    columns += [Column(title=title) for title in titles]
+    if beside:
+        columns += [Column(title=title, paper=True) for title in titles]
+    rows = []
+    for amplitude, n, *values in analysis.table3.itertuples(index=False):
+        row = [f"{amplitude:g}", str(n), *(number(value) for value in values)]
+        if beside:
+            known = paper.get(amplitude)
+            row += [getattr(known, name) if known else "–" for name in biet2007.STATISTICS]
+        rows.append(row)
+    return html.table(
+        columns,
+        rows,
+        "Normalised estimates over participants, each participant's mean being one value. "
+        "Max. dev.: largest distance of a value from the mean. SD: "
+        f"{convention} standard deviation "
+        f"({'n − 1' if convention == 'sample' else 'n'} in the denominator)."
+        + (f" The paper's: Table III, n = {biet2007.PARTICIPANTS}." if beside else ""),
+        over=[("", 2), ("this study", 3), ("the paper", 3)] if beside else (),
+    )

@@ -1,0 +1,137 @@
+"""What other normalisations would have given; choices, versions, seeds, digests."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from analysis.reporting import html
+from analysis.reporting.html import Column, Section, number
+from analysis.wording import listed
+from experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from analysis.result import Analysis
+    from experiments.study.analysis_choices import AnalysisChoices
+
+SEEDS_LISTED = 12
+#: `Dataset.unchanged` -> what may be said of the study file's choices.
+FROZEN = {
+    True: "Frozen in the study file before there was data (its SHA-256 is that in the sessions' "
+    "records)",
+    False: "Set in code/study.toml, which is not the file that the sessions ran with, so perhaps "
+    "after the data",
+    None: "Set in code/study.toml; no record of the sessions tells whether before the data",
+}
+
+
+def normalisations(analysis: Analysis) -> Section:
+    """Return what other rules would have given."""
+    section = Section("What if estimates were normalised otherwise?")
+    if not analysis.sensitivity:
+        return section
+    amplitudes = list(analysis.sensitivity[0]["mean"])
+    section.blocks.append(
+        html.table(
+            [
+                Column(title="Rule", left=True),
+                *(Column(title=f"{a} µm", unit="mean (SD)") for a in amplitudes),
+            ],
+            [
+                [
+                    row["rule"],
+                    *(
+                        f"{number(row['mean'][a], 1)} ({number(row['sd_sample'][a], 1)})"
+                        for a in amplitudes
+                    ),
+                ]
+                for row in analysis.sensitivity
+            ],
+            "Means and sample standard deviations under every rule that the data allows; the one "
+            f"in use is set off. {_invariance(analysis)}",
+            marked=next(
+                (place for place, row in enumerate(analysis.sensitivity) if row["used"]), None
+            ),
+        )
+    )
+    return section
+
+
+def _invariance(analysis: Analysis) -> str:
+    """Say what the rule does not change; only what holds for these data."""
+    scales = analysis.dataset.estimates.groupby(PARTICIPANT, observed=True)[
+        ["scale_top", "modulus"]
+    ]
+    if scales.nunique().gt(1).any(axis=None):
+        return (
+            "Somebody's trials have different scale tops or standards, so that rules differ within "
+            "participants too: tests and exponents may change with them."
+        )
+    if (
+        analysis.prepared
+        and analysis.prepared.zeros
+        and (analysis.dataset.choices.zero_rule == "half_minimum")
+    ):
+        return (
+            "Ranks within participants are the same under all of them; tests on logarithms and "
+            "exponents are not quite, as half the smallest positive estimate stands for zeros."
+        )
+    return (
+        "Exponents, the ANOVA on logarithms and ranks within participants are the same under all "
+        "of them, as each multiplies a participant's estimates by one number."
+    )
+
+
+def methods(analysis: Analysis, software: Mapping[str, str]) -> Section:
+    """Return what a methods section needs: choices, versions, seeds, digests."""
+    section = Section("Methods and provenance")
+    data, choices = analysis.dataset, analysis.dataset.choices
+    frozen = ", ".join(data.frozen)
+    versions = ", ".join(f"{name} {number_}" for name, number_ in software.items())
+    if analysis.prepared is not None:
+        section.blocks.append(html.paragraph(_procedure(choices)))
+    if analysis.inference["difference"].get("steps"):
+        section.blocks.append(
+            html.paragraph(
+                "Answers of the descending difference: exact intervals and generalised estimating "
+                "equations from statsmodels; d′ and c after the log-linear correction."
+            )
+        )
+    section.blocks.append(
+        html.paragraph(
+            f"{FROZEN[data.unchanged]}: {frozen}."
+            if frozen
+            else "The study file sets no choice of analysis: all are Slipscale's defaults."
+        )
+    )
+    rows = [
+        ("Software", versions),
+        ("Session software", ", ".join(data.details.get("software", ("not recorded",)))),
+        ("Study's hash", ", ".join(data.details.get("study_hash", ("not recorded",)))),
+        ("Seeds", listed(data.details.get("seed", ("not recorded",)), SEEDS_LISTED)),
+        ("Zero rule", f"{choices.zero_rule}"),
+        ("Standard deviation", choices.standard_deviation),
+        ("Data, SHA-256", data.sha256),
+        ("Files read", f"{len(data.sources)} (each with its SHA-256 in results.json)"),
+    ]
+    section.blocks.append(
+        html.table(
+            [Column(title="What", left=True), Column(title="Value", left=True)],
+            rows,
+            "For the methods section, and for whoever repeats this.",
+        )
+    )
+    return section
+
+
+def _procedure(choices: AnalysisChoices) -> str:
+    """Return what was done with magnitude estimates, and by what."""
+    return (
+        "Estimates were normalised, averaged per participant and amplitude, and tested as "
+        "natural logarithms or ranks. Repeated-measures ANOVA, sphericity and intraclass "
+        "correlations: pingouin; mixed model and Holm's correction: statsmodels; other tests, "
+        "fits, the non-central t and the bootstrap of means "
+        f"({choices.bootstrap_resamples} resamples, seed {choices.bootstrap_seed}): SciPy. "
+        "Sentences call reliable what has p < .05."
+    )

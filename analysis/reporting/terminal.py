@@ -1,0 +1,126 @@
+"""Tables on the terminal."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from analysis.published import biet2007
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from analysis.planning.power import Power
+    from analysis.reproduction.comparison import Comparison
+    from analysis.result import Analysis
+
+TITLES = {"mean": "mean", "maximum_deviation": "max. dev.", "standard_deviation": "SD"}
+AGREES = {True: "[green]yes[/]", False: "[yellow]no[/]", None: "–"}
+
+
+def table3_table(analysis: Analysis) -> Table:
+    """Return Table III of an analysis beside the paper's, as a rich table."""
+    paper = biet2007.BY_AMPLITUDE
+    table = Table(
+        title=f"Table III: normalised estimates ({analysis.rule}), here and in the paper",
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD,
+    )
+    table.add_column("amplitude\nµm p-p", justify="right")
+    table.add_column("n", justify="right")
+    for title in TITLES.values():
+        table.add_column(f"{title}\nhere", justify="right", style="bold")
+        table.add_column(f"{title}\npaper", justify="right", style="dim")
+    for amplitude, n, *values in analysis.table3.itertuples(index=False):
+        known = paper.get(amplitude)
+        cells = [f"{amplitude:g}", str(n)]
+        for name, value in zip(biet2007.STATISTICS, values, strict=True):
+            # One participant has no standard deviation.
+            here = f"{value:.2f}" if math.isfinite(value) else "–"
+            cells += [here, getattr(known, name) if known else "–"]
+        table.add_row(*cells)
+    return table
+
+
+def print_table3(analysis: Analysis, console: Console | None = None) -> None:
+    """Print Table III of an analysis beside the paper's."""
+    (console or Console()).print(table3_table(analysis))
+
+
+def print_comparisons(comparisons: Sequence[Comparison], console: Console | None = None) -> None:
+    """Print the paper's items beside ours, then why those that differ do."""
+    target = console or Console()
+    table = Table(
+        title="The paper beside ours", title_justify="left", title_style="bold", box=box.SIMPLE_HEAD
+    )
+    table.add_column("item", no_wrap=True)
+    table.add_column("paper", justify="right")
+    table.add_column("ours", justify="right")
+    table.add_column("unit")
+    table.add_column("agrees")
+    for comparison in comparisons:
+        outcome = comparison.outcome
+        table.add_row(
+            comparison.item,
+            outcome.published or "–",
+            f"{outcome.ours:.5g}",
+            outcome.unit,
+            AGREES[outcome.agrees] + (" [red]drifted[/]" if comparison.drifted else ""),
+        )
+    target.print(table)
+    reasons: dict[str, list[str]] = {}
+    for comparison in comparisons:
+        reasons.setdefault(comparison.outcome.reason, []).append(comparison.item)
+    for reason, items in reasons.items():
+        named = items[0] if len(items) == 1 else f"{items[0]} ... {items[-1]}"
+        target.print(f"[dim]{named}:[/] {reason}", highlight=False)
+    for comparison in comparisons:
+        if comparison.drifted:
+            target.print(
+                f"[red]{comparison.item}[/]: ours is {comparison.outcome.ours!r}, the repository "
+                f"records {comparison.recorded!r}",
+                highlight=False,
+            )
+
+
+def print_power(
+    curve: Sequence[Power],
+    target: float,
+    enough: int | None,
+    repetitions: int,
+    console: Console | None = None,
+) -> None:
+    """Print power against the number of participants, and how many suffice."""
+    table = Table(
+        title=f"Power of simulated studies ({curve[0].studies} each, {repetitions} "
+        f"estimate{'s' if repetitions > 1 else ''} of a surface)",
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD,
+    )
+    table.add_column("participants", justify="right")
+    table.add_column("any\ndifference", justify="right")
+    for low, high in curve[0].steps:
+        table.add_column(f"{low:g} - {high:g}\nµm p-p", justify="right")
+    table.add_column("exponent\n± 95 %", justify="right")
+    for point in curve:
+        shares = [point.omnibus, *point.steps.values()]
+        cells = [f"[bold]{s:.3f}[/]" if s >= target else f"{s:.3f}" for s in shares]
+        table.add_row(str(point.participants), *cells, f"{point.exponent_half_width:.2f}")
+    target_console = console or Console()
+    target_console.print(table)
+    target_console.print(
+        f"{enough} participants or more reach {target:g} on every test."
+        if enough
+        else f"None of these sizes reaches {target:g} on every test.",
+        highlight=False,
+    )
+    target_console.print(
+        "[dim]Friedman; Wilcoxon between neighbours, Holm-corrected over all pairs. The "
+        "population has Table III's means and spreads; how ratings pair up is an assumption.[/]"
+    )

@@ -1,0 +1,92 @@
+"""Table III of Biet et al. (2007): what `slipscale reproduce` says about its data sets."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.reconstruction.published_table import CONVENTIONS, read
+from analysis.reconstruction.sampling import Sampler
+from analysis.reconstruction.solutions import Solutions
+
+if TYPE_CHECKING:
+    from analysis.reconstruction.conclusions import Conclusion
+
+TABLE_3 = Path("biet2007_table3")
+AMPLITUDES_UM_PP = (0.0, 0.5, 1.2, 2.3)
+
+
+@dataclass(frozen=True)
+class Count:
+    """How many data sets one column allows under one convention of the standard deviation."""
+
+    amplitude_um_pp: float
+    sd_convention: str
+    multisets: int
+    ordered: int
+
+
+@dataclass(frozen=True)
+class Section:
+    """Counts, what holds in every data set that Table III allows, and what depends."""
+
+    counts: tuple[Count, ...]
+    always: tuple[Conclusion, ...]
+    depends: tuple[Conclusion, ...]
+
+
+def columns() -> list[Solutions]:
+    """Return the solutions of the four columns, in the order of `AMPLITUDES_UM_PP`."""
+    return [Solutions(column) for column in read(TABLE_3).columns]
+
+
+def counts() -> tuple[Count, ...]:
+    """Return the number of data sets per column and convention."""
+    return tuple(
+        Count(amplitude, convention, other.multisets, other.ordered)
+        for amplitude, solutions in zip(AMPLITUDES_UM_PP, columns(), strict=True)
+        for convention in CONVENTIONS
+        for other in [solutions.under(convention, solutions.column.rounding)]
+    )
+
+
+def section() -> Section:
+    """Return the whole section; a few seconds."""
+    from analysis.reconstruction.conclusions import conclusions  # noqa: PLC0415
+
+    found = conclusions([Sampler(solutions) for solutions in columns()])
+    return Section(
+        counts(),
+        tuple(c for c in found if c.decided),
+        tuple(c for c in found if not c.decided),
+    )
+
+
+def table3_dataset(seed: int) -> dict[float, tuple[int, ...]]:
+    """Return a data set that Table III allows: twelve participants, four amplitudes.
+
+    Each column is exactly uniform over its multisets (sample SD) and then put in random
+    order, independently of the others: the table says nothing on who gave which rating, and
+    this pairing is as uninformed as that. Correlations between columns are therefore nil on
+    average; real participants' would not be.
+
+    Parameters
+    ----------
+    seed : int
+        The same seed gives the same data set.
+
+    Returns
+    -------
+    dict of float to tuple of int
+        Amplitude in µm peak to peak to the ratings of participants 1 to 12.
+    """
+    generator = np.random.default_rng(seed)
+    return {
+        amplitude: tuple(
+            int(v) for v in generator.permutation(Sampler(solutions).draw(1, generator)[0])
+        )
+        for amplitude, solutions in zip(AMPLITUDES_UM_PP, columns(), strict=True)
+    }

@@ -1,0 +1,203 @@
+"""The paper's items beside ours: one table, whoever computes them.
+
+A source is a module with ``ITEMS``, a mapping from an item's name to a function that returns its
+`Outcome`, and ``FIGURES``, a mapping from a figure's name to a function that returns a matplotlib
+figure; its recorded values lie beside it in a JSON file. Three questions are asked of an item:
+does ours round to what is printed (``agrees``), is ours what the repository records as ours
+(``drift``), and, where the paper is not met, why (``reason``).
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from analysis.published.biet2007 import agrees
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+#: Where items come from: module, and the file of its recorded values. In the order of printing.
+SOURCES: tuple[tuple[str, str], ...] = (
+    ("analysis.reproduction.table3", "table3.json"),
+    ("analysis.reproduction.datasets", "datasets.json"),
+    ("analysis.reproduction.film", "film.json"),
+    ("analysis.reproduction.plate", "plate.json"),
+)
+#: Ours may move by this much, relative, before it counts as drift: other processors and library
+#: versions round differently.
+DRIFT = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """What an item came to.
+
+    Parameters
+    ----------
+    published : str or None
+        The number as printed; None where the paper prints none.
+    ours : float
+        The same, by this repository.
+    unit : str
+        Of both.
+    reason : str
+        Where ours comes from, or why it differs.
+    rule : callable, optional
+        (published, ours) -> bool where the paper says something else than a number with decimals
+        ("more than 10"); by default ours must round to the printed number.
+    must_agree : bool
+        A disagreement is a failure of ours.
+    """
+
+    published: str | None
+    ours: float
+    unit: str
+    reason: str
+    rule: Callable[[str, float], bool] = agrees
+    must_agree: bool = False
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether ours meets the paper; None where the paper gives nothing."""
+        return None if self.published is None else self.rule(self.published, self.ours)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Comparison:
+    """An item, computed and compared."""
+
+    item: str
+    outcome: Outcome
+    recorded: float | None
+
+    @property
+    def drifted(self) -> bool:
+        """Whether ours is not what the repository records as ours."""
+        if self.recorded is None:
+            return True
+        return not math.isclose(self.outcome.ours, self.recorded, rel_tol=DRIFT, abs_tol=1e-12)
+
+    @property
+    def failed(self) -> bool:
+        """Whether the item makes the command exit 1."""
+        return self.drifted or (self.outcome.must_agree and self.outcome.agrees is False)
+
+    def record(self) -> dict[str, Any]:
+        """Return the item as ``--json`` prints it."""
+        text = self.outcome.published
+        return {
+            "item": self.item,
+            "published": _number_or_text(text),
+            "ours": self.outcome.ours,
+            "unit": self.outcome.unit,
+            "agrees": self.outcome.agrees,
+            "reason": self.outcome.reason,
+            "recorded": self.recorded,
+            "drifted": self.drifted,
+        }
+
+
+def _number_or_text(text: str | None) -> float | str | None:
+    try:
+        return None if text is None else float(text)
+    except ValueError:
+        return text
+
+
+def sources() -> list[Any]:
+    """Return the modules that offer items."""
+    return [import_module(name) for name, _ in SOURCES]
+
+
+def recorded_values() -> dict[str, float]:
+    """Return what the repository records as ours, by item."""
+    values: dict[str, float] = {}
+    for _, name in SOURCES:
+        values |= json.loads(
+            files("analysis.reproduction").joinpath("recorded", name).read_text(encoding="utf-8")
+        )
+    return values
+
+
+def record(items: Mapping[str, Callable[[], Outcome]], name: str) -> None:
+    """Write what a source's items give now as ours, integers as integers, beside this module."""
+    found = {item: compute().ours for item, compute in items.items()}
+    values = {item: int(v) if math.isfinite(v) and v == int(v) else v for item, v in found.items()}
+    Path(__file__).with_name("recorded").joinpath(name).write_text(
+        json.dumps(values, indent=2) + "\n", encoding="utf-8"
+    )
+
+
+def item_names() -> list[str]:
+    """Return every item, in the order of printing."""
+    return [name for source in sources() for name in source.ITEMS]
+
+
+def choose(wanted: Sequence[str]) -> list[str]:
+    """Return the items that the words name: an item, or the beginning of several before a dot.
+
+    >>> choose(["fig15"])
+    ['fig15.0', 'fig15.0.5', 'fig15.1.2', 'fig15.2.3']
+    """
+    known = item_names()
+    if not wanted:
+        return known
+    chosen: list[str] = []
+    for word in wanted:
+        exact = [word] if word in known else []
+        matches = exact or [name for name in known if name.startswith(f"{word}.")]
+        if not matches:
+            beginnings = dict.fromkeys(name.partition(".")[0] for name in known)
+            raise UserError(
+                f"no item '{word}'; expected one of {', '.join(beginnings)}, or one of theirs in "
+                f"full, such as {known[0]}"
+            )
+        chosen += [name for name in matches if name not in chosen]
+    return chosen
+
+
+def compare(
+    wanted: Sequence[str] = (), progress: Callable[[str], None] | None = None
+) -> list[Comparison]:
+    """Compute items and compare them with the paper and with the recorded values."""
+    calls = {name: call for source in sources() for name, call in source.ITEMS.items()}
+    recorded = recorded_values()
+    comparisons = []
+    for name in choose(wanted):
+        if progress:
+            progress(name)
+        comparisons.append(
+            Comparison(item=name, outcome=calls[name](), recorded=recorded.get(name))
+        )
+    return comparisons
+
+
+def write_figures(
+    out: Path, wanted: Sequence[str] = (), progress: Callable[[str], None] | None = None
+) -> list[Path]:
+    """Write the figures that belong to the items chosen, as SVG and PNG; return their paths."""
+    from analysis.figures import estimates  # noqa: PLC0415 - matplotlib takes a second to load
+
+    # A figure belongs to the items that bear its name: fig15 to fig15.0.5.
+    chosen = {name.split(".")[0] for name in choose(wanted)}
+    paths: list[Path] = []
+    try:
+        for source in sources():
+            for name, draw in source.FIGURES.items():
+                if wanted and name.split(".")[0] not in chosen:
+                    continue
+                if progress:
+                    progress(name)
+                paths += estimates.save(draw(), out / name, (".svg", ".png"))
+    except OSError as error:
+        raise UserError(
+            f"{error.filename or out}: cannot be written ({error.strerror or error})"
+        ) from error
+    return paths

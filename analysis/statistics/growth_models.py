@@ -1,0 +1,198 @@
+"""Growth of sensation: Stevens's power law and its rivals.
+
+All models are of the logarithm of an estimate: log y = a_i + log f(x; θ) + error, with an own
+factor exp(a_i) for each participant, so that the error is proportional and the normalisation
+does not matter. Fitted by least squares on participants' mean logarithms at amplitudes above 0,
+where every model is defined, so that information criteria compare like with like.
+
+=========  ==================  ============================================
+model      f(x; θ)             source
+=========  ==================  ============================================
+power      x^β                 Stevens (1957), Psychol. Rev. 64, 153-181
+threshold  (x - x0)^β          Stevens (1975), Psychophysics, ch. 1
+linear     x + c               a line with an intercept
+fechner    log(x / x0)         Fechner (1860); sensation 0 at threshold x0
+=========  ==================  ============================================
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from analysis.statistics.omnibus import Result, reason
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Growth:
+    """A growth function: its logarithm, and starting points within bounds for its parameters.
+
+    ``log_f(x, θ)`` takes stimuli above 0; ``starts(x)`` gives several θ to start from, and
+    ``bounds(x)`` the lower and upper limits.
+    """
+
+    parameters: tuple[str, ...]
+    log_f: Callable[[Array, Array], Array]
+    starts: Callable[[Array], list[list[float]]]
+    bounds: Callable[[Array], tuple[list[float], list[float]]]
+
+
+def _just_below(x: Array) -> float:
+    return float(x.min()) * (1 - 1e-6)
+
+
+MODELS: dict[str, Growth] = {
+    "power": Growth(
+        parameters=("exponent",),
+        log_f=lambda x, theta: theta[0] * np.log(x),
+        starts=lambda _: [[1.0]],
+        bounds=lambda _: ([-20.0], [20.0]),
+    ),
+    "threshold": Growth(
+        parameters=("exponent", "threshold"),
+        log_f=lambda x, theta: theta[0] * np.log(x - theta[1]),
+        starts=lambda x: [[1.0, 0.0], [0.5, 0.5 * x.min()], [0.3, 0.95 * x.min()]],
+        bounds=lambda x: ([-20.0, -10.0 * float(x.max())], [20.0, _just_below(x)]),
+    ),
+    "linear": Growth(
+        parameters=("offset",),
+        log_f=lambda x, theta: np.log(x + theta[0]),
+        starts=lambda x: [[0.0], [-0.5 * x.min()], [2.0 * x.max()]],
+        bounds=lambda x: ([-_just_below(x)], [1000.0 * float(x.max())]),
+    ),
+    "fechner": Growth(
+        parameters=("threshold",),
+        log_f=lambda x, theta: np.log(np.log(x) - theta[0]),
+        starts=lambda x: [[float(np.log(x.min())) - 0.1], [float(np.log(x.min())) - 2.0]],
+        bounds=lambda x: ([float(np.log(x.min())) - 50.0], [float(np.log(x.min())) - 1e-6]),
+    ),
+}
+
+
+def fit(name: str, stimuli: Array, logs: Array) -> Result:
+    """Fit one growth function to one or more participants, each with an own factor.
+
+    Parameters
+    ----------
+    name : str
+        A key of `MODELS`.
+    stimuli : array, shape (k,)
+        Above 0.
+    logs : array, shape (n, k)
+        Mean natural logarithms of estimates; NaN where missing.
+
+    Returns
+    -------
+    dict
+        ``parameters``, residual ``sd``, ``log_likelihood``, ``aic``, ``aicc`` (None where the
+        points do not suffice), ``bic``, ``points``, ``estimated`` (how many numbers were fitted).
+    """
+    from scipy import optimize  # noqa: PLC0415
+
+    model = MODELS[name]
+    here = ~np.isnan(logs)
+    factor = np.nanmean(logs, axis=1, keepdims=True)
+
+    def residuals(theta: Array) -> Array:
+        shape = np.where(here, model.log_f(stimuli, theta), np.nan)
+        return np.asarray(
+            ((logs - factor) - (shape - np.nanmean(shape, axis=1, keepdims=True)))[here]
+        )
+
+    fits = [
+        optimize.least_squares(residuals, start, bounds=model.bounds(stimuli), x_scale="jac")
+        for start in model.starts(stimuli)
+    ]
+    best = min(fits, key=lambda found: found.cost)
+    points, people = int(here.sum()), len(logs)
+    squares = max(2 * float(best.cost), 1e-300)
+    estimated = len(model.parameters) + people + 1
+    log_likelihood = -points / 2 * (np.log(2 * np.pi * squares / points) + 1)
+    spare = points - estimated - 1
+    aic = 2 * estimated - 2 * log_likelihood
+    values = dict(zip(model.parameters, (float(value) for value in best.x), strict=True))
+    if name == "fechner":
+        values["threshold"] = float(np.exp(values["threshold"]))
+    return {
+        "parameters": values,
+        "sd": float(np.sqrt(squares / max(points - estimated + 1, 1))),
+        "log_likelihood": float(log_likelihood),
+        "aic": float(aic),
+        "aicc": float(aic + 2 * estimated * (estimated + 1) / spare) if spare > 0 else None,
+        "bic": float(estimated * np.log(points) - 2 * log_likelihood),
+        "points": points,
+        "estimated": estimated,
+    }
+
+
+def compare(logs: pd.DataFrame) -> Result:
+    """Fit every growth function to the group and rank them by the corrected Akaike criterion.
+
+    Parameters
+    ----------
+    logs : DataFrame, shape (participants, stimuli)
+        As for `exponents`.
+
+    Returns
+    -------
+    dict
+        Model -> `fit` with ``delta_aicc`` and ``weight``; under ``best`` the model of least AICc.
+    """
+    usable = logs.loc[:, logs.columns.to_numpy(float) > 0]
+    usable = usable[usable.notna().sum(axis=1) >= 2]  # noqa: PLR2004
+    stimuli = usable.columns.to_numpy(float)
+    if len(stimuli) < 3:  # noqa: PLR2004 - the largest model has two numbers of shape
+        return reason(few("amplitudes above 0", len(stimuli), 3))
+    if len(usable) < FEWEST:
+        return reason(few("participants with estimates above zero at two amplitudes", len(usable)))
+    if (np.nanmax(usable, axis=1) - np.nanmin(usable, axis=1) <= TINY).all():
+        return reason("every participant's estimates are all the same")
+    fits = {name: fit(name, stimuli, usable.to_numpy(float)) for name in MODELS}
+    scores = {name: found["aicc"] for name, found in fits.items() if found["aicc"] is not None}
+    if not scores:
+        return reason("too few points for the corrected Akaike criterion")
+    least = min(scores.values())
+    weights = {name: np.exp(-(score - least) / 2) for name, score in scores.items()}
+    for name, found in fits.items():
+        score = scores.get(name)
+        found["delta_aicc"] = None if score is None else float(score - least)
+        found["weight"] = float(weights.get(name, 0.0) / sum(weights.values()))
+    return {"models": fits, "best": min(scores, key=lambda name: scores[name]), "n": len(usable)}
+
+
+def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
+    """Return the growth function of least AICc for each participant, from single trials.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        ``participant_id amplitude_um_pp log``; amplitudes of 0 and missing logarithms count for
+        nothing.
+
+    Returns
+    -------
+    dict
+        Participant -> model, or None where too few trials tell models apart.
+    """
+    usable = trials[(trials["amplitude_um_pp"] > 0) & trials["log"].notna()]
+    winners: dict[str, str | None] = {}
+    for who, own in usable.groupby("participant_id", observed=True):
+        stimuli, logs = own["amplitude_um_pp"].to_numpy(float), own["log"].to_numpy(float)[None, :]
+        scores: dict[str, float] = {}
+        # The largest model has four numbers to estimate; AICc needs six points for that.
+        if len(stimuli) >= 6 and len(np.unique(stimuli)) >= 3:  # noqa: PLR2004
+            found = {name: fit(name, stimuli, logs)["aicc"] for name in MODELS}
+            scores = {name: aicc for name, aicc in found.items() if aicc is not None}
+        winners[str(who)] = min(scores, key=lambda name: scores[name]) if scores else None
+    return winners

@@ -1,0 +1,116 @@
+"""The linear mixed model of the exponent, and whether its fit can be believed."""
+
+from __future__ import annotations
+
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from analysis.statistics.omnibus import Result, reason
+from experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from analysis.preprocessing.log_transform import Prepared
+
+#: A mixed model of more participants takes minutes and says what the slopes' t interval says.
+AT_MOST = 200
+#: statsmodels' optimisers, all tried: each alone fails on some data, or says that it converged
+#: where another finds a better fit (on the R reference lbfgs stops short of lme4's maximum).
+OPTIMISERS = ("bfgs", "lbfgs", "powell")
+#: Log-likelihoods closer than this are the same maximum.
+SAME_MAXIMUM = 1e-3
+#: What statsmodels' warnings have in common where a variance or correlation is at its bound.
+AT_ITS_BOUND = ("boundary", "not positive definite", "singular")
+
+
+def mixed_model(data: Prepared) -> Result:
+    """Linear mixed model of log estimate on log amplitude, random intercepts and slopes (REML).
+
+    Fitted by statsmodels on trials above 0 µm. The interval of the slope is Student's with n - 1
+    degrees of freedom: statsmodels' own is the normal's, too short for a dozen people. Variances
+    are given without errors: those of statsmodels are not usable. The fit is the
+    likeliest of `OPTIMISERS`'; ``converged`` says that one of them ended there by its own rule,
+    ``at_bound`` that a variance or correlation cannot go further, ``warnings`` are that fit's.
+    """
+    from scipy import stats  # noqa: PLC0415
+
+    frame, why = _frame(data)
+    if why:
+        return reason(why)
+    try:
+        fit, optimiser, said = _fit(frame)
+    except (np.linalg.LinAlgError, ValueError) as error:
+        return reason(f"the model could not be fitted ({error})")
+    se = float(fit.bse_fe["lx"])
+    if not np.isfinite(se):
+        return reason("the model could not be fitted (no standard error)")
+    n = frame["who"].nunique()
+    slope = float(fit.fe_params["lx"])
+    half = float(stats.t.ppf((1 + data.choices.confidence) / 2, n - 1)) * se
+    return {
+        "intercept": float(fit.fe_params["Intercept"]),
+        "exponent": slope,
+        "se": se,
+        "ci": [slope - half, slope + half],
+        "sd_intercept": float(np.sqrt(max(fit.cov_re.iloc[0, 0], 0.0))),
+        "sd_exponent": float(np.sqrt(max(fit.cov_re.iloc[1, 1], 0.0))),
+        "sd_residual": float(np.sqrt(fit.scale)),
+        "log_likelihood_reml": float(fit.llf),
+        "converged": bool(fit.converged),
+        "at_bound": any(mark in text for text in said for mark in AT_ITS_BOUND),
+        "optimiser": optimiser,
+        "warnings": said,
+        "n": n,
+        "trials": len(frame),
+    }
+
+
+def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
+    """Return log estimates and log amplitudes above 0, and why they allow no model."""
+    trials = data.trials[(data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()]
+    frame = pd.DataFrame(
+        {
+            "ly": trials["log"],
+            "lx": np.log(trials["amplitude_um_pp"]),
+            "who": trials[PARTICIPANT],
+        }
+    )
+    n = frame["who"].nunique()
+    around = frame["ly"] - frame.groupby("who", observed=True)["ly"].transform("mean")
+    reasons: dict[str, bool] = {
+        data.zero_sentence: data.refused,
+        few("participants", n): n < FEWEST,
+        few("amplitudes above 0", frame["lx"].nunique(), 2): frame["lx"].nunique() < 2,  # noqa: PLR2004
+        f"{n} participants: fitted up to {AT_MOST}; with more, the t interval of participants' "
+        "exponents (power_law) is the same estimate": n > AT_MOST,
+        "no more than two estimates above 0 µm a participant: no residual is left": len(frame)
+        <= 2 * n,
+        "every participant's estimates are all the same": len(frame) > 0
+        and float(np.ptp(around)) <= TINY,
+    }
+    return frame, next((text for text, holds in reasons.items() if holds), None)
+
+
+def _fit(frame: pd.DataFrame) -> tuple[Any, str, list[str]]:
+    """Return the likeliest fit, its optimiser, and what statsmodels warned of in that attempt."""
+    import statsmodels.formula.api as smf  # noqa: PLC0415
+
+    model = smf.mixedlm("ly ~ lx", frame, groups="who", re_formula="~lx")
+    attempts = []
+    for optimiser in OPTIMISERS:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            fit = model.fit(reml=True, method=[optimiser])
+            fit.bse_fe  # noqa: B018 - computed on first use, and it warns
+        # An optimiser that lost its way leaves no likelihood.
+        if np.isfinite(fit.llf):
+            said = sorted({str(w.message).splitlines()[0] for w in caught})
+            attempts.append((fit, optimiser, said))
+    if not attempts:
+        raise ValueError("no optimiser found a likelihood")
+    highest = max(float(fit.llf) for fit, _, _ in attempts)
+    there = [attempt for attempt in attempts if attempt[0].llf > highest - SAME_MAXIMUM]
+    return next((attempt for attempt in there if attempt[0].converged), there[0])

@@ -1,0 +1,133 @@
+"""The descending difference's "yes" against the size of the step: a curve for the population."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.preprocessing.sufficiency import FEWEST, few
+from analysis.statistics.omnibus import Result, reason
+from experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+#: Coefficients of the curve: intercept and slope.
+COEFFICIENTS = 2
+
+
+def psychometric(steps: pd.DataFrame, confidence: float = 0.95) -> Result:
+    """Fit a logistic curve of "yes" on how much amplitude was removed, catch steps at 0.
+
+    Generalised estimating equations (Liang and Zeger 1986, Biometrika 73, 13-22), answers of a
+    participant exchangeably correlated, by statsmodels; errors are Mancl and DeRouen's (2001,
+    Biometrics 57, 126-134), which suit few participants, the interval is Student's with n - 2.
+
+    Parameters
+    ----------
+    steps : DataFrame
+        `analysis.reading.dataset.Dataset.differences`: answered steps, catch steps among them.
+
+    Returns
+    -------
+    dict
+        ``log_odds_per_um`` (of µm peak to peak removed), its ``se``, ``ci``, ``t``, ``df``, ``p``;
+        ``intercept``; the two's ``covariance``; ``half_yes_um``, where half would say yes;
+        ``correlation`` within participants; or ``reason``.
+    """
+    removed = (steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]).to_numpy(float)
+    felt = steps["difference_felt"].to_numpy(float)
+    people = steps[PARTICIPANT].astype(str).to_numpy()
+    n = len(np.unique(people))
+    if n < FEWEST:
+        return reason(few("participants", n))
+    if why := separated(removed, felt):
+        return reason(why)
+    return _fit(pd.DataFrame({"felt": felt, "removed": removed, "who": people}), n, confidence)
+
+
+def curve(
+    found: Mapping[str, Any], removed: NDArray[np.float64], confidence: float = 0.95
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the fitted share of "yes" and its pointwise band, Student's on log odds.
+
+    Parameters
+    ----------
+    found : dict
+        `psychometric`'s result, not a reason.
+    removed : array, shape (k,)
+        Sizes of steps, µm peak to peak.
+
+    Returns
+    -------
+    tuple of arrays, each of shape (k,)
+        Share, lower bound, upper bound.
+    """
+    from scipy import special, stats  # noqa: PLC0415
+
+    design = np.stack([np.ones_like(removed), removed], axis=1)
+    log_odds = design @ [found["intercept"], found["log_odds_per_um"]]
+    variance = ((design @ np.array(found["covariance"])) * design).sum(axis=1)
+    half = stats.t.ppf((1 + confidence) / 2, found["df"]) * np.sqrt(variance)
+    low, middle, high = (special.expit(log_odds + sign * half) for sign in (-1, 0, 1))
+    return middle, low, high
+
+
+def separated(removed: NDArray[np.float64], felt: NDArray[np.float64]) -> str | None:
+    """Say why no finite slope exists, or None.
+
+    >>> separated(np.array([0, 1.0, 2]), np.array([0, 1.0, 1]))[:19]
+    'complete separation'
+    """
+    yes, no = removed[felt == 1], removed[felt == 0]
+    if not len(yes) or not len(no):
+        return f"every answer is {'yes' if len(yes) else 'no'}: nothing for a curve to rise between"
+    if np.ptp(removed) == 0:
+        return "one size of step: a curve needs two"
+    if no.max() <= yes.min() or yes.max() <= no.min():
+        return (
+            "complete separation: the size of the step tells every yes from every no, so that the "
+            "likeliest curve is a jump without a finite slope"
+        )
+    return None
+
+
+def _fit(frame: pd.DataFrame, n: int, confidence: float) -> Result:
+    import statsmodels.api as sm  # noqa: PLC0415 - a second's import
+    import statsmodels.formula.api as smf  # noqa: PLC0415
+    from scipy import stats  # noqa: PLC0415
+
+    model = smf.gee(
+        "felt ~ removed",
+        "who",
+        frame,
+        family=sm.families.Binomial(),
+        cov_struct=sm.cov_struct.Exchangeable(),
+    )
+    try:
+        fit = model.fit(cov_type="bias_reduced")
+    except (np.linalg.LinAlgError, ValueError) as error:
+        return reason(f"the curve could not be fitted ({error})")
+    slope, se = float(fit.params["removed"]), float(fit.bse["removed"])
+    if not fit.converged or not np.isfinite([slope, se]).all():
+        return reason("the fit did not converge")
+    df = n - COEFFICIENTS
+    half = float(stats.t.ppf((1 + confidence) / 2, df)) * se
+    return {
+        "log_odds_per_um": slope,
+        "se": se,
+        "ci": [slope - half, slope + half],
+        "t": slope / se,
+        "df": df,
+        "p": float(2 * stats.t.sf(abs(slope / se), df)),
+        "intercept": float(fit.params["Intercept"]),
+        "covariance": fit.cov_params().to_numpy(float).tolist(),
+        "half_yes_um": -float(fit.params["Intercept"]) / slope if slope > 0 else None,
+        "correlation": float(model.cov_struct.dep_params),
+        "n": n,
+        "answers": len(frame),
+    }

@@ -1,0 +1,202 @@
+"""The commands that run sessions: run, resume, check. A few lines each.
+
+What they call is imported when they run: PsychoPy, pydantic and rich take their time.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from faults import ANSWER_IS_NO, DONE, INTERRUPTED
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+    from experiments.running.preflight import Finding
+
+
+def add_room(
+    parser: ArgumentParser,
+    plate: str | None = "mock",
+    default: str = "mock, which makes the run a pilot",
+) -> None:
+    """Add what says where a session takes place."""
+    parser.add_argument(
+        "--plate",
+        metavar="SPEC",
+        default=plate,
+        help=f"mock, serial:PORT or scpi:RESOURCE (default: {default})",
+    )
+    parser.add_argument("--windowed", action="store_true", help="not full screen")
+    parser.add_argument(
+        "--screen", type=int, default=0, metavar="N", help="the participant's monitor (default: 0)"
+    )
+
+
+def add_who(parser: ArgumentParser, *, required: bool) -> None:
+    """Add what says whose session it is."""
+    parser.add_argument(
+        "study",
+        metavar="STUDY",
+        nargs="?",
+        default="biet2007",
+        help="a TOML file or a shipped study's name (default: biet2007)",
+    )
+    parser.add_argument(
+        "--participant",
+        required=required,
+        metavar="01",
+        help="the participant's number: letters and digits, never a name",
+    )
+    parser.add_argument("--session", default="", metavar="01", help="where there are several")
+    parser.add_argument("--run", default="01", metavar="01", help="default: 01")
+    parser.add_argument(
+        "--out", type=Path, default=Path("data"), metavar="DIR", help="the data set (default: data)"
+    )
+
+
+def add_run(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale run``."""
+    add_who(parser, required=True)
+    add_room(parser)
+    parser.add_argument("--language", metavar="CODE", help="default: the study's")
+    parser.add_argument("--seed", type=int, metavar="N", help="default: the study's")
+    parser.add_argument("--pilot", action="store_true", help="mark the run as a pilot")
+    parser.add_argument("--unblind", action="store_true", help="show the operator the amplitude")
+
+
+def run_run(args: Namespace) -> int:
+    """Run a participant's session."""
+    from experiments.journal.run_record import is_mock  # noqa: PLC0415
+    from experiments.running.lab_session import Room, begin, plan_run  # noqa: PLC0415
+
+    plan = plan_run(
+        args.study,
+        participant=args.participant,
+        session=args.session,
+        run=args.run,
+        seed=args.seed,
+        language=args.language,
+        # Nobody feels anything on a mock plate: what is answered there is no participant's data.
+        pilot=args.pilot or is_mock(args.plate),
+    )
+    room = Room(
+        plate=args.plate,
+        full_screen=not args.windowed,
+        screen=args.screen,
+        unblind=args.unblind,
+    )
+    outcome = begin(args.out, plan, room)
+    return _end(outcome, plan.journal_path(args.out))
+
+
+def add_resume(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale resume``."""
+    parser.add_argument("journal", type=Path, metavar="RUN_JOURNAL")
+    add_room(parser, plate=None, default="the one that the run was on")
+    parser.add_argument("--unblind", action="store_true", help="show the operator the amplitude")
+
+
+def run_resume(args: Namespace) -> int:
+    """Go on with an interrupted run."""
+    from experiments.journal.run_record import (  # noqa: PLC0415
+        answered_by,
+        dataset_of,
+        is_complete,
+        last_plate,
+        read_plan,
+    )
+    from faults import UserError  # noqa: PLC0415
+
+    plan, records = read_plan(args.journal)
+    if is_complete(records):
+        raise UserError(f"journal {args.journal}: this run is complete; nothing to go on with")
+    plate = args.plate or last_plate(records)
+    if answered_by(records) == "simulated":
+        from experiments.dataset.bids import build_dataset  # noqa: PLC0415
+        from experiments.running.pilot import run_simulated  # noqa: PLC0415
+
+        folder = dataset_of(args.journal, plan)
+        run_simulated(folder, plan, plate)
+        build_dataset(folder)
+        return _end("complete", args.journal)
+    from experiments.running.lab_session import Room, go_on  # noqa: PLC0415
+
+    room = Room(
+        plate=plate,
+        full_screen=not args.windowed,
+        screen=args.screen,
+        unblind=args.unblind,
+    )
+    return _end(go_on(args.journal, room), args.journal)
+
+
+def _end(outcome: str, journal: Path) -> int:
+    """Say how a session ended; return the exit status."""
+    if outcome == "complete":
+        print(f"complete: {journal}")
+        return DONE
+    from experiments.running.run_state import to_go_on  # noqa: PLC0415
+
+    print(f"stopped; nothing is lost. {to_go_on(journal)}")
+    return INTERRUPTED
+
+
+def add_check(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale check``."""
+    add_who(parser, required=False)
+    add_room(parser)
+    parser.add_argument("--pilot", action="store_true", help="the run will be marked as a pilot")
+    parser.add_argument("--json", action="store_true", help="print the findings as JSON")
+
+
+def run_check(args: Namespace) -> int:
+    """Go through the checklist."""
+    from experiments.running.preflight import Setting, check  # noqa: PLC0415
+
+    setting = Setting(
+        study=args.study,
+        plate=args.plate,
+        out=args.out,
+        participant=args.participant,
+        session=args.session,
+        run=args.run,
+        screen=args.screen,
+        full_screen=not args.windowed,
+        pilot=args.pilot,
+    )
+    findings = check(setting, (lambda _: None) if args.json else _print_finding)
+    if args.json:
+        import json  # noqa: PLC0415
+        from dataclasses import asdict  # noqa: PLC0415
+
+        print(json.dumps([asdict(finding) for finding in findings], indent=2, ensure_ascii=False))
+    failed = [finding.name for finding in findings if finding.passed is False]
+    if failed:
+        print(f"not ready: {', '.join(failed)}", file=sys.stderr)
+        return ANSWER_IS_NO
+    if not args.json:
+        print("ready")
+    return DONE
+
+
+def _print_finding(finding: Finding) -> None:
+    from rich.console import Console  # noqa: PLC0415
+    from rich.text import Text  # noqa: PLC0415
+
+    mark, style = {True: ("✓", "green"), False: ("✗", "bold red"), None: ("!", "yellow")}[
+        finding.passed
+    ]
+    line = Text.assemble((f" {mark} ", style), (f"{finding.name:<12}", "bold"), finding.detail)
+    if finding.remedy:
+        line.append(f"\n   {'':<12}→ {finding.remedy}", "yellow")
+    Console(soft_wrap=True).print(line)
+
+
+COMMANDS = {
+    "run": (add_run, run_run),
+    "resume": (add_resume, run_resume),
+    "check": (add_check, run_check),
+}

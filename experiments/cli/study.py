@@ -1,0 +1,41 @@
+"""The command ``slipscale study``: new, show, validate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from faults import DONE
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+NEW_STUDY = "biet2007"
+
+
+def add_study(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale study``."""
+    commands = parser.add_subparsers(dest="what", metavar="new | show | validate", required=True)
+    new = commands.add_parser("new", help="write a study file to begin with")
+    new.add_argument("path", type=Path, metavar="FILE")
+    show = commands.add_parser("show", help="say what a study does, and a participant's orders")
+    show.add_argument("study", metavar="STUDY", nargs="?", default="biet2007")
+    show.add_argument("--participant", default="01", metavar="01")
+    validate = commands.add_parser("validate", help="tell every fault of a study file")
+    validate.add_argument("study", metavar="STUDY")
+
+
+def run_study(args: Namespace) -> int:
+    """Write, show or validate a study file."""
+    from experiments.running import study_commands  # noqa: PLC0415
+
+    actions = {
+        "new": lambda: study_commands.new(args.path, NEW_STUDY),
+        "show": lambda: study_commands.show(args.study, args.participant),
+        "validate": lambda: study_commands.validate(args.study),
+    }
+    print(actions[args.what]())
+    return DONE
+
+
+COMMANDS = {"study": (add_study, run_study)}

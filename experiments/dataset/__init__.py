@@ -1,0 +1,1 @@
+"""Journals to a BIDS data set: columns, trials, files."""

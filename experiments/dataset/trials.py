@@ -1,0 +1,142 @@
+"""Journal records gathered into trials: the pure half of the data set."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from experiments.journal.serialisation import surface_from, trial_from
+from experiments.protocols.base import TrialRecord
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from experiments.journal.journal import Record
+    from experiments.protocols.steps import Value
+
+# What an event between a trial's beginning and its end leaves on its row. A pilot that was taken
+# up again leaves nothing: in its virtual time nobody waited.
+EVENT_FLAGS: dict[str, str] = {
+    "fault": "fault",
+    "pause": "paused",
+    "represented": "represented",
+    "take_up": "resumed",
+}
+
+
+@dataclass(slots=True)
+class Gathered:
+    """What a journal says, sorted.
+
+    Parameters
+    ----------
+    person : dict
+        Answers about the participant.
+    run_answers : dict of dict
+        Answers about a whole task's run, by task.
+    trials : dict of list
+        Finished trials, by task, in order.
+    voided : list
+        (task, trial, reason) of each voided trial.
+    """
+
+    person: dict[str, Value] = field(default_factory=dict)
+    run_answers: dict[str, dict[str, Value]] = field(default_factory=dict)
+    trials: dict[str, list[TrialRecord]] = field(default_factory=dict)
+    voided: list[tuple[str, int, str]] = field(default_factory=list)
+
+
+def gather(records: list[Record]) -> Gathered:
+    """Return a run's trials and answers from its journal's records, in order.
+
+    A trial without its end (the run was interrupted there) is not a trial yet and is left out.
+    """
+    gathered = Gathered()
+    current: TrialRecord | None = None
+    step: dict[str, Any] = {}
+    virtual = False
+    for record in records:
+        if record.kind == "begin":
+            step = record.data["what"]
+            current = _trial(step, current, record.time_s)
+        elif record.kind == "done":
+            _answer(gathered, current, step, record)
+            if step["type"] == "EndTrial":
+                current = None
+        elif record.kind == "void":
+            gathered.voided.append(
+                (record.data["task"], record.data["trial"], record.data["reason"])
+            )
+        elif record.kind in EVENT_FLAGS:
+            # "represented" that follows a virtual "take_up" belongs to it.
+            virtual = record.data.get("virtual", virtual and record.kind == "represented")
+            if current and not virtual:
+                _flag(current, EVENT_FLAGS[record.kind])
+    _flag_voided(gathered)
+    return gathered
+
+
+def _flag_voided(gathered: Gathered) -> None:
+    for task, trial, _ in gathered.voided:
+        for row in gathered.trials.get(task, []):
+            if row.trial.number == trial:
+                _flag(row, "voided")
+
+
+def _trial(step: dict[str, Any], current: TrialRecord | None, time_s: float) -> TrialRecord | None:
+    """Return the trial that a step belongs to: the current one, a new one, or none."""
+    if not step["trial"]:
+        return None
+    trial = trial_from(step["trial"])
+    if current and (current.trial.task, current.trial.number) == (trial.task, trial.number):
+        return current
+    return TrialRecord(trial=trial, onset_s=time_s)
+
+
+def _flag(row: TrialRecord, flag: str) -> None:
+    if flag not in row.flags:
+        row.flags.append(flag)
+
+
+def _answer(
+    gathered: Gathered, row: TrialRecord | None, step: dict[str, Any], record: Record
+) -> None:
+    """Put a step's answer where it belongs."""
+    answer = record.data["answer"] or {}
+    if row is not None:
+        take = TAKERS.get(step["type"])
+        if take:
+            take(row, step, answer)
+        if step["type"] == "EndTrial":
+            task = row.trial.task
+            row.end_s = record.time_s
+            row.run_answers = gathered.run_answers.get(task, {})
+            gathered.trials.setdefault(task, []).append(row)
+    elif step["type"] == "Ask" and step["task"]:
+        gathered.run_answers.setdefault(step["task"], {})[step["name"]] = answer["value"]
+    elif step["type"] == "Ask":
+        gathered.person[step["name"]] = answer["value"]
+
+
+def _take_presented(row: TrialRecord, step: dict[str, Any], answer: dict[str, Any]) -> None:
+    row.surface = surface_from(step["surface"])
+    row.before = surface_from(step["lead_in"][0]["surface"]) if step["lead_in"] else None
+    row.readback_um_pp = answer["readback_um_pp"]
+    row.onset_s = answer["onset_s"]
+
+
+def _take_exploration(row: TrialRecord, _step: dict[str, Any], answer: dict[str, Any]) -> None:
+    row.exploration_time_s = answer["response_time_s"]
+
+
+def _take_answer(row: TrialRecord, step: dict[str, Any], answer: dict[str, Any]) -> None:
+    row.answers[step["name"]] = answer
+    if answer["timed_out"]:
+        _flag(row, "timed_out")
+
+
+TAKERS: dict[str, Callable[[TrialRecord, dict[str, Any], dict[str, Any]], None]] = {
+    "Present": _take_presented,
+    "Explore": _take_exploration,
+    "Ask": _take_answer,
+}

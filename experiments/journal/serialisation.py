@@ -1,0 +1,67 @@
+"""Steps and answers as the journal's plain data, and back."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from experiments.protocols.steps import Answer, Presented, Reply, Trial, Voided
+from stimuli.surface import VirtualSurface
+from stimuli.texture import Grating
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from experiments.protocols.steps import Step
+    from stimuli.surface import Surface
+
+ANSWERS: dict[str, Callable[..., Answer]] = {
+    "Reply": Reply,
+    "Presented": Presented,
+    "Voided": Voided,
+}
+# Words may be mended between versions without making a run unresumable.
+WORDS = ("text", "title", "question")
+
+
+def step_record(step: Step) -> dict[str, Any]:
+    """Return a step as plain data, with its type, as it reads back from a journal."""
+    record: dict[str, Any] = json.loads(json.dumps(asdict(step)))
+    return {"type": type(step).__name__, **record}
+
+
+def same_step(one: dict[str, Any], other: dict[str, Any]) -> bool:
+    """Return whether two step records are one step, but for its words."""
+    return bool(_without_words(one) == _without_words(other))
+
+
+def _without_words(record: Any) -> Any:
+    if isinstance(record, dict):
+        return {k: _without_words(v) for k, v in record.items() if k not in WORDS}
+    if isinstance(record, list):
+        return [_without_words(value) for value in record]
+    return record
+
+
+def answer_record(answer: Answer) -> dict[str, Any] | None:
+    """Return an answer as plain data, with its type; None stays None."""
+    return None if answer is None else {"type": type(answer).__name__, **asdict(answer)}
+
+
+def answer_from(record: dict[str, Any] | None) -> Answer:
+    """Return the answer that a record holds."""
+    if record is None:
+        return None
+    fields = {key: tuple(v) if isinstance(v, list) else v for key, v in record.items()}
+    return ANSWERS[str(fields.pop("type"))](**fields)
+
+
+def surface_from(record: dict[str, Any]) -> Surface:
+    """Return the surface that a record holds: a texture is known by its period."""
+    return Grating(**record) if "spatial_period_mm" in record else VirtualSurface(**record)
+
+
+def trial_from(record: dict[str, Any]) -> Trial:
+    """Return the trial that a record holds."""
+    return Trial(**record)

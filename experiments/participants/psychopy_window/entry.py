@@ -1,0 +1,220 @@
+"""What is being typed, and whether it is an answer: no window, no clock, only characters.
+
+One rule governs this file: **nothing is clipped, guessed or dropped in silence.** An entry that is
+not an answer is refused with the name of the text that explains it, and whoever asked keeps it.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import unicodedata
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Protocol
+
+from experiments.languages.texts import NUMBER_KEYS
+from experiments.protocols.steps import (
+    ChoiceQuestion,
+    NumberQuestion,
+    Question,
+    TextQuestion,
+    Value,
+    YesNoQuestion,
+)
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+ENTER = "\r"
+NUMBER_LENGTH = 20
+NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)")
+# "1,000" is one to half of the world and a thousand to the other half.
+THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(,[0-9]{3})+")
+# The digit row of a French keyboard, unshifted: who presses the key marked 2 means 2.
+AZERTY = dict(zip("&é\"'(-è_ç", "123456789", strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class Accepted:
+    """The entry is an answer."""
+
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """The entry is no answer.
+
+    Parameters
+    ----------
+    entry : str
+        What was typed, word for word.
+    reason : str
+        The key of the text that explains it ("window.not_a_number").
+    blanks : Mapping
+        What fills that text's {braces}.
+    """
+
+    entry: str
+    reason: str
+    blanks: Mapping[str, str] = field(default_factory=dict)
+
+
+Verdict = Accepted | Refused | None
+
+
+def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
+    """Read a number as people type it: decimal point or comma, no exponent, finite.
+
+    Parameters
+    ----------
+    entry : str
+        What was typed.
+    positive : bool
+        Whether 0 is no answer.
+
+    >>> judge_number("12,5")
+    Accepted(value=12.5)
+    >>> judge_number("1,000").reason
+    'window.thousands'
+    >>> judge_number("-3").reason
+    'window.too_small'
+    """
+    text = entry.strip()
+    if not text:
+        return Refused(entry, "window.empty")
+    if THOUSANDS.fullmatch(text):
+        return Refused(entry, "window.thousands", {"entry": text})
+    if not NUMBER.fullmatch(text):
+        return Refused(entry, "window.not_a_number", {"entry": text})
+    value = float(text.replace(",", ".")) + 0.0  # no negative zero
+    refusals = {
+        "window.too_large": not math.isfinite(value),
+        "window.too_small": value < 0,
+        "window.not_positive": positive and value == 0,
+    }
+    for reason, applies in refusals.items():
+        if applies:
+            return Refused(entry, reason, {"entry": text})
+    return Accepted(value)
+
+
+class Entry(Protocol):
+    """A place to answer: takes characters one by one and says when they are an answer."""
+
+    content: str
+
+    def press(self, character: str) -> Verdict:
+        """Take one character; Enter is ``ENTER``."""
+
+    def erase(self) -> None:
+        """Take back the last character."""
+
+
+class TypedEntry:
+    """A line of characters that Enter hands in; one character too many is refused, and said.
+
+    Parameters
+    ----------
+    question : NumberQuestion or TextQuestion
+        What the line answers.
+    """
+
+    def __init__(self, question: NumberQuestion | TextQuestion) -> None:
+        self.content = ""
+        self._question = question
+        self._max_length = (
+            question.max_length if isinstance(question, TextQuestion) else NUMBER_LENGTH
+        )
+
+    def press(self, character: str) -> Verdict:
+        """Take one character; on Enter judge the line, and empty it when it is refused."""
+        if character in (ENTER, "\n"):
+            verdict = self._judge()
+            if isinstance(verdict, Refused):
+                self.content = ""
+            return verdict
+        if not (character.isprintable() or unicodedata.category(character) == "Zs"):
+            return None  # Tab and its like write nothing; a no-break space is a space
+        if len(self.content) >= self._max_length:
+            return Refused("", "window.full")
+        self.content += character
+        return None
+
+    def erase(self) -> None:
+        """Take back the last character."""
+        self.content = self.content[:-1]
+
+    def _judge(self) -> Accepted | Refused:
+        if isinstance(self._question, NumberQuestion):
+            return judge_number(self.content, positive=self._question.positive)
+        if not self.content.strip():
+            return Refused(self.content, "window.empty")
+        return Accepted(self.content)
+
+
+class KeyEntry:
+    """One key is the answer.
+
+    Parameters
+    ----------
+    answers : Mapping
+        From the key's character, lower case, to the answer's value.
+    """
+
+    def __init__(self, answers: Mapping[str, Value]) -> None:
+        self.content = ""
+        self._answers = answers
+
+    def press(self, character: str) -> Verdict:
+        """Take one key: the answer, or refused."""
+        key = character.casefold()
+        if key not in self._answers:
+            key = AZERTY.get(key, key)
+        if key in self._answers:
+            return Accepted(self._answers[key])
+        keys = ", ".join(self._answers)
+        return Refused(character, "window.other_key", {"keys": keys})
+
+    def erase(self) -> None:
+        """Nothing is typed here, so nothing is erased."""
+
+
+def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
+    """Return an empty entry for a question.
+
+    Parameters
+    ----------
+    question : Question
+        What is asked.
+    texts : Mapping
+        The language's texts; they name the keys for yes and no.
+
+    Raises
+    ------
+    UserError
+        More options than there are number keys.
+    """
+    if isinstance(question, YesNoQuestion):
+        return KeyEntry(yes_no_keys(texts))
+    if isinstance(question, ChoiceQuestion):
+        return KeyEntry(choice_keys(question))
+    return TypedEntry(question)
+
+
+def yes_no_keys(texts: Mapping[str, str]) -> dict[str, Value]:
+    """Return the keys for yes and no in the texts' language, and what they mean."""
+    yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
+    return {yes: True, no: False}
+
+
+def choice_keys(question: ChoiceQuestion) -> dict[str, Value]:
+    """Return the number keys of a choice, and the option's code behind each."""
+    count = len(question.options)
+    if not 1 <= count <= NUMBER_KEYS:
+        raise UserError(
+            f"question '{question.prompt}' has {count} options, expected 1 to {NUMBER_KEYS}: "
+            "each is a number key"
+        )
+    return {str(number): code for number, (code, _) in enumerate(question.options, start=1)}

@@ -1,0 +1,243 @@
+"""The vocabulary of a protocol: the steps it yields, and the replies it is sent.
+
+A protocol is a plain generator: it yields one of `Step` and receives the reply that the table
+`REPLIES` names for it. It knows no clock, screen, plate or file. Steps are what the journal
+records, so each is plain data; what a participant is shown never holds an amplitude.
+
+============  =====================================================  ==============
+step          what the session does                                  reply
+============  =====================================================  ==============
+`Instruct`    shows a text until the participant goes on             `Reply`
+`Present`     makes a surface on the plate, settled and read back    `Presented`
+`Explore`     lets the participant stroke the surface                `Reply`
+`Ask`         asks a question                                        `Reply`
+`Silence`     stops the plate                                        None
+`Rest`        shows a break screen with the progress                 `Reply`
+`EndTrial`    closes a trial; hears which trials the operator voided `Voided`
+`EndBlock`    shows the screen after a block; hears likewise         `Voided`
+============  =====================================================  ==============
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from stimuli.surface import Surface
+
+Phase = Literal["practice", "main"]
+Value = str | float | bool | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """Which trial a step belongs to.
+
+    Parameters
+    ----------
+    task : str
+        The data set's task label, letters and digits only ("magnitudeestimation").
+    number : int
+        1, 2, ... in the order of presentation within the task; a repeated trial has its own.
+    total : int
+        How many trials the task is expected to have, practice included.
+    phase : {"practice", "main"}
+        Practice trials are recorded and not analysed.
+    factors : Mapping
+        The protocol's own columns of the data set ("block", "series", ...).
+    repeats : int or None
+        The number of the voided trial that this one repeats.
+    """
+
+    task: str
+    number: int
+    total: int
+    phase: Phase = "main"
+    factors: Mapping[str, Value] = field(default_factory=dict)
+    repeats: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NumberQuestion:
+    """Any number of 0 or more, decimals allowed, on a scale of the participant's own.
+
+    ``positive`` bars 0 as well (the top of a scale cannot be 0).
+    """
+
+    prompt: str
+    positive: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class YesNoQuestion:
+    """Yes or no; the reply's value is a bool."""
+
+    prompt: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TextQuestion:
+    """Free text, kept word for word."""
+
+    prompt: str
+    max_length: int = 200
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChoiceQuestion:
+    """One of a few; ``options`` are (code for the data, words on the screen)."""
+
+    prompt: str
+    options: tuple[tuple[str, str], ...]
+
+
+Question = NumberQuestion | YesNoQuestion | TextQuestion | ChoiceQuestion
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Instruct:
+    """A text, read at the participant's own pace. ``last`` marks the thank-you."""
+
+    text: str
+    title: str = ""
+    trial: Trial | None = None
+    last: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Explore:
+    """Stroke the surface; ends when the participant goes on, at the earliest after ``minimum_s``.
+
+    With ``maximum_s`` a countdown is shown and the step ends by itself.
+    """
+
+    text: str
+    trial: Trial | None = None
+    minimum_s: float = 0.0
+    maximum_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Present:
+    """Make a surface.
+
+    ``lead_in`` is what must be felt first (a surface and its exploration): where a difference is
+    asked for, the session performs it unless the plate presents just that surface.
+    """
+
+    surface: Surface
+    trial: Trial | None = None
+    lead_in: tuple[Present, Explore] | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ask:
+    """A question; ``name`` is the data set's column for the answer.
+
+    Outside a trial, ``task`` says of which task's run the answer is a part; without a task it is
+    about the participant.
+    """
+
+    name: str
+    question: Question
+    trial: Trial | None = None
+    task: str = ""
+    time_limit_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Silence:
+    """Stop the plate: between surfaces, or when exploration is over."""
+
+    trial: Trial | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Rest:
+    """A break. ``done`` of ``total`` trials are over; it lasts at least ``minimum_s``."""
+
+    text: str
+    done: int
+    total: int
+    minimum_s: float = 0.0
+    trial: Trial | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EndTrial:
+    """A trial is complete."""
+
+    trial: Trial
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EndBlock:
+    """The last trial before a text or a break is over, and may still be voided.
+
+    The participant reads ``screen``; what the operator voids meanwhile is in the reply, so that
+    the protocol can repeat it before it goes on.
+    """
+
+    screen: Instruct | Rest
+    trial: Trial | None = None
+
+
+ParticipantStep = Instruct | Explore | Ask | Rest
+Step = ParticipantStep | Present | Silence | EndTrial | EndBlock
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reply:
+    """What a participant did.
+
+    Parameters
+    ----------
+    value : str, float, bool or None
+        The answer; None where nothing was asked or the time ran out.
+    onset_s : float
+        When the screen was shown, on the session's clock.
+    response_time_s : float or None
+        From the screen to the key that completed the answer; None where the time ran out.
+    time_source : str
+        Where the time was taken: "ptb" (the key event's own time stamp), "window" (when the
+        window was told of it), "simulated", "scripted".
+    timed_out : bool
+        The time limit ran out first.
+    rejected : tuple of str
+        Entries that were not an answer, word for word, in order.
+    """
+
+    value: Value = None
+    onset_s: float = 0.0
+    response_time_s: float | None = None
+    time_source: str = "scripted"
+    timed_out: bool = False
+    rejected: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Presented:
+    """What the plate did: commanded and read back are kept apart.
+
+    Of a texture both are the mean, where the plate settles before it plays.
+    ``readback_kind`` says how far the readback can be trusted (see `hardware.records.Readback`).
+    """
+
+    commanded_um_pp: float
+    readback_um_pp: float | None
+    readback_kind: str
+    settled_by: str
+    onset_s: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Voided:
+    """The numbers of the trials voided since this was last told: the protocol repeats them."""
+
+    trials: tuple[int, ...] = ()
+
+
+Answer = Reply | Presented | Voided | None
+Steps = Generator[Step, Answer, None]

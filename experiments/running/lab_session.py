@@ -1,0 +1,213 @@
+"""A session with a person: the PsychoPy window, the plate, the noise and the operator."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import ExitStack
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import partial
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+
+from experiments.dataset.bids import build_dataset, mode_of
+from experiments.journal.journal import Journal
+from experiments.journal.run_record import (
+    dataset_of,
+    elapsed_s,
+    is_complete,
+    is_mock,
+    last_plate,
+    read_plan,
+)
+from experiments.participants.psychopy_window import PsychoPyWindow
+from experiments.running.rehearsal import admit
+from experiments.running.run import perform
+from experiments.running.run_state import check_alike, remedy, run_state, to_go_on
+from experiments.session.masking_output import MaskingNoise, check_device
+from experiments.session.terminal import Keys, TerminalOperator
+from experiments.study.file import read_study
+from experiments.study.run_plan import RunPlan
+from faults import UserError
+from hardware.clock import SystemClock
+from hardware.registry import open_plate
+from hardware.signals import signals_raise
+
+if TYPE_CHECKING:
+    from pathlib import Path
+    from types import TracebackType
+
+    from experiments.session.session import Outcome
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Room:
+    """Where a session takes place.
+
+    Parameters
+    ----------
+    plate : str
+        The plate's SPEC.
+    full_screen, screen
+        The participant's window.
+    unblind : bool
+        Whether the operator sees the amplitude.
+    """
+
+    plate: str
+    full_screen: bool = True
+    screen: int = 0
+    unblind: bool = False
+
+
+def plan_run(
+    study_name: str,
+    *,
+    participant: str,
+    session: str = "",
+    run: str = "01",
+    seed: int | None = None,
+    language: str | None = None,
+    pilot: bool = False,
+) -> RunPlan:
+    """Return the plan of a run as the command asks for it."""
+    study, text = read_study(study_name)
+    return RunPlan(
+        study_name=study_name,
+        study_text=text,
+        participant=participant,
+        session=session,
+        run=run,
+        seed=study.seed if seed is None else seed,
+        language=language or study.language,
+        mode="pilot" if pilot else "participant",
+    )
+
+
+def begin(dataset: Path, plan: RunPlan, room: Room) -> Outcome:
+    """Run a participant's session from the welcome on.
+
+    Raises
+    ------
+    UserError
+        The participant's run exists already, or one under a label that means the same; the data
+        set holds the other mode; the window cannot be opened.
+    PlateFault
+        The rig failed; the journal can be resumed.
+    """
+    held = mode_of(dataset)
+    if held and held != plan.mode:
+        raise UserError(f"--out {dataset}: holds {held} data; a {plan.mode}'s must not be mixed in")
+    check_alike(dataset, plan.participant)
+    path = plan.journal_path(dataset)
+    state = run_state(path)
+    if state != "free":
+        # Said before the plate moves and the window opens; `Journal.create` would refuse as well.
+        raise UserError(
+            f"participant {plan.participant} has a run already ({state}): {path}; "
+            f"{remedy(path, state)}"
+        )
+    clock = SystemClock()
+    return _conduct(dataset, plan, room, Journal.create(path, clock), clock)
+
+
+def go_on(path: Path, room: Room) -> Outcome:
+    """Go on with an interrupted run.
+
+    Raises
+    ------
+    UserError
+        The journal is complete, damaged, out of its place or being written, or a participant
+        was to go on with no real plate.
+    """
+    plan, records = read_plan(path)
+    if is_complete(records):
+        raise UserError(f"journal {path}: this run is complete; nothing to go on with")
+    dataset = dataset_of(path, plan)
+    if plan.mode == "participant" and is_mock(room.plate):
+        raise UserError(
+            f"--plate {room.plate}: a participant's run cannot go on with a plate that nobody "
+            f"feels; it was on {last_plate(records)}"
+        )
+    began = datetime.fromisoformat(records[0].data["started_utc"])
+    # The session's time goes on from its beginning, the interruption included.
+    clock = SystemClock(max((datetime.now(UTC) - began).total_seconds(), elapsed_s(records)))
+    return _conduct(dataset, plan, room, Journal.reopen(path, clock), clock)
+
+
+def _conduct(
+    dataset: Path,
+    plan: RunPlan,
+    room: Room,
+    journal: Journal,
+    clock: SystemClock,
+) -> Outcome:
+    """Open everything in the order in which failing costs least, run, close, build the data set.
+
+    The journal is open already: its lock keeps a second session from the plate, and a folder that
+    cannot be written is told before anything moves.
+    """
+    with ExitStack() as stack:
+        stack.enter_context(signals_raise())
+        stack.push(partial(_leave, dataset, journal))
+        stack.enter_context(journal)
+        plate = stack.enter_context(open_plate(room.plate, clock=clock, seed=plan.seed))
+        admit(plan, plate)
+        noise = _noise(plan)
+        person = stack.enter_context(
+            PsychoPyWindow(
+                texts=plan.texts(),
+                clock=clock,
+                pilot=plan.mode == "pilot",
+                full_screen=room.full_screen,
+                screen=room.screen,
+            )
+        )
+        keys = stack.enter_context(Keys())
+        operator = stack.enter_context(TerminalOperator(Console(), keys))
+        return perform(
+            plan,
+            spec=room.plate,
+            plate=plate,
+            participant=person,
+            journal=journal,
+            clock=clock,
+            operator=operator,
+            noise=noise,
+            unblind=room.unblind,
+        )
+
+
+def _leave(
+    dataset: Path,
+    journal: Journal,
+    _kind: type[BaseException] | None,
+    error: BaseException | None,
+    _trace: TracebackType | None,
+) -> None:
+    """Build the data set; after an error say how to go on, and let nothing hide that error."""
+    if not journal.records:
+        return
+    try:
+        build_dataset(dataset)
+    except UserError as fault:
+        if error is None:
+            raise
+        print(f"the data set was not built: {fault}", file=sys.stderr)
+    if error is not None:
+        print(f"All answers until now are kept. {to_go_on(journal.path)}", file=sys.stderr)
+
+
+def _noise(plan: RunPlan) -> MaskingNoise | None:
+    """Return the study's masking noise, or none where there is no device and it is not required."""
+    wanted = plan.study.masking_noise
+    if wanted is None:
+        return None
+    missing = check_device()
+    if missing is None:
+        return MaskingNoise(level_db=wanted.level_db, fade_s=wanted.fade_s, seed=plan.study.seed)
+    if wanted.required:
+        raise UserError(f"masking noise is required by the study: {missing}")
+    print(f"no masking noise: {missing}", file=sys.stderr)
+    return None

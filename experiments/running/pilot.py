@@ -1,0 +1,159 @@
+"""A pilot: the whole study with simulated participants on the mock plate, in virtual time.
+
+The same session code that a person gets; only the three at its edge differ: the clock, the plate
+and the participant.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from experiments.dataset.bids import build_dataset, journals
+from experiments.journal.journal import Journal, has_begun
+from experiments.journal.run_record import elapsed_s, is_complete, is_mock, read_plan
+from experiments.participants.simulated import SimulatedParticipant
+from experiments.running.run import perform
+from experiments.session.operator import UnattendedOperator
+from experiments.study.file import read_study
+from experiments.study.run_plan import RunPlan
+from faults import UserError
+from hardware.clock import VirtualClock
+from hardware.registry import open_plate
+from hardware.signals import signals_raise
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+
+def pilot_plans(
+    study_name: str, *, participants: int | None, seed: int | None, language: str | None
+) -> list[RunPlan]:
+    """Return the runs of a pilot.
+
+    Parameters
+    ----------
+    study_name : str
+        A study file, or a shipped study's name.
+    participants, seed, language
+        In place of the study's own.
+    """
+    study, text = read_study(study_name)
+    count = study.participants if participants is None else participants
+    if count < 1:
+        raise UserError(f"--participants {count}: expected 1 or more")
+    width = max(2, len(str(count)))
+    return [
+        RunPlan(
+            study_name=study_name,
+            study_text=text,
+            participant=f"{number:0{width}d}",
+            seed=study.seed if seed is None else seed,
+            language=language or study.language,
+            mode="pilot",
+        )
+        for number in range(1, count + 1)
+    ]
+
+
+def next_folder(parent: Path) -> Path:
+    """Return a new numbered folder's path: pilots/001, pilots/002, ..."""
+    taken = [int(entry.name) for entry in parent.glob("[0-9]*") if entry.name.isdigit()]
+    return parent / f"{max(taken, default=0) + 1:03d}"
+
+
+def claim(folder: Path, plans: list[RunPlan]) -> None:
+    """Make sure that a folder is new, or holds this very pilot.
+
+    Raises
+    ------
+    UserError
+        It holds anything else; nothing was touched.
+    """
+    try:
+        # A pilot that was interrupted before its first record leaves folders without a file.
+        if not folder.exists() or all(entry.is_dir() for entry in _entries(folder)):
+            return
+    except OSError as error:
+        raise UserError(f"--out {folder}: {error.strerror}") from None
+    known = {plan.journal_path(folder): plan for plan in plans}
+    for path in journals(folder):
+        if path in known and (not has_begun(path) or _same(read_plan(path)[0], known[path])):
+            continue
+        raise UserError(
+            f"--out {folder}: holds another pilot or a participant's data ({path.name}); "
+            "expected a new folder, or one with an interrupted pilot of the same study and seed"
+        )
+    if not journals(folder):
+        raise UserError(f"--out {folder}: is not empty; expected a new folder or a pilot's own")
+
+
+def _entries(folder: Path) -> Iterator[Path]:
+    """Yield all that is in a folder, however deep; OSError unless it is one."""
+    for entry in folder.iterdir():
+        yield entry
+        if entry.is_dir():
+            yield from _entries(entry)
+
+
+def _same(one: RunPlan, other: RunPlan) -> bool:
+    """Return whether two plans are of one pilot, wherever the study file lay."""
+    return (one.study_text, one.seed, one.language, one.mode) == (
+        (other.study_text, other.seed, other.language, other.mode)
+    )
+
+
+def run_pilot(
+    folder: Path, plans: list[RunPlan], *, spec: str = "mock", tell: Callable[[str], None]
+) -> None:
+    """Run what is not yet complete of a pilot, then build its data set.
+
+    Parameters
+    ----------
+    folder : Path
+        The data set; see `claim`.
+    plans : list of RunPlan
+    spec : str
+        The plate: a mock, with options where faults are to be tried.
+    tell : callable
+        Told each participant's label once they are through.
+    """
+    if not is_mock(spec):
+        raise UserError(f"--plate {spec}: a pilot runs in virtual time; expected mock")
+    claim(folder, plans)
+    with signals_raise():
+        for plan in plans:
+            run_simulated(folder, plan, spec)
+            tell(plan.participant)
+    build_dataset(folder)
+
+
+def run_simulated(folder: Path, plan: RunPlan, spec: str) -> None:
+    """Run one simulated participant, or the rest of an interrupted run."""
+    path = plan.journal_path(folder)
+    clock = VirtualClock()
+    if has_begun(path):
+        records = read_plan(path)[1]
+        if is_complete(records):
+            return
+        clock = VirtualClock(elapsed_s(records))
+        opened = Journal.reopen(path, clock)
+    else:
+        opened = Journal.create(path, clock)
+    with opened as journal, open_plate(spec, clock=clock, seed=plan.seed) as plate:
+        person = SimulatedParticipant(
+            seed=plan.seed,
+            participant=plan.participant,
+            feel=plate.vibration_um_pp,
+            clock=clock,
+            language=plan.language,
+        )
+        perform(
+            plan,
+            spec=spec,
+            plate=plate,
+            participant=person,
+            journal=journal,
+            clock=clock,
+            operator=UnattendedOperator(),
+        )

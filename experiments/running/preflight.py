@@ -1,0 +1,292 @@
+"""Before the participant arrives: find out whether everything is in order.
+
+A table of checks, each of which finds out one thing and, where it fails, says what to do. None
+touches the data set but to see that it can be written.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from dataclasses import dataclass, replace
+from statistics import stdev
+from typing import TYPE_CHECKING
+
+from experiments.dataset.bids import mode_of
+from experiments.journal.run_record import is_mock
+from experiments.running.rehearsal import admit, surfaces
+from experiments.running.run_state import check_alike, participants, remedy, run_state
+from experiments.study.file import read_study
+from experiments.study.run_plan import RunPlan, check_labels, journal_path
+from faults import RigError, UserError
+from hardware.clock import SystemClock
+from hardware.registry import open_plate
+from hardware.signals import silent_on_signals
+from stimuli.surface import VirtualSurface
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from hardware.driver import PlateDriver
+
+ENOUGH_MB = 100
+FOCUS_FRAMES = 40
+READINGS, READINGS_S = 20, 0.2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setting:
+    """What is going to be run, and where."""
+
+    study: str
+    plate: str
+    out: Path
+    participant: str | None = None
+    session: str = ""
+    run: str = "01"
+    screen: int = 0
+    full_screen: bool = True
+    pilot: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """What a check found.
+
+    Parameters
+    ----------
+    name : str
+        What was looked at.
+    passed : bool or None
+        None: not all is well, but the session can take place.
+    detail : str
+        What was found.
+    remedy : str
+        What to do about it; empty where nothing is to be done.
+    """
+
+    name: str
+    passed: bool | None
+    detail: str
+    remedy: str = ""
+
+
+def check_study(setting: Setting) -> Finding:
+    """Read the study file: it must be without fault."""
+    study, _ = read_study(setting.study)
+    tasks = ", ".join(options.protocol for options in study.tasks)
+    return Finding(name="study", passed=True, detail=f"{study.name}: {tasks}")
+
+
+def check_folder(setting: Setting) -> Finding:
+    """Try the folder: data must be writable there, and belong there."""
+    folder = setting.out
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder) as trial:
+            trial.write(b"trial")
+            os.fsync(trial.fileno())
+        free_mb = shutil.disk_usage(folder).free // 1_000_000
+    except OSError as error:
+        return Finding(
+            name="folder",
+            passed=False,
+            detail=f"{folder}: {error.strerror}",
+            remedy="choose a folder on a local disk with --out, or mend its permissions",
+        )
+    if free_mb < ENOUGH_MB:
+        return Finding(
+            name="folder",
+            passed=False,
+            detail=f"{folder}: {free_mb} MB free",
+            remedy=f"make room: at least {ENOUGH_MB} MB",
+        )
+    held = mode_of(folder)
+    wanted = "pilot" if setting.pilot or is_mock(setting.plate) else "participant"
+    if held and held != wanted:
+        return Finding(
+            name="folder",
+            passed=False,
+            detail=f"{folder}: holds {held} data, and this would be a {wanted}'s",
+            remedy="choose another folder with --out",
+        )
+    return Finding(name="folder", passed=True, detail=f"{folder}: {free_mb / 1000:.0f} GB free")
+
+
+def check_participant(setting: Setting) -> Finding:
+    """Look the participant up: the number must be free."""
+    if setting.participant is None:
+        taken = participants(setting.out)
+        numbers = {int(label) for label in taken if label.isdigit()}
+        number = next(n for n in range(1, len(taken) + 2) if n not in numbers)
+        return Finding(
+            name="participant", passed=True, detail=f"{len(taken)} so far; next free: {number:02d}"
+        )
+    check_labels(participant=setting.participant, session=setting.session, run=setting.run)
+    check_alike(setting.out, setting.participant)
+    path = journal_path(
+        setting.out,
+        participant=setting.participant,
+        session=setting.session,
+        run=setting.run,
+    )
+    state = run_state(path)
+    if state == "free":
+        return Finding(name="participant", passed=True, detail=f"{setting.participant} is free")
+    return Finding(
+        name="participant",
+        passed=False,
+        detail=f"{setting.participant} has a run already ({state}): {path}",
+        remedy=remedy(path, state),
+    )
+
+
+def check_plate(setting: Setting) -> Finding:
+    """Have the plate answer, make the study's largest amplitude, and fall silent.
+
+    Of the other surfaces it must be able to make each; textures are not played.
+    """
+    study, text = read_study(setting.study)
+    plan = RunPlan(
+        study_name=setting.study,
+        study_text=text,
+        participant="01",
+        seed=study.seed,
+        language=study.language,
+        mode="pilot",
+    )
+    with (
+        open_plate(setting.plate, clock=SystemClock(), seed=study.seed) as plate,
+        silent_on_signals(plate),
+    ):
+        admit(plan, plate)
+        plain = [each for each in surfaces(plan) if isinstance(each, VirtualSurface)]
+        largest = max((each.amplitude_um_pp for each in plain), default=0.0)
+        made = plate.present(VirtualSurface(amplitude_um_pp=largest))
+        notes = [*plate.notes, *_scatter(plate)]
+        plate.silence()
+        who = plate.identity
+        textures = "plays textures" if plate.modulator else "plays no textures"
+    reading = made.readback.amplitude_um_pp
+    told = "no readback" if reading is None else f"reads {reading:.2f} of {largest:g} µm p-p"
+    name = f"{who.manufacturer} {who.model} {who.serial}" if who else setting.plate
+    return Finding(
+        name="plate",
+        # A note (an old calibration, say) is no reason not to begin, but must be read.
+        passed=None if notes else True,
+        detail=f"{name}; {told}; {made.settle_time_s * 1000:.0f} ms; {textures}",
+        remedy="; ".join(notes),
+    )
+
+
+def _scatter(plate: PlateDriver) -> Iterator[str]:
+    """Yield what is to be done where a standing plate's readings scatter too much for a session.
+
+    A reading out of tolerance is a fault (docs/decisions/0022): at a fifth of it, five standard
+    deviations, that does not happen by chance.
+    """
+    told = []
+    for _ in range(READINGS):
+        plate.clock.sleep(READINGS_S / READINGS)
+        told.append(plate.read_back())
+    read = [each.amplitude_um_pp for each in told if each.kind == "measured"]
+    if len(amplitudes := [each for each in read if each is not None]) < READINGS:
+        return
+    deviation_um_pp, limit_um_pp = stdev(amplitudes), plate.limits.tolerance_um / 5
+    # Of so few readings the standard deviation itself is known to a quarter.
+    if deviation_um_pp > 1.25 * limit_um_pp:
+        yield (
+            f"its readings scatter by {deviation_um_pp:.3f} µm (standard deviation), more than "
+            f"{limit_um_pp:.3f}: a session would take that for faults; average more of the "
+            "sensor's signal, or look for what shakes the plate"
+        )
+
+
+def check_display(setting: Setting) -> Finding:
+    """Open the participant's window on its screen: the keyboard must reach it."""
+    # Imported here: PsychoPy takes seconds, and the checks before may already say no.
+    from experiments.participants.psychopy_window.display import Display  # noqa: PLC0415
+    from experiments.participants.psychopy_window.keyboard import Keyboard  # noqa: PLC0415
+
+    clock = SystemClock()
+    display = Display(
+        clock, full_screen=setting.full_screen, screen=setting.screen, size=(1280, 800)
+    )
+    with display:
+        keyboard = Keyboard(display.handle, clock, precise_times=False)
+        for _ in range(FOCUS_FRAMES):
+            keyboard.poll()
+            display.draw(())
+            display.flip()
+        focused = keyboard.focused
+        size = f"{display.handle.width} x {display.handle.height}"
+        keyboard.close()
+    if not focused:
+        return Finding(
+            name="display",
+            passed=False,
+            detail=f"screen {setting.screen}, {size}: the window has no keyboard focus",
+            remedy="close what lies over the participant's screen, then click on it once",
+        )
+    return Finding(
+        name="display", passed=True, detail=f"screen {setting.screen}, {size}, keyboard focus"
+    )
+
+
+def check_sound(setting: Setting) -> Finding:
+    """Look for a device for the masking noise, if the study wants it, and make the noise."""
+    from experiments.session.masking_output import (  # noqa: PLC0415 - loads PortAudio
+        MaskingNoise,
+        check_device,
+    )
+
+    study, _ = read_study(setting.study)
+    noise = study.masking_noise
+    if noise is None:
+        return Finding(name="sound", passed=True, detail="the study has no masking noise")
+    # Raises where its peaks would clip: the very noise that a session plays.
+    MaskingNoise(level_db=noise.level_db, fade_s=noise.fade_s, seed=study.seed)
+    remedy = check_device()
+    if remedy is None:
+        return Finding(name="sound", passed=True, detail=f"pink noise at {noise.level_db:g} dB FS")
+    return Finding(
+        name="sound",
+        passed=False if noise.required else None,
+        detail="no audio device"
+        + ("" if noise.required else "; the study allows a session without masking noise"),
+        remedy=remedy,
+    )
+
+
+CHECKS: dict[str, Callable[[Setting], Finding]] = {
+    "study": check_study,
+    "folder": check_folder,
+    "participant": check_participant,
+    "plate": check_plate,
+    "sound": check_sound,
+    "display": check_display,
+}
+# What cannot be found out without a study.
+NEED_STUDY = ("plate", "sound")
+
+
+def check(setting: Setting, tell: Callable[[Finding], None]) -> list[Finding]:
+    """Make all checks, in order; tell of each as soon as it is made.
+
+    A fault of the user's or the rig's is a finding, not an error: the list is always whole.
+    """
+    findings: list[Finding] = []
+    for name, look in CHECKS.items():
+        studyless = findings and findings[0].passed is False and name in NEED_STUDY
+        if studyless:
+            finding = Finding(name=name, passed=False, detail="not looked at: the study has faults")
+        else:
+            try:
+                finding = look(setting)
+            except (UserError, RigError) as error:
+                finding = Finding(name=name, passed=False, detail=str(error))
+        findings.append(replace(finding, name=name))
+        tell(findings[-1])
+    return findings

@@ -1,0 +1,65 @@
+"""Performing a run: a plan, a plate, a participant and a journal, from its end to the run's."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from experiments.journal.run_record import header, software
+from experiments.session.session import Session
+
+if TYPE_CHECKING:
+    from experiments.journal.journal import Journal
+    from experiments.participants.base import Participant
+    from experiments.session.masking import Noise
+    from experiments.session.operator import Operator
+    from experiments.session.session import Outcome
+    from experiments.study.run_plan import RunPlan
+    from hardware.clock import Clock
+    from hardware.driver import PlateDriver
+
+
+def perform(
+    plan: RunPlan,
+    *,
+    spec: str,
+    plate: PlateDriver,
+    participant: Participant,
+    journal: Journal,
+    clock: Clock,
+    operator: Operator,
+    noise: Noise | None = None,
+    unblind: bool = False,
+) -> Outcome:
+    """Run a plan from the journal's end to the run's.
+
+    Parameters
+    ----------
+    plate : PlateDriver
+        Connected.
+    journal : Journal
+        New (it gets its header here) or reopened.
+    """
+    masking = "on" if noise else "absent"
+    if not journal.records:
+        journal.write("header", **header(plan, plate, spec, participant.kind, masking))
+    else:
+        journal.write(
+            "resume",
+            plate_spec=spec,
+            plate=plate.describe(),
+            masking_noise=masking,
+            software=software(),
+        )
+    session = Session(
+        steps=plan.steps(),
+        plate=plate,
+        participant=participant,
+        journal=journal,
+        clock=clock,
+        operator=operator,
+        texts=plan.texts(),
+        planned=plan.planned_trials(),
+        noise=noise,
+        unblind=unblind,
+    )
+    return session.run()

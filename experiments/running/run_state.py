@@ -1,0 +1,63 @@
+"""How far a run has come, and what to do where it is not the free one that was wanted."""
+
+from __future__ import annotations
+
+import shlex
+from typing import TYPE_CHECKING, Literal
+
+from experiments.journal.journal import has_begun, is_being_written
+from experiments.journal.run_record import is_complete, read_plan
+from faults import UserError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+RunState = Literal["free", "running now", "interrupted", "complete"]
+
+
+def run_state(path: Path) -> RunState:
+    """Return how far the run of a journal has come; "free" where it has not begun."""
+    if is_being_written(path):
+        return "running now"
+    if not has_begun(path):
+        return "free"
+    return "complete" if is_complete(read_plan(path)[1]) else "interrupted"
+
+
+def participants(dataset: Path) -> list[str]:
+    """Return the labels of the participants that a data set has, sorted."""
+    folders = (dataset / "sourcedata").glob("sub-*")
+    return sorted(folder.name.removeprefix("sub-") for folder in folders)
+
+
+def check_alike(dataset: Path, participant: str) -> None:
+    """Raise `UserError` where a participant is there under a label that means the same: 1 and 01.
+
+    They would pass for two people. Some file systems also take a for A.
+    """
+
+    def plain(label: str) -> str:
+        return label.casefold().lstrip("0")
+
+    for label in participants(dataset):
+        if label != participant and plain(label) == plain(participant):
+            raise UserError(
+                f"--participant {participant}: there is a participant {label} already in "
+                f"{dataset}; expected that label for the same person, another number for another"
+            )
+
+
+def remedy(path: Path, state: RunState) -> str:
+    """Return what to do where a run is not free."""
+    another = "name another participant, or a new --session or --run"
+    remedies: dict[RunState, str] = {
+        "running now": f"end it where it runs, or {another}",
+        "interrupted": to_go_on(path),
+        "complete": another,
+    }
+    return remedies[state]
+
+
+def to_go_on(journal: Path) -> str:
+    """Return the sentence that says how to go on with a run."""
+    return f"To go on: slipscale resume {shlex.quote(str(journal))}"

@@ -1,0 +1,1 @@
+"""The loop that performs a run's steps with plate, participant and journal."""

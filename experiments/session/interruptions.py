@@ -1,0 +1,194 @@
+"""What comes between a session's steps: the operator's wishes, and the rig's faults.
+
+It knows neither the protocol nor its steps: only that something is under way which may have to
+be begun again once the pause is over or the rig is mended.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from experiments.participants.base import StopRequested
+from experiments.protocols.steps import Voided
+from hardware.errors import PlateFault
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from experiments.journal.journal import Journal, Record
+    from experiments.participants.base import Participant
+    from experiments.protocols.steps import Answer
+    from experiments.session.masking import Noise
+    from experiments.session.operator import Operator, Request, State
+    from experiments.session.progress import Progress
+    from experiments.session.surface_state import Stage
+    from hardware.clock import Clock
+    from hardware.driver import PlateDriver
+
+RECONNECT_WAIT_S = 0.5
+
+
+class _Paused(Exception):
+    """The operator asked for a pause in the middle of a step."""
+
+
+class Interruptions:
+    """Looks after the operator and the rig while a session's steps are carried out.
+
+    Parameters
+    ----------
+    plate, stage, participant, journal, clock, operator, noise, progress
+        The session's.
+    hold_text : str
+        Asks the participant to wait.
+    unblind : bool
+        Whether the operator is told the amplitude.
+    """
+
+    def __init__(
+        self,
+        *,
+        plate: PlateDriver,
+        stage: Stage,
+        participant: Participant,
+        journal: Journal,
+        clock: Clock,
+        operator: Operator,
+        noise: Noise,
+        progress: Progress,
+        hold_text: str,
+        unblind: bool,
+    ) -> None:
+        self._plate = plate
+        self._stage = stage
+        self._participant = participant
+        self._journal = journal
+        self._clock = clock
+        self._operator = operator
+        self._noise = noise
+        self._progress = progress
+        self._hold_text = hold_text
+        self._unblind = unblind
+        self._voids = _unheard_voids(journal.records)
+
+    def attempt(self, action: Callable[[], Answer]) -> Answer:
+        """Do something until neither a fault nor a pause comes between."""
+        paused = False
+        while True:
+            try:
+                if paused:
+                    self._hold()
+                    paused = False
+                return action()
+            except PlateFault as fault:
+                self._recover(fault)
+            except _Paused:
+                paused = True
+
+    def watch(self) -> None:
+        """Look after the plate and the operator: runs at every frame of a participant's step."""
+        self._stage.check()
+        self.watch_operator()
+
+    def watch_operator(self) -> None:
+        """Do what the operator asks for, if anything."""
+        request = self._operator.poll()
+        if request is None:
+            return
+        if request.what == "void":
+            self._void(request)
+        elif request.what == "pause":
+            raise _Paused
+        elif request.what == "stop":
+            raise StopRequested("asked by the operator")
+
+    def heard(self) -> Voided:
+        """Return which trials were voided since this was last asked."""
+        voided, self._voids = Voided(trials=tuple(self._voids)), []
+        return voided
+
+    def await_reason(self) -> None:
+        """Have the participant wait while the operator types why a trial is to be voided."""
+
+        def typed() -> bool:
+            self.watch_operator()
+            return not self._operator.busy
+
+        if not typed():
+            self._participant.hold(self._hold_text, typed)
+
+    def _void(self, request: Request) -> None:
+        """Void the trial in progress, or one that is over while the protocol can repeat it."""
+        now = self._progress.voidable
+        trial = request.trial or now
+        if trial is None:
+            self._progress.say("there is no trial to void")
+        elif now is None or trial.task != now.task:
+            self._progress.say(f"trial {trial.number}: its part is over, it cannot be repeated")
+        elif (trial.task, trial.number) in self._voided():
+            self._progress.say(f"trial {trial.number} is voided already")
+        else:
+            self._journal.write("void", task=trial.task, trial=trial.number, reason=request.reason)
+            self._voids.append(trial.number)
+            self._progress.void()
+            self._progress.say(f"trial {trial.number} will be repeated")
+
+    def _voided(self) -> list[tuple[str, int]]:
+        """Return all trials voided in this run, by task and number."""
+        voids = [record.data for record in self._journal.records if record.kind == "void"]
+        return [(void["task"], void["trial"]) for void in voids]
+
+    def _hold(self) -> None:
+        """Pause: silence, wait for the operator, let the step begin anew."""
+        self._stage.interrupt()
+        self._plate.silence()
+        self._journal.write("pause")
+        self._wait_for("paused", "go_on")
+        self._journal.write("go_on")
+
+    def _recover(self, fault: PlateFault) -> None:
+        """Silence, write down, ask whether to retry, reconnect."""
+        self._stage.quieten()
+        while True:
+            self._progress.fault()
+            self._journal.write("fault", code=fault.code, message=fault.message)
+            self._plate.close()
+            self._clock.sleep(RECONNECT_WAIT_S)
+            told = fault if self._unblind else fault.blinded()
+            try:
+                self._wait_for("fault", "retry", str(told))
+            except StopRequested:
+                raise told from None
+            try:
+                self._plate.connect()
+            except PlateFault as again:
+                fault = again
+            else:
+                return
+
+    def _wait_for(self, state: State, wanted: str, message: str = "") -> None:
+        """Have the participant wait until the operator says what is wanted, or stops."""
+        self._noise.stop()
+        self._progress.tell(state, message=message)
+
+        def answered() -> bool:
+            request = self._operator.poll()
+            if request is not None and request.what == "stop":
+                raise StopRequested("asked by the operator")
+            if request is not None and request.what == "void":
+                self._void(request)
+            return request is not None and request.what == wanted
+
+        if not answered():
+            self._participant.hold(self._hold_text, answered)
+
+
+def _unheard_voids(records: list[Record]) -> list[int]:
+    """Return the trials voided that the protocol has not been told of."""
+    waiting: list[int] = []
+    for record in records:
+        if record.kind == "void":
+            waiting.append(record.data["trial"])
+        elif record.kind == "done" and (record.data["answer"] or {}).get("type") == "Voided":
+            waiting = []
+    return waiting

@@ -1,0 +1,107 @@
+"""Who watches over a session: what the operator is told, and what they may ask for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal, Protocol
+
+if TYPE_CHECKING:
+    from experiments.protocols.steps import Trial
+
+State = Literal["showing", "presenting", "waiting", "paused", "fault", "done"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Status:
+    """What goes on. It holds an amplitude only where the session was told to unblind.
+
+    Parameters
+    ----------
+    state : str
+        "showing" a screen, "presenting" a surface, "waiting" for the participant, "paused",
+        "fault" (the rig failed: retry or stop?), "done".
+    task : str
+        The task's label.
+    trial, total : int
+        Trial k of n within the task; 0 before the first.
+    voidable : Trial or None
+        The trial that would be voided now: the one in progress, or the last.
+    done, planned : int
+        Trials over and planned in the whole session.
+    elapsed_s : float
+        Time since the session began (or was resumed).
+    time_left_s : float or None
+        At the pace so far; None before the first trial is over.
+    faults, voided : int
+        How many so far.
+    message : str
+        A fault's or a refusal's sentence.
+    amplitude_um_pp : float or None
+        Only unblinded.
+    """
+
+    state: State
+    task: str = ""
+    trial: int = 0
+    total: int = 0
+    voidable: Trial | None = None
+    done: int = 0
+    planned: int = 0
+    elapsed_s: float = 0.0
+    time_left_s: float | None = None
+    faults: int = 0
+    voided: int = 0
+    message: str = ""
+    amplitude_um_pp: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Request:
+    """What the operator asks for: to pause or go on, void a trial, retry, or stop.
+
+    ``trial`` is the one to be voided, None the one that is `Status.voidable` now: while a reason
+    is typed the session may have come to the next.
+    """
+
+    what: Literal["pause", "go_on", "void", "retry", "stop"]
+    reason: str = ""
+    trial: Trial | None = None
+
+
+class Operator(Protocol):
+    """The operator's side of a session."""
+
+    @property
+    def busy(self) -> bool:
+        """Whether a request is being typed: the end of a task waits for it."""
+
+    def tell(self, status: Status) -> None:
+        """Show what goes on."""
+
+    def poll(self) -> Request | None:
+        """Return what the operator asks for now, if anything. Never waits."""
+
+
+class UnattendedOperator:
+    """Nobody is there: a fault is retried a few times, then the session stops."""
+
+    def __init__(self, retries: int = 3) -> None:
+        self._retries = retries
+        self._asked = 0
+        self._state: State = "showing"
+
+    @property
+    def busy(self) -> bool:
+        """Never."""
+        return False
+
+    def tell(self, status: Status) -> None:
+        """Note the state."""
+        self._state = status.state
+
+    def poll(self) -> Request | None:
+        """Retry after a fault, so many times in a session."""
+        if self._state != "fault":
+            return None
+        self._asked += 1
+        return Request(what="retry" if self._asked <= self._retries else "stop")

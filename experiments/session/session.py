@@ -1,0 +1,276 @@
+"""The one loop: interprets a protocol's steps against a plate, a participant and a journal.
+
+The rule that governs it: **a step is over when its answer is on disk; only then does the protocol
+hear of it.** So a crash loses at most the step in progress, and resume is the same loop with the
+first answers taken from the journal.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal
+
+from experiments.journal.serialisation import answer_from, answer_record, same_step, step_record
+from experiments.participants.base import StopRequested
+from experiments.protocols.steps import (
+    Answer,
+    Ask,
+    EndBlock,
+    EndTrial,
+    Explore,
+    Instruct,
+    Present,
+    Presented,
+    Reply,
+    Rest,
+    Silence,
+    Voided,
+)
+from experiments.session.interruptions import Interruptions
+from experiments.session.masking import NoNoise
+from experiments.session.progress import Progress
+from experiments.session.surface_state import Stage
+from faults import UserError
+from hardware.clock import VirtualClock
+from hardware.errors import PlateFault
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from experiments.journal.journal import Journal, Record
+    from experiments.languages.texts import Texts
+    from experiments.participants.base import Participant
+    from experiments.protocols.steps import Step, Steps
+    from experiments.session.masking import Noise
+    from experiments.session.operator import Operator
+    from hardware.clock import Clock
+    from hardware.driver import PlateDriver
+
+Outcome = Literal["complete", "stopped"]
+
+
+class Session:
+    """A run of a protocol's steps.
+
+    Parameters
+    ----------
+    steps : generator
+        The protocol.
+    plate, participant, journal, clock, operator
+        The world. Nothing else is touched: a session with a virtual clock, a mock plate and a
+        simulated participant can be replayed to the byte.
+    texts : Mapping
+        For the screen that asks the participant to wait.
+    planned : int
+        How many trials the whole session is expected to have.
+    noise : Noise, optional
+        Masking noise; plays from the first surface of a block to the next text or rest.
+    unblind : bool
+        Whether the operator is told the amplitude.
+    """
+
+    def __init__(
+        self,
+        *,
+        steps: Steps,
+        plate: PlateDriver,
+        participant: Participant,
+        journal: Journal,
+        clock: Clock,
+        operator: Operator,
+        texts: Texts,
+        planned: int = 0,
+        noise: Noise | None = None,
+        unblind: bool = False,
+    ) -> None:
+        self._steps = steps
+        self._participant = participant
+        self._journal = journal
+        self._clock = clock
+        self._noise = noise or NoNoise()
+        self._unblind = unblind
+        self._stage = Stage(plate, clock, self._feel)
+        voided = sum(record.kind == "void" for record in journal.records)
+        self._progress = Progress(operator, clock, planned, voided)
+        self._between = Interruptions(
+            plate=plate,
+            stage=self._stage,
+            participant=participant,
+            journal=journal,
+            clock=clock,
+            operator=operator,
+            noise=self._noise,
+            progress=self._progress,
+            hold_text=texts["session.hold"],
+            unblind=unblind,
+        )
+        self._presented_s = 0.0  # when the staged surface was, for one that is taken up again
+        self._perform: Mapping[type, Callable[[Any], Answer]] = {
+            Instruct: self._show,
+            Rest: self._show,
+            Explore: self._explore,
+            Ask: self._ask,
+            Present: self._present,
+            Silence: self._silence,
+            EndTrial: self._end_trial,
+            EndBlock: self._end_block,
+        }
+
+    def run(self) -> Outcome:
+        """Run to the end, or until somebody stops; the plate is silent afterwards.
+
+        Raises
+        ------
+        PlateFault
+            The rig failed and the operator gave up; the run can be resumed.
+        UserError
+            The journal cannot be written, or does not fit the protocol (on resume).
+        """
+        try:
+            self._loop()
+            self._stage.quieten()
+            self._journal.write("end")
+        except StopRequested as request:
+            self._stage.quieten()
+            self._journal.write("stop", reason=str(request) or "asked by the participant")
+            return "stopped"
+        except UserError:
+            self._stage.quieten()
+            raise
+        except BaseException as error:
+            self._stage.quieten()
+            self._journal.write("stop", reason=f"{type(error).__name__}: {error}")
+            raise
+        finally:
+            self._noise.stop()
+        self._progress.tell("done")
+        return "complete"
+
+    def _loop(self) -> None:
+        """Step by step: from the journal as far as it reaches, then live."""
+        past = _past(self._journal.records)
+        answer: Answer = None
+        number = 0
+        while True:
+            try:
+                step = self._steps.send(answer) if number else next(self._steps)
+            except StopIteration:
+                return
+            if number < len(past):
+                answer = self._replay(step, *past[number])
+            else:
+                if number == len(past) > 0:
+                    self._take_up(step)
+                answer = self._live(step, number)
+            self._progress.ends(step)
+            number += 1
+
+    # From the journal -----------------------------------------------------------------------
+
+    def _replay(self, step: Step, begun: Record, done: Record) -> Answer:
+        """Take a step's answer from the journal; keep in mind what must stand on the plate."""
+        if not same_step(begun.data["what"], step_record(step)):
+            raise UserError(
+                f"journal {self._journal.path}, line {done.number + 1}: the protocol now takes "
+                "another step than the one recorded; resume with the version of Slipscale that "
+                "began the run (it is named in the journal's first line)"
+            )
+        if isinstance(step, Present):
+            self._stage.remember(step)
+            self._presented_s = begun.time_s
+        elif isinstance(step, Explore):
+            self._stage.explored(step)
+        elif isinstance(step, Silence):
+            self._stage.forget()
+        return answer_from(done.data["answer"])
+
+    def _take_up(self, step: Step) -> None:
+        """Go from replay to life: the surface that stood must stand again."""
+        self._progress.replayed()
+        began_s = self._clock.now()
+        virtual = self._clock if isinstance(self._clock, VirtualClock) else None
+        self._journal.write("take_up", virtual=virtual is not None)
+        # A resumed pilot goes on as if it had never stopped: nobody felt the wait, and a texture,
+        # which changes with time, is explored at the time at which it was.
+        if virtual and self._stage.broken:
+            virtual.set(self._presented_s)
+        if not isinstance(step, Silence):
+            self._between.attempt(lambda: self._mend(step))
+        if virtual:
+            virtual.set(began_s)
+
+    # Live -----------------------------------------------------------------------------------
+
+    def _live(self, step: Step, number: int) -> Answer:
+        """Carry out a step, however often it takes, and write down its answer."""
+        self._journal.write("begin", step=number, what=step_record(step))
+        self._progress.begins(step)
+        answer = self._between.attempt(lambda: self._perform[type(step)](step))
+        self._journal.write("done", step=number, answer=answer_record(answer))
+        return answer
+
+    def _show(self, step: Instruct | Rest) -> Reply:
+        self._noise.stop()
+        self._progress.tell("showing")
+        return self._participant.perform(step, self._between.watch)
+
+    def _present(self, step: Present) -> Presented:
+        self._noise.start()
+        amplitude_um_pp = step.surface.amplitude_um_pp if self._unblind else None
+        self._progress.tell("presenting", amplitude_um_pp=amplitude_um_pp)
+        return self._stage.present(step)
+
+    def _explore(self, step: Explore) -> Reply:
+        self._mend(step)
+        reply = self._feel(step)
+        self._stage.confirm()
+        self._stage.explored(step)
+        return reply
+
+    def _feel(self, step: Explore) -> Reply:
+        """Have the participant stroke the plate."""
+        self._wait()
+        return self._participant.perform(step, self._between.watch)
+
+    def _ask(self, step: Ask) -> Reply:
+        self._mend(step)
+        self._wait()
+        reply = self._participant.perform(step, self._between.watch)
+        try:
+            self._stage.confirm()
+        except PlateFault:
+            # The surface had gone while the answer was given: kept, but never as an answer.
+            self._journal.write("discarded", name=step.name, answer=answer_record(reply))
+            raise
+        return reply
+
+    def _silence(self, _step: Silence) -> None:
+        self._stage.strike()
+
+    def _end_trial(self, _step: EndTrial) -> Voided:
+        self._between.watch_operator()
+        return self._between.heard()
+
+    def _end_block(self, step: EndBlock) -> Voided:
+        self._show(step.screen)
+        self._between.await_reason()
+        return self._between.heard()
+
+    def _mend(self, step: Step) -> None:
+        """Have a broken surface presented and explored again before the step."""
+        if self._stage.broken:
+            self._noise.start()
+            self._progress.tell("presenting")
+            made = self._stage.mend()
+            trial = step.trial.number if step.trial else None
+            self._journal.write("represented", trial=trial, answer=answer_record(made))
+
+    def _wait(self) -> None:
+        """Tell the operator that the participant is at work."""
+        amplitude_um_pp = self._stage.amplitude_um_pp if self._unblind else None
+        self._progress.tell("waiting", amplitude_um_pp=amplitude_um_pp)
+
+
+def _past(records: list[Record]) -> list[tuple[Record, Record]]:
+    """Return the steps that are over: the records of their beginning and of their answer."""
+    begun = {r.data["step"]: r for r in records if r.kind == "begin"}
+    return [(begun[r.data["step"]], r) for r in records if r.kind == "done"]

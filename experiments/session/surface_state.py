@@ -1,0 +1,141 @@
+"""The surface on the plate, and whether it still stands.
+
+A surface that was presented stays *staged* until the protocol silences the plate. Whatever
+breaks the staging (a fault, a pause, a crash) is mended by presenting and exploring it again
+before the participant is asked anything more: no rating is taken of a surface that is not there.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from experiments.protocols.steps import Presented
+from hardware.errors import PlateFault
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from experiments.protocols.steps import Explore, Present, Reply
+    from hardware.clock import Clock
+    from hardware.driver import PlateDriver
+
+
+class Stage:
+    """What the participant should be feeling, and whether the plate makes it now.
+
+    Parameters
+    ----------
+    plate : PlateDriver
+    clock : Clock
+    explore : callable
+        Has the participant explore what is presented.
+    """
+
+    def __init__(
+        self, plate: PlateDriver, clock: Clock, explore: Callable[[Explore], Reply]
+    ) -> None:
+        self._plate = plate
+        self._clock = clock
+        self._explore = explore
+        self._present: Present | None = None
+        self._explored: Explore | None = None
+        self._standing = False
+        self._commanded_um_pp = 0.0
+
+    @property
+    def amplitude_um_pp(self) -> float | None:
+        """The amplitude staged (of a texture the largest), or None."""
+        return self._present.surface.amplitude_um_pp if self._present else None
+
+    @property
+    def broken(self) -> bool:
+        """Whether a surface should be there and is not."""
+        return self._present is not None and not self._standing
+
+    def present(self, step: Present) -> Presented:
+        """Make a surface, after its lead-in where that does not stand."""
+        if step.lead_in:
+            before, explore = step.lead_in
+            led_in = self._standing and self._present and self._present.surface == before.surface
+            if not led_in:
+                self._drive(before)
+                self._explore(explore)
+        return self._drive(step)
+
+    def remember(self, present: Present) -> None:
+        """Note a surface that a journal says was presented; it does not stand any more."""
+        self._present, self._explored, self._standing = present, None, False
+
+    def explored(self, step: Explore) -> None:
+        """Note that the participant has explored the surface."""
+        self._explored = step
+
+    def mend(self) -> Presented | None:
+        """Make the staged surface again where it is broken, and have it explored again."""
+        present, explored = self._present, self._explored
+        if present is None or self._standing:
+            return None
+        try:
+            made = self.present(present)
+            if explored:
+                self._explore(explored)
+        except BaseException:
+            self._present, self._explored, self._standing = present, explored, False
+            raise
+        self._explored = explored
+        return made
+
+    def confirm(self) -> None:
+        """Raise a `PlateFault` unless the plate still makes the staged surface.
+
+        The tolerance is the driver's own: what it would not take for the surface when it was
+        presented is not taken for it when it was rated (docs/decisions/0022). Of a texture both
+        the command and the reading are means.
+        """
+        if self._present is None:
+            return
+        self._plate.check()
+        told = self._plate.read_back()
+        if told.kind in ("measured", "applied") and told.amplitude_um_pp is not None:
+            self._plate.limits.check_reached(self._commanded_um_pp, told.amplitude_um_pp)
+
+    def check(self) -> None:
+        """Raise the plate's fault, if any, while a surface stands. Cheap."""
+        if self._standing:
+            self._plate.check()
+
+    def strike(self) -> None:
+        """Silence the plate; nothing is staged any more."""
+        self._plate.silence()
+        self.forget()
+
+    def forget(self) -> None:
+        """Note that nothing is staged."""
+        self._present, self._explored, self._standing = None, None, False
+
+    def interrupt(self) -> None:
+        """Note that the surface is about to be lost, or is; it stays staged."""
+        self._standing = False
+
+    def quieten(self) -> None:
+        """Silence the plate on the way out, whatever state the line is in."""
+        self.interrupt()
+        try:
+            self._plate.silence()
+        except PlateFault:
+            self._plate.close()
+
+    def _drive(self, step: Present) -> Presented:
+        """Present a surface; it stands once it has settled and reads back as commanded."""
+        self.forget()
+        made = self._plate.present(step.surface)
+        self._present, self._standing = step, True
+        self._commanded_um_pp = made.commanded_um_pp
+        self.confirm()
+        return Presented(
+            commanded_um_pp=made.commanded_um_pp,
+            readback_um_pp=made.readback.amplitude_um_pp,
+            readback_kind=made.readback.kind,
+            settled_by=made.settled_by,
+            onset_s=self._clock.now(),
+        )

@@ -1,0 +1,1 @@
+"""The study file: its model, validation and plan of a run."""

@@ -1,0 +1,96 @@
+"""Study files: found, read, and every fault told at once, with its line.
+
+What a study may say is `experiments.study.model.Study`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tomllib
+from functools import lru_cache
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pydantic import ValidationError
+
+from experiments.study.model import Study
+from experiments.study.validation_errors import Faults, sentence
+from faults import UserError
+
+if TYPE_CHECKING:
+    from experiments.study.validation_errors import Fault
+
+
+@lru_cache(maxsize=16)
+def parse_study(text: str, source: str) -> Study:
+    """Return the study that a TOML text describes.
+
+    Parameters
+    ----------
+    text : str
+        The study file's text.
+    source : str
+        Its name, for messages.
+
+    Raises
+    ------
+    UserError
+        One message that lists every fault with its line or key and what was expected.
+    """
+    try:
+        table = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise UserError(f"{source} is not TOML: {error}") from None
+    try:
+        return Study.model_validate(table)
+    except ValidationError as error:
+        faults: list[Fault] = []
+        for fault in error.errors():
+            inner = fault.get("ctx", {}).get("error")
+            faults += inner.faults if isinstance(inner, Faults) else [(fault["loc"], dict(fault))]
+        lines = sorted({sentence(text, place, fault) for place, fault in faults})
+        many = "a fault" if len(lines) == 1 else f"{len(lines)} faults"
+        found = "".join(f"\n  {words}" for _, words in lines)
+        raise UserError(f"{source} has {many}:{found}") from None
+
+
+def shipped_studies() -> list[str]:
+    """Return the names of the studies that come with Slipscale.
+
+    >>> "biet2007" in shipped_studies()
+    True
+    """
+    names = (entry.name for entry in files("experiments").joinpath("studies").iterdir())
+    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
+
+
+def study_text(name: str) -> str:
+    """Return the text of a study file, or of a shipped study by name.
+
+    Raises
+    ------
+    UserError
+        There is neither, or the file cannot be read as text.
+    """
+    if name in shipped_studies():
+        return files("experiments").joinpath("studies", f"{name}.toml").read_text(encoding="utf-8")
+    try:
+        return Path(name).read_text(encoding="utf-8-sig")  # Windows' editors begin with a mark
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise UserError(
+            f"study '{name}': {reason}; expected a TOML file or one of the shipped studies: "
+            f"{', '.join(shipped_studies())}"
+        ) from None
+
+
+def read_study(name: str) -> tuple[Study, str]:
+    """Return a study and the text it was read from."""
+    text = study_text(name)
+    return parse_study(text, name), text
+
+
+def study_hash(text: str) -> str:
+    """Return the SHA-256 of a study file's text, in hexadecimal."""
+    return hashlib.sha256(text.encode()).hexdigest()

@@ -1,0 +1,139 @@
+"""The plan of a run: everything that decides what happens, but for the participant's answers."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from experiments.languages.texts import load_texts
+from experiments.protocols.base import Context, load_protocol
+from experiments.protocols.steps import Ask, ChoiceQuestion, Instruct, Steps
+from experiments.study.file import parse_study
+from faults import UserError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from experiments.languages.texts import Texts
+    from experiments.protocols.base import Options, Protocol
+    from experiments.study.model import Study
+
+Mode = Literal["participant", "pilot"]
+
+
+def check_labels(*, participant: str, session: str, run: str) -> None:
+    """Raise `UserError` unless these can be parts of file names; ``session`` may be empty."""
+    for name, value in (("participant", participant), ("run", run), ("session", session)):
+        if not re.fullmatch(r"[A-Za-z0-9]+", value) and (value or name != "session"):
+            raise UserError(
+                f"--{name} '{value}': expected letters and digits only, such as 01 "
+                "(never a participant's name)"
+            )
+
+
+def stem(participant: str, session: str) -> str:
+    """Return the beginning of a run's file names (BIDS entities)."""
+    return f"sub-{participant}_ses-{session}" if session else f"sub-{participant}"
+
+
+def journal_path(dataset: Path, *, participant: str, session: str, run: str) -> Path:
+    """Return where a run's journal lies in a data set."""
+    folder = dataset / "sourcedata" / f"sub-{participant}"
+    return folder / f"{stem(participant, session)}_run-{run}_journal.jsonl"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunPlan:
+    """Everything that decides what happens in a run, but for the participant's answers.
+
+    Parameters
+    ----------
+    study_name, study_text : str
+        The study file's name and text, kept whole in the journal's first record.
+    participant, session, run : str
+        Labels: letters and digits. ``session`` may be empty.
+    seed : int
+        The study's, unless the command named another.
+    language : str
+        What the participant reads.
+    mode : {"participant", "pilot"}
+        Told in every record, so that a pilot can never pass for a person.
+    """
+
+    study_name: str
+    study_text: str
+    participant: str
+    session: str = ""
+    run: str = "01"
+    seed: int
+    language: str
+    mode: Mode
+
+    def __post_init__(self) -> None:
+        if self.seed < 0:
+            raise UserError(f"--seed {self.seed}: expected 0 or more")
+        check_labels(participant=self.participant, session=self.session, run=self.run)
+
+    @property
+    def study(self) -> Study:
+        """The study, parsed."""
+        return parse_study(self.study_text, self.study_name)
+
+    @property
+    def row(self) -> int:
+        """The place in the counterbalancing: the participant's number, from 0."""
+        if self.participant.isdigit():
+            return max(int(self.participant) - 1, 0)
+        return int.from_bytes(hashlib.sha256(self.participant.encode()).digest()[:4], "big")
+
+    @property
+    def stem(self) -> str:
+        """The beginning of the run's file names (BIDS entities)."""
+        return stem(self.participant, self.session)
+
+    def journal_path(self, dataset: Path) -> Path:
+        """Return where the run's journal lies in a data set."""
+        return journal_path(
+            dataset, participant=self.participant, session=self.session, run=self.run
+        )
+
+    def texts(self) -> Texts:
+        """Return what the participant reads."""
+        return load_texts(self.language, self.study.texts.get(self.language))
+
+    def context(self) -> Context:
+        """Return what the protocols know of the run."""
+        return Context(
+            seed=self.seed,
+            participant=self.participant,
+            row=self.row,
+            amplitudes_um_pp=self.study.amplitudes_um_pp,
+            texts=self.texts(),
+            textures=self.study.gratings,
+        )
+
+    def tasks(self) -> list[tuple[Protocol, Options]]:
+        """Return the tasks in the order in which this participant has them."""
+        study = self.study
+        tasks = [(load_protocol(options.protocol), options) for options in study.tasks]
+        turned = study.task_order == "counterbalanced" and self.row % 2 == 1
+        return tasks[::-1] if turned else tasks
+
+    def planned_trials(self) -> int:
+        """Return how many trials the run will have if none is repeated."""
+        context = self.context()
+        return sum(protocol.trials(options, context) for protocol, options in self.tasks())
+
+    def steps(self) -> Steps:
+        """Yield all steps of the run."""
+        texts, context = self.texts(), self.context()
+        yield Instruct(title=texts["session.welcome_title"], text=texts["session.welcome"])
+        for question in self.study.about_you:
+            choices = tuple((words, words) for words in question.options)
+            prompt = question.prompt or texts[f"about_you.{question.name}"]
+            yield Ask(name=question.name, question=ChoiceQuestion(prompt=prompt, options=choices))
+        for protocol, options in self.tasks():
+            yield from protocol.steps(options, context)
+        yield Instruct(title=texts["session.thanks_title"], text=texts["session.thanks"], last=True)

@@ -1,0 +1,269 @@
+"""A driver board on a serial line (docs/board-protocol.md), kept alive by a heartbeat.
+
+SPEC: ``serial:PORT`` or ``serial:PORT,option=value,...`` with
+
+================  ===============================================================
+``calibration``   a file written by ``slipscale plate calibrate``
+``attention``     seconds (5); a session that neither commands nor checks for so
+                  long is taken to hang, and the plate falls silent; 0: never
+================  ===============================================================
+
+The heartbeat asks the board for its status ten times a second; the board silences itself when it
+has heard nothing for its watchdog's time. What the heartbeat learns, `check` raises.
+
+The board plays textures by itself, from a list of amplitudes that it is sent; older firmware does
+not know lists, and then textures are refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from statistics import fmean
+from threading import Event, Thread
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from faults import UserError
+from hardware import address as addresses
+from hardware.backends.serial_board import protocol as wire
+from hardware.backends.serial_board import supervision as watch
+from hardware.backends.serial_board.link import BoardLink, NotKnown
+from hardware.backends.serial_board.serial_line import SerialLine
+from hardware.clock import SystemClock
+from hardware.driver import PlateDriver
+from hardware.errors import ConnectionLost, GarbledReply, PlateFault, PlateTimeout, WrongDevice
+from hardware.records import PlateIdentity, Presentation, Readback
+from stimuli.modulation import DEFAULT_MODULATOR, STEPS_MAX, Modulator
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hardware.calibration.record import Calibration
+    from hardware.clock import Clock
+    from hardware.limits import PlateLimits
+    from stimuli.modulation import Loop
+
+T = TypeVar("T")
+
+HEARTBEAT_S = 0.1
+ATTENTION_S = 5.0
+POLL_S = 0.002
+LONGEST_SETTLING_S = 2.0
+OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
+
+OPTIONS: dict[str, Callable[[str], Any]] = {
+    "attention": addresses.number,
+    "calibration": addresses.calibration,
+}
+
+
+class SerialBoard(PlateDriver):
+    """A plate behind a driver board.
+
+    Parameters
+    ----------
+    port : str
+        The serial port.
+    clock : Clock
+        Stamps the readbacks. The wire's time-outs are the machine's.
+    limits : PlateLimits
+        Narrowed to the board's own on `connect`.
+    calibration : Calibration
+        Narrows the limits; the board holds the amplitude by its own sensor.
+    attention_s : float
+        Without a command or `check` for so long the heartbeat stops; 0 keeps it up for ever.
+    """
+
+    name = "serial"
+
+    def __init__(
+        self,
+        port: str,
+        *,
+        clock: Clock,
+        limits: PlateLimits | None = None,
+        calibration: Calibration | None = None,
+        attention_s: float = ATTENTION_S,
+    ) -> None:
+        super().__init__(clock=clock, limits=limits, calibration=calibration)
+        self.port = port
+        self.watchdog_s: float | None = None
+        self._attention_s = attention_s
+        self._machine = SystemClock()
+        self._attended_s = 0.0
+        self._line: SerialLine | None = None
+        self._link: BoardLink | None = None
+        self._heart: Thread | None = None
+        self._stop_heart = Event()
+        self._held: watch.Held | None = None
+        self._fault: PlateFault | None = None
+
+    def _connect(self) -> PlateIdentity:
+        self._close()
+        self._fault = self._held = None
+        self._line = SerialLine(self.port)
+        self._link = link = BoardLink(self._line)
+        identity = _identity(link.greet(), self.port)
+        self._learn_lists(link, identity.firmware)
+        link.ask("*RST")
+        self._heed(_parsed(wire.parse_limits, link.ask("LIM?")))
+        self._attend()
+        self._stop_heart.clear()
+        self._heart = Thread(target=self._beat, args=(link,), name="plate heartbeat", daemon=True)
+        self._heart.start()
+        return identity
+
+    def _drive(self, amplitude_um_pp: float) -> Presentation:
+        link = self._attend()
+        begun_s = self._machine.now()
+        self._held = None
+        link.ask(f"AMPL {amplitude_um_pp:.4f}")
+        status = self._status(link)
+        while status.state == "RAMP":
+            if self._machine.now() - begun_s > LONGEST_SETTLING_S:
+                raise PlateTimeout(f"the plate did not settle within {LONGEST_SETTLING_S:g} s")
+            self._machine.sleep(POLL_S)
+            status = self._status(self._attend())
+        if amplitude_um_pp > 0:
+            held = watch.Held(amplitude_um_pp)
+            watch.judge(status, held, self.limits, port=self.port)
+            self._held = held
+        return Presentation(
+            commanded_um_pp=amplitude_um_pp,
+            readback=self._readback(status),
+            settled_by="readback",
+            settle_time_s=self._machine.now() - begun_s,
+        )
+
+    def _play(self, loop: Loop) -> None:
+        link = self._attend()
+        self._held = None
+        for command in wire.list_commands(loop):
+            link.ask(command)
+        self._held = watch.Held(fmean(loop.amplitudes_um_pp), "LIST")
+
+    def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
+        link = self._attend()
+        self._held = None
+        link.ask(f"DRIV {frequency_hz:.1f},{voltage_v:.3f}")
+        self._machine.sleep(OPEN_LOOP_SETTLING_S)
+        return self._readback(self._status(link))
+
+    def _read_back(self) -> Readback:
+        return self._readback(self._status(self._attend()))
+
+    def _silence(self) -> None:
+        self._held = None
+        if self._link is not None:
+            self._link.stop_now()
+            self._link.ask("OUTP OFF")
+
+    def _check(self) -> None:
+        self._attend()
+
+    def _close(self) -> None:
+        self._stop_heart.set()
+        if self._heart is not None:
+            self._heart.join()
+        if self._line is not None:
+            self._line.close()
+        self._line = self._link = self._heart = None
+
+    def _beat(self, link: BoardLink) -> None:
+        """Ask for the status until told to stop; leave the first fault for `check`."""
+        while not self._stop_heart.wait(HEARTBEAT_S):
+            if self._attention_s and self._machine.now() - self._attended_s > self._attention_s:
+                continue
+            held = self._held
+            try:
+                status = self._status(link)
+                # Only if no command came in between is the status one of that presentation.
+                if held is not None and held is self._held:
+                    watch.judge(status, held, self.limits, port=self.port)
+            except PlateFault as fault:
+                self._fault = fault
+                return
+
+    def _attend(self) -> BoardLink:
+        """Tell the heartbeat that the session is alive; return the link unless a fault is known."""
+        self._attended_s = self._machine.now()
+        if self._fault is not None:
+            raise self._fault
+        if self._link is None:
+            raise ConnectionLost(f"{self.port}: not connected")
+        return self._link
+
+    def _status(self, link: BoardLink) -> wire.Status:
+        return _parsed(wire.parse_status, link.ask("STAT?"))
+
+    def _readback(self, status: wire.Status) -> Readback:
+        return Readback(
+            amplitude_um_pp=status.amplitude_um_pp, kind="measured", time_s=self.clock.now()
+        )
+
+    def _learn_lists(self, link: BoardLink, firmware: str) -> None:
+        """Ask how fast the board plays a list, and for how long a one it has room."""
+        try:
+            lists = _parsed(wire.parse_list_limits, link.ask("LIST:LIM?"))
+        except NotKnown:
+            self.modulator = None
+            self.rigid = f"the board's firmware ({firmware}) holds one amplitude at a time"
+            return
+        if lists.points < STEPS_MAX:
+            self.modulator = None
+            self.rigid = f"the board has room for {lists.points} amplitudes, not for {STEPS_MAX}"
+            return
+        plate = self.calibration.resonance if self.calibration else None
+        self.modulator = Modulator(
+            resonance_hz=plate.frequency_hz if plate else DEFAULT_MODULATOR.resonance_hz,
+            quality_factor=plate.quality_factor if plate else DEFAULT_MODULATOR.quality_factor,
+            command_interval_s=lists.step_ms / 1000,
+            shortest_edge_s=lists.edge_ms / 1000,
+        )
+
+    def _heed(self, board: wire.BoardLimits) -> None:
+        """Narrow the limits to the board's."""
+        ours = self.limits
+        self.limits = replace(
+            ours,
+            amplitude_um_pp=min(ours.amplitude_um_pp, board.amplitude_um_pp),
+            voltage_v=min(ours.voltage_v, board.voltage_v),
+            frequency_min_hz=max(ours.frequency_min_hz, board.frequency_min_hz),
+            frequency_max_hz=min(ours.frequency_max_hz, board.frequency_max_hz),
+            on_time_s=min(ours.on_time_s, board.on_time_s),
+        )
+        self.watchdog_s = board.watchdog_ms / 1000
+
+
+def _identity(answer: str, port: str) -> PlateIdentity:
+    fields = answer.split(",")
+    if len(fields) != len(PlateIdentity.__slots__) or fields[1] != wire.PROTOCOL:
+        raise WrongDevice(f"{port}: '{answer}' answers, expected a {wire.PROTOCOL} board")
+    return PlateIdentity(
+        manufacturer=fields[0], model=fields[1], serial=fields[2], firmware=fields[3]
+    )
+
+
+def _parsed(parse: Callable[[str], T], value: str) -> T:
+    try:
+        return parse(value)
+    except ValueError as error:
+        raise GarbledReply(f"the board answered '{value}', which cannot be read") from error
+
+
+def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa: ARG001 - real
+    """Return a driver for a board: the entry point ``serial``.
+
+    Raises
+    ------
+    UserError
+        The address names no port, or an option that the backend does not have.
+    """
+    port, options = addresses.split_address(address, OPTIONS)
+    if not port:
+        raise UserError("plate 'serial': expected serial:PORT; slipscale plate list shows ports")
+    return SerialBoard(
+        port,
+        clock=clock,
+        calibration=options.get("calibration"),
+        attention_s=options.get("attention", ATTENTION_S),
+    )

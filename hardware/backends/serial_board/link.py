@@ -1,0 +1,158 @@
+"""Commands to the driver board, each acknowledged, checked, and run once.
+
+A command that gets no readable answer is repeated under the *same* sequence number; the board
+answers a repetition from its memory. The boot number in each answer tells a repetition that was
+answered by the same run of the firmware from one that met a board fresh from a reset.
+"""
+
+from __future__ import annotations
+
+from threading import Lock
+from typing import Protocol
+
+from hardware.backends.serial_board import protocol as wire
+from hardware.clock import SystemClock
+from hardware.errors import (
+    ConnectionLost,
+    GarbledReply,
+    OverLimit,
+    PlateBusy,
+    PlateFault,
+    PlateRefused,
+    PlateTimeout,
+    WrongDevice,
+)
+
+REPLY_TIMEOUT_S = 0.08
+ATTEMPTS = 4  # in all less than the board's watchdog takes
+GREETING_S = 3.0  # many boards restart when their port is opened
+FOREIGN_LINES = 3  # so many lines that are no replies: this is another kind of device
+
+
+class NotKnown(PlateRefused):
+    """The board's firmware does not know the command."""
+
+
+REFUSALS: dict[int, type[PlateFault]] = {
+    wire.OUT_OF_RANGE: OverLimit,
+    wire.BUSY: PlateBusy,
+    wire.UNDEFINED_HEADER: NotKnown,
+}
+
+
+class Line(Protocol):
+    """What the link needs of a line."""
+
+    port: str
+
+    def write(self, data: bytes) -> None:
+        """Send bytes."""
+
+    def read(self) -> bytes:
+        """Return the bytes that are there, waiting a little for the first."""
+
+
+class BoardLink:
+    """Asks the board, one command at a time, from any thread.
+
+    Parameters
+    ----------
+    line : Line
+        An open line.
+    """
+
+    def __init__(self, line: Line) -> None:
+        self._line = line
+        # The wire's time is the machine's, whatever clock the session runs on.
+        self._clock = SystemClock()
+        self._lock = Lock()
+        self._sequence = 0
+        self._boot: str | None = None
+        self._buffer = b""
+        self._foreign = 0
+
+    def greet(self) -> str:
+        """Return the board's ``*IDN?``, with patience for a board that is starting.
+
+        Raises
+        ------
+        WrongDevice
+            What answers does not speak the protocol.
+        PlateTimeout, GarbledReply, ConnectionLost, PlateBusy
+            As for `ask`.
+        """
+        self._boot = None
+        end_s = self._clock.now() + GREETING_S
+        foreign = 0
+        while True:
+            try:
+                return self.ask("*IDN?")
+            except (PlateTimeout, GarbledReply) as fault:
+                foreign += self._foreign
+                if foreign >= FOREIGN_LINES:
+                    raise WrongDevice(
+                        f"{self._line.port}: the device there does not speak the plate's protocol"
+                    ) from fault
+                if self._clock.now() > end_s:
+                    raise
+
+    def ask(self, body: str) -> str:
+        """Send a command; return the value of its answer.
+
+        Raises
+        ------
+        PlateTimeout
+            No answer, however often it was asked.
+        GarbledReply
+            Answers, but none that could be read.
+        ConnectionLost
+            The device went away, or it restarted since `greet`.
+        OverLimit, PlateBusy, PlateRefused
+            The board understood and said no.
+        """
+        with self._lock:
+            self._sequence = self._sequence % wire.LAST_SEQUENCE + 1
+            frame = wire.command_frame(self._sequence, body)
+            self._foreign = 0
+            for _ in range(ATTEMPTS):
+                self._line.write(frame)
+                reply = self._await()
+                if reply:
+                    return self._value(reply, body)
+        if self._foreign:
+            raise GarbledReply(f"{self._line.port}: no answer to '{body}' could be read")
+        raise PlateTimeout(f"{self._line.port}: no answer to '{body}'")
+
+    def stop_now(self) -> None:
+        """Send the stop byte at once, even while another thread waits for an answer."""
+        self._line.write(wire.STOP)
+
+    def _await(self) -> wire.Reply | None:
+        """Return the reply to the current command; drop all else that comes meanwhile.
+
+        What has come is looked at before the time is: a thread that was kept waiting by the rest
+        of its process finds its reply all the same.
+        """
+        end_s = self._clock.now() + REPLY_TIMEOUT_S
+        while True:
+            *lines, rest = (self._buffer + self._line.read()).split(b"\n")
+            self._foreign += len(rest) > wire.LONGEST_FRAME
+            self._buffer = rest[-wire.LONGEST_FRAME :]
+            for line in lines:
+                reply = wire.parse_reply(line)
+                if reply is None:
+                    self._foreign += 1
+                elif reply.sequence == self._sequence:
+                    return reply
+            if self._clock.now() >= end_s:
+                return None
+
+    def _value(self, reply: wire.Reply, body: str) -> str:
+        if self._boot is None:
+            self._boot = reply.boot
+        if reply.boot != self._boot:
+            raise ConnectionLost(f"{self._line.port}: the board restarted, its output is off")
+        if reply.code != wire.OK:
+            fault = REFUSALS.get(reply.code, PlateRefused)
+            raise fault(f"the board refused '{body}': {reply.value} ({reply.code})")
+        return reply.value

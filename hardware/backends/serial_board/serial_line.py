@@ -1,0 +1,92 @@
+"""A serial line whose every failure is a `PlateFault`: opened exclusively, read without waiting.
+
+pyserial reports one and the same unplugged device in half a dozen ways, some of them not even
+OSErrors; they all become `ConnectionLost` here.
+"""
+
+from __future__ import annotations
+
+import errno
+from contextlib import suppress
+from typing import TYPE_CHECKING, TypeVar
+
+import serial
+
+from hardware.errors import ConnectionLost, NoPermission, PlateBusy, PlateFault, PlateNotFound
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+try:
+    from termios import error as termios_error  # pyserial lets it through, and it is no OSError
+except ImportError:  # Windows has no termios
+    termios_error = OSError  # type: ignore[misc, assignment]  # the same name, for the table below
+
+# TypeError: another thread closed the port while this one read.
+UNPLUGGED = (serial.SerialException, OSError, termios_error, TypeError)
+
+T = TypeVar("T")
+
+BAUD = 115_200
+SLICE_S = 0.01  # one read waits no longer: deadlines are kept by the caller
+
+OPENING: dict[int, tuple[type[PlateFault], str]] = {
+    errno.ENOENT: (PlateNotFound, "no such port"),
+    errno.ENXIO: (PlateNotFound, "no device at this port"),
+    errno.ENODEV: (PlateNotFound, "no device at this port"),
+    errno.EIO: (PlateNotFound, "no device at this port"),
+    errno.EACCES: (NoPermission, "you may not open this port"),
+    errno.EPERM: (NoPermission, "you may not open this port"),
+    errno.EBUSY: (PlateBusy, "another program holds this port"),
+    errno.EAGAIN: (PlateBusy, "another program holds this port"),
+}
+
+
+class SerialLine:
+    """An open serial port.
+
+    Parameters
+    ----------
+    port : str
+        ``/dev/ttyACM0``, ``COM3``, or any URL that pyserial opens (``spy://`` logs the wire).
+    """
+
+    def __init__(self, port: str) -> None:
+        self.port = port
+        try:
+            self._serial = serial.serial_for_url(
+                port, baudrate=BAUD, timeout=SLICE_S, write_timeout=1.0, exclusive=True
+            )
+        except (*UNPLUGGED, ValueError) as error:
+            raise _opening_fault(port, error) from error
+
+    def write(self, data: bytes) -> None:
+        """Send bytes. Raises `ConnectionLost`."""
+        self._do(lambda: self._serial.write(data))
+
+    def read(self) -> bytes:
+        """Return the bytes that are there, waiting `SLICE_S` for the first. `ConnectionLost`."""
+        data: bytes = self._do(lambda: self._serial.read(self._serial.in_waiting or 1))
+        return data
+
+    def close(self) -> None:
+        """Let go of the port. Never raises."""
+        with suppress(*UNPLUGGED):
+            self._serial.close()
+
+    def _do(self, action: Callable[[], T]) -> T:
+        try:
+            return action()
+        except UNPLUGGED as error:
+            raise ConnectionLost(f"{self.port}: the device went away ({error})") from error
+
+
+def _opening_fault(port: str, error: Exception) -> PlateFault:
+    # On Windows pyserial gives no errno; Windows' own words are in the message.
+    number = getattr(error, "errno", None)
+    if number in OPENING:
+        fault, what = OPENING[number]
+        return fault(f"{port}: {what}")
+    if "PermissionError" in str(error):
+        return PlateBusy(f"{port}: another program holds this port")
+    return PlateNotFound(f"{port}: cannot be opened ({error})")

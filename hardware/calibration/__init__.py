@@ -1,0 +1,1 @@
+"""Calibration of a plate: sweep, fit, record, plot."""

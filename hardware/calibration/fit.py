@@ -1,0 +1,116 @@
+"""From vibrometer readings to resonance, Q and gain, with their uncertainties. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import optimize, stats
+
+from faults import UserError
+from hardware.calibration.record import Gain, Point, Resonance
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+FEWEST_POINTS = 6
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, slots=True)
+class Peak:
+    """A fitted resonance and its height in µm p-p per volt."""
+
+    resonance: Resonance
+    height_um_pp_per_v: float
+
+
+def response(
+    frequency_hz: NDArray[np.float64], resonance_hz: float, quality_factor: float, height: float
+) -> NDArray[np.float64]:
+    """Return the magnitude of the resonance's response (the twin's, `Conditions`)."""
+    detuning = (frequency_hz - resonance_hz) / resonance_hz
+    return height / np.sqrt(1 + (2 * quality_factor * detuning) ** 2)
+
+
+def fit_resonance(points: Sequence[Point]) -> Peak:
+    """Fit a resonance to a frequency sweep (least squares on µm per volt).
+
+    Raises
+    ------
+    UserError
+        Too few points, no voltage, or no peak within the sweep.
+    """
+    if len(points) < FEWEST_POINTS:
+        raise UserError(f"frequency sweep: {len(points)} points, expected {FEWEST_POINTS} or more")
+    frequency_hz = np.array([each.frequency_hz for each in points])
+    voltage_v = np.array([each.voltage_v for each in points])
+    if np.any(voltage_v == 0):
+        raise UserError("frequency sweep: a point has no voltage")
+    per_volt = np.array([each.amplitude_um_pp for each in points]) / voltage_v
+    top = int(np.argmax(per_volt))
+    # Half the height's square is lost at the band's edges: a first guess of Q.
+    band = frequency_hz[per_volt > per_volt[top] / np.sqrt(2)]
+    width_hz = max(float(np.ptp(band)), float(np.ptp(frequency_hz)) / len(points))
+    guess = (frequency_hz[top], frequency_hz[top] / width_hz, per_volt[top])
+    try:
+        best, covariance = optimize.curve_fit(response, frequency_hz, per_volt, p0=guess)
+    except RuntimeError:
+        raise UserError("frequency sweep: no resonance could be fitted to the readings") from None
+    resonance_hz, quality_factor, height = best[0], abs(best[1]), best[2]
+    inside = frequency_hz.min() < resonance_hz < frequency_hz.max()
+    if not (inside and height > 0 and np.all(np.isfinite(covariance))):
+        raise UserError(
+            f"frequency sweep: no peak between {frequency_hz.min():g} and "
+            f"{frequency_hz.max():g} Hz; sweep where the resonance is"
+        )
+    half_width = _quantile(len(points) - 3) * np.sqrt(np.diag(covariance))
+    residual_um = (per_volt - response(frequency_hz, *best)) * voltage_v
+    return Peak(
+        Resonance(
+            frequency_hz=float(resonance_hz),
+            frequency_ci95_hz=float(half_width[0]),
+            quality_factor=float(quality_factor),
+            quality_factor_ci95=float(half_width[1]),
+            residual_um=_rms(residual_um, len(points) - 3),
+        ),
+        float(height),
+    )
+
+
+def fit_gain(points: Sequence[Point]) -> Gain:
+    """Fit a line through the origin to a voltage sweep at resonance.
+
+    Raises
+    ------
+    UserError
+        Too few points, or the plate does not respond.
+    """
+    if len(points) < FEWEST_POINTS:
+        raise UserError(f"voltage sweep: {len(points)} points, expected {FEWEST_POINTS} or more")
+    voltage_v = np.array([each.voltage_v for each in points])
+    amplitude_um = np.array([each.amplitude_um_pp for each in points])
+    square = float(voltage_v @ voltage_v)
+    slope = float(voltage_v @ amplitude_um) / square if square else 0.0
+    if slope <= 0:
+        raise UserError("voltage sweep: the plate does not respond to the voltage")
+    residual_um = _rms(amplitude_um - slope * voltage_v, len(points) - 1)
+    highest_v = float(voltage_v.max())
+    return Gain(
+        um_pp_per_v=slope,
+        um_pp_per_v_ci95=float(_quantile(len(points) - 1) * residual_um / np.sqrt(square)),
+        residual_um=residual_um,
+        voltage_max_v=highest_v,
+        amplitude_max_um_pp=slope * highest_v,
+    )
+
+
+def _quantile(freedom: int) -> float:
+    return float(stats.t.ppf((1 + CONFIDENCE) / 2, freedom))
+
+
+def _rms(residuals: NDArray[np.float64], freedom: int) -> float:
+    return float(np.sqrt(residuals @ residuals / freedom))

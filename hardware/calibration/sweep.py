@@ -1,0 +1,103 @@
+"""The calibration's measurement: coarse and fine frequency sweep, then a voltage sweep.
+
+Each sweep goes up and down again, low voltage first, so that warming and hysteresis show in the
+residuals instead of hiding in the fit. Nothing here knows a driver: a ``measure`` does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hardware.calibration.fit import fit_gain, fit_resonance
+from hardware.calibration.record import Calibration, Device, Drive, Made, Point
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    Measure = Callable[[float, float], float]  # Hz, V -> µm p-p
+
+COARSE_POINTS, FINE_POINTS, VOLTAGE_POINTS = 41, 21, 12
+FINE_WIDTHS = 1.5  # resonance ± so many half-power widths
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SweepPlan:
+    """Where to look: centre and half span in Hz, the frequency sweep's and the largest voltage."""
+
+    centre_hz: float = 30_500.0
+    span_hz: float = 1_500.0
+    sweep_voltage_v: float = 5.0
+    max_voltage_v: float = 16.0
+
+
+def sweep(plan: SweepPlan, measure: Measure) -> tuple[Point, ...]:
+    """Measure all points of a calibration, in order.
+
+    Parameters
+    ----------
+    plan : SweepPlan
+        Where to look.
+    measure : callable
+        Drives the plate at a frequency in Hz and a voltage in V, returns the reading in µm p-p.
+    """
+
+    def measured(kind: str, drives: Iterable[tuple[float, float]]) -> list[Point]:
+        return [
+            Point.model_validate(
+                {
+                    "sweep": kind,
+                    "frequency_hz": frequency_hz,
+                    "voltage_v": voltage_v,
+                    "amplitude_um_pp": measure(frequency_hz, voltage_v),
+                }
+            )
+            for frequency_hz, voltage_v in drives
+        ]
+
+    def frequencies(centre_hz: float, span_hz: float, count: int) -> list[tuple[float, float]]:
+        steps = np.linspace(centre_hz - span_hz, centre_hz + span_hz, count)
+        return [(round(each, 1), plan.sweep_voltage_v) for each in there_and_back(steps)]
+
+    coarse = measured("coarse", frequencies(plan.centre_hz, plan.span_hz, COARSE_POINTS))
+    found = fit_resonance(coarse).resonance
+    half_span_hz = FINE_WIDTHS * found.frequency_hz / found.quality_factor
+    fine = measured("fine", frequencies(found.frequency_hz, half_span_hz, FINE_POINTS))
+    resonance_hz = round(fit_resonance(fine).resonance.frequency_hz, 1)
+    steps = np.linspace(0, plan.max_voltage_v, VOLTAGE_POINTS + 1)[1:]
+    voltage = measured("voltage", [(resonance_hz, each) for each in there_and_back(steps)])
+    return (*coarse, *fine, *voltage)
+
+
+def there_and_back(steps: Iterable[float]) -> list[float]:
+    """Return the steps up and down again.
+
+    >>> there_and_back([1, 2])
+    [1.0, 2.0, 2.0, 1.0]
+    """
+    up = [float(each) for each in steps]
+    return up + up[::-1]
+
+
+def calibration_from(
+    points: Sequence[Point], *, device: Device, made: Made, drive: Drive
+) -> Calibration:
+    """Fit all of a calibration's points.
+
+    Raises
+    ------
+    UserError
+        The points do not hold a resonance or a voltage sweep.
+    """
+    fine = [each for each in points if each.sweep == "fine"]
+    coarse = [each for each in points if each.sweep == "coarse"]
+    return Calibration(
+        device=device,
+        made=made,
+        drive=drive,
+        resonance=fit_resonance(fine or coarse).resonance,
+        gain=fit_gain([each for each in points if each.sweep == "voltage"]),
+        points=tuple(points),
+    )

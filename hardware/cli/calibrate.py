@@ -1,0 +1,212 @@
+"""`slipscale plate calibrate`."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from faults import DONE, UserError
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+    from hardware.calibration.record import Device, Point
+    from hardware.calibration.sweep import SweepPlan
+    from hardware.driver import PlateDriver
+
+CSV_COLUMNS = ("sweep", "frequency_hz", "voltage_v", "amplitude_um_pp")
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Fill the parser."""
+    parser.add_argument("--plate", default="mock", metavar="SPEC", help="default: mock")
+    source = parser.add_mutually_exclusive_group()
+    source.add_argument(
+        "--prompt",
+        action="store_true",
+        help="ask for each reading of the vibrometer instead of the plate's own readback",
+    )
+    source.add_argument(
+        "--csv",
+        type=Path,
+        metavar="FILE",
+        help=f"fit readings made elsewhere; columns {', '.join(CSV_COLUMNS)}, with sweep one of "
+        "coarse, fine, voltage; the plate is not touched",
+    )
+    parser.add_argument("--out", type=Path, default=Path("calibration.toml"), metavar="FILE")
+    parser.add_argument("--by", required=True, help="who calibrates")
+    parser.add_argument("--instrument", required=True, help="vibrometer: model and range")
+    parser.add_argument("--temperature", type=float, metavar="C", help="of the plate, in °C")
+    parser.add_argument("--point", default="", help="where on the plate was measured")
+    parser.add_argument("--finger", action="store_true", help="a finger rested on the plate")
+    parser.add_argument("--centre", type=float, default=30_500.0, metavar="HZ")
+    parser.add_argument("--span", type=float, default=1_500.0, metavar="HZ", help="half width")
+    parser.add_argument("--sweep-voltage", type=float, default=5.0, metavar="V")
+    parser.add_argument("--max-voltage", type=float, default=16.0, metavar="V")
+    parser.add_argument(
+        "--voltage-convention",
+        default="V peak",
+        choices=["V peak", "V peak-to-peak", "V RMS"],
+        help="what the voltages are (default: V peak)",
+    )
+    parser.add_argument("--amplifier-gain", type=float, default=1.0, help="after the generator")
+    parser.add_argument("--seed", type=int, default=0, help="of a simulated plate")
+
+
+def run(arguments: Namespace) -> int:
+    """Measure or read, fit, write the file and its plot."""
+    # SciPy, pydantic and matplotlib load here: `slipscale plate --help` stays instant.
+    from hardware.calibration.plot import draw  # noqa: PLC0415
+    from hardware.calibration.record import Device, Drive, Made, write_calibration  # noqa: PLC0415
+    from hardware.calibration.sweep import SweepPlan, calibration_from  # noqa: PLC0415
+
+    _check_out(arguments.out)
+    plan = SweepPlan(
+        centre_hz=arguments.centre,
+        span_hz=arguments.span,
+        sweep_voltage_v=arguments.sweep_voltage,
+        max_voltage_v=arguments.max_voltage,
+    )
+    if arguments.csv:
+        device, points = Device(backend=arguments.plate), read_points(arguments.csv)
+    else:
+        device, points = _measure(arguments, plan)
+    calibration = calibration_from(
+        points,
+        device=device,
+        made=Made(
+            date=datetime.now(tz=UTC).date(),
+            by=arguments.by,
+            instrument=arguments.instrument,
+            temperature_c=arguments.temperature,
+            point=arguments.point,
+            finger=arguments.finger,
+        ),
+        drive=Drive(
+            voltage_convention=arguments.voltage_convention,
+            amplifier_gain=arguments.amplifier_gain,
+        ),
+    )
+    picture = arguments.out.with_suffix(".png")
+    try:
+        write_calibration(calibration, arguments.out)
+        draw(calibration).savefig(picture, dpi=150)
+    except OSError as error:
+        raise UserError(f"--out {arguments.out}: {error.strerror}") from error
+    resonance, gain = calibration.resonance, calibration.gain
+    print(
+        f"resonance  {resonance.frequency_hz:.1f} ± {resonance.frequency_ci95_hz:.1f} Hz\n"
+        f"Q          {resonance.quality_factor:.1f} ± {resonance.quality_factor_ci95:.1f}\n"
+        f"gain       {gain.um_pp_per_v:.5f} ± {gain.um_pp_per_v_ci95:.5f} µm p-p per "
+        f"{calibration.drive.voltage_convention}\n"
+        f"range      0 to {gain.amplitude_max_um_pp:.3f} µm p-p "
+        f"({gain.voltage_max_v:g} {calibration.drive.voltage_convention})\n"
+        f"wrote      {arguments.out} and {picture}"
+    )
+    return DONE
+
+
+def _check_out(path: Path) -> None:
+    """Raise `UserError` where the file could not be written, before anybody reads an instrument."""
+    if path.exists():
+        raise UserError(f"--out {path}: exists already; data may rest on it, so name a new file")
+    if not (path.parent.is_dir() and os.access(path.parent, os.W_OK)):
+        raise UserError(f"--out {path}: expected a folder that can be written, got {path.parent}")
+
+
+def _measure(arguments: Namespace, plan: SweepPlan) -> tuple[Device, tuple[Point, ...]]:
+    from hardware.address import patient  # noqa: PLC0415
+    from hardware.calibration.record import Device  # noqa: PLC0415
+    from hardware.calibration.sweep import sweep  # noqa: PLC0415
+    from hardware.clock import Clock, SystemClock, VirtualClock  # noqa: PLC0415
+    from hardware.registry import open_plate  # noqa: PLC0415
+    from hardware.signals import silent_on_signals  # noqa: PLC0415
+
+    clock: Clock = VirtualClock() if arguments.plate.startswith("mock") else SystemClock()
+    plate = open_plate(patient(arguments.plate), clock=clock, seed=arguments.seed)
+    with silent_on_signals(plate):
+        identity = plate.connect()
+        read = prompted if arguments.prompt else read_back
+        points = sweep(plan, lambda frequency_hz, volts: read(plate, frequency_hz, volts))
+    return (
+        Device(
+            backend=plate.name,
+            manufacturer=identity.manufacturer,
+            model=identity.model,
+            serial=identity.serial,
+            firmware=identity.firmware,
+        ),
+        points,
+    )
+
+
+def read_back(plate: PlateDriver, frequency_hz: float, voltage_v: float) -> float:
+    """Drive, and take the plate's own measurement in µm p-p."""
+    readback = plate.excite(frequency_hz=frequency_hz, voltage_v=voltage_v)
+    if readback.kind != "measured" or readback.amplitude_um_pp is None:
+        raise UserError(
+            f"plate '{plate.name}' does not measure its vibration; use --prompt or --csv"
+        )
+    return readback.amplitude_um_pp
+
+
+def prompted(plate: PlateDriver, frequency_hz: float, voltage_v: float) -> float:
+    """Drive, and ask the operator for the vibrometer's reading in µm p-p."""
+    plate.excite(frequency_hz=frequency_hz, voltage_v=voltage_v)
+    while True:
+        try:
+            typed = input(
+                f"{frequency_hz:.1f} Hz, {voltage_v:.2f} V: "
+                "type the vibrometer's reading in µm peak to peak: "
+            )
+        except EOFError:
+            raise UserError("--prompt: no more readings were typed; nothing was written") from None
+        reading = _reading(typed)
+        if reading is not None:
+            return reading
+        print(f"'{typed}' is no reading; expected a number of µm, 0 or more")
+
+
+def _reading(text: str) -> float | None:
+    try:
+        value = float(text.replace(",", "."))
+    except ValueError:
+        return None
+    return value if math.isfinite(value) and value >= 0 else None
+
+
+def read_points(path: Path) -> tuple[Point, ...]:
+    """Read vibrometer readings from a CSV file.
+
+    Raises
+    ------
+    UserError
+        No such file, a missing column, or an impossible value, with its line.
+    """
+    from pydantic import ValidationError  # noqa: PLC0415
+
+    from hardware.calibration.record import Point  # noqa: PLC0415
+
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            rows = list(csv.DictReader(file))
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"--csv {path}: cannot be read ({error})") from error
+    points = []
+    for line, row in enumerate(rows, start=2):
+        try:
+            points.append(Point.model_validate({key: row.get(key) for key in CSV_COLUMNS}))
+        except ValidationError as error:
+            first = error.errors()[0]
+            raise UserError(
+                f"--csv {path}, line {line}: {first['loc'][0]} is {first['input']!r}: "
+                f"{first['msg']}"
+            ) from error
+    return tuple(points)
+
+
+COMMANDS = {"calibrate": (add_arguments, run)}

@@ -1,0 +1,1 @@
+"""An emulated driver board: the firmware's behaviour on a pseudo-terminal."""

@@ -1,0 +1,59 @@
+"""The run of an emulated board: it prints its port, then standard input controls it.
+
+Each line there is answered with one line of JSON, the state after it:
+
+==================  ==============================================================
+``state``           only tell, see `Emulator.state`
+``fault NAME``      at the next command; ``NAME@PHASE/N`` as with ``--fault``
+``unplug``          now
+``quit``            end (so does SIGTERM)
+==================  ==============================================================
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from hardware.emulator.pty import Emulator
+
+
+def run(emulator: Emulator) -> None:
+    """Print the port, then emulate until told to end."""
+    print(emulator.port, flush=True)
+    control: int | None = sys.stdin.fileno()
+    buffer = b""
+    try:
+        while True:
+            if not emulator.turn(control):
+                continue
+            data = os.read(sys.stdin.fileno(), 4096)
+            if not data:
+                control = None  # started without a keyboard: go on
+            *lines, buffer = (buffer + data).split(b"\n")
+            for line in lines:
+                if line.strip() == b"quit":
+                    return
+                print(_answer(emulator, line.decode("utf-8", "replace").strip()), flush=True)
+    finally:
+        emulator.close()
+
+
+def _answer(emulator: Emulator, line: str) -> str:
+    """Carry out a control line; return a line of JSON."""
+    word, _, rest = line.partition(" ")
+    try:
+        if word == "fault":
+            emulator.order(rest)
+        elif word == "unplug":
+            emulator.unplug()
+        elif word != "state":
+            return json.dumps(
+                {"error": f"no control line '{line}': state, fault NAME, unplug, quit"}
+            )
+    except ValueError as error:
+        return json.dumps({"error": str(error)})
+    return json.dumps(emulator.state())

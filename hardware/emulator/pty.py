@@ -1,0 +1,283 @@
+"""The driver board on a pseudo-terminal, as `slipscale plate emulate` runs it.
+
+Its port is a link that stays the same when the board is "unplugged" and "plugged in again".
+"""
+
+from __future__ import annotations
+
+import os
+import select
+import tempfile
+import tty
+from collections import deque
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
+
+from hardware.backends.serial_board import protocol as wire
+from hardware.emulator.firmware import IDENTITY, OLD_IDENTITY, Board
+from hardware.emulator.response_faults import (
+    FATAL,
+    PHASES,
+    SPOILS,
+    STANDING,
+    STRIKES,
+    Act,
+    Answer,
+    Piece,
+    phase_of,
+)
+from hardware.fault_injection import Schedule, parse_injections
+from hardware.plate.twin import Twin
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from hardware.clock import Clock
+    from hardware.fault_injection import Injection
+
+TICK_S = 0.002
+FOREIGN_IDENTITY = "Hewlett-Packard,34401A,0,10-5-2"
+NMEA = b"$GPGGA,101530.00,5036.10,N,00308.40,E,1,08,0.9,40.0,M,47.0,M,,*65\r\n"
+NMEA_S = 0.05
+
+
+class Emulator:
+    """A board, its pseudo-terminal, and the faults on order.
+
+    Parameters
+    ----------
+    clock : Clock
+        The machine's.
+    injections : iterable of Injection
+        Faults on order; phases are those of `hardware.emulator.response_faults`.
+    twin : Twin
+        The plate behind the board.
+    back_s : float
+        An unplugged, stuck, deaf or hot board comes back after so long; 0: never.
+    dtr : bool
+        Whether the line tells the board that the host let go of it. The board then silences the
+        plate and restarts, as boards with an automatic reset do; without, the watchdog has to.
+    log : TextIO
+        Where to write what the plate does, a line a millisecond.
+    """
+
+    def __init__(
+        self,
+        *,
+        clock: Clock,
+        injections: Iterable[Injection] = (),
+        twin: Twin | None = None,
+        back_s: float = 0.3,
+        dtr: bool = True,
+        log: TextIO | None = None,
+    ) -> None:
+        orders = list(injections)
+        self._standing = {each.fault for each in orders} & set(STANDING)
+        self._schedule = Schedule(each for each in orders if each.fault not in STANDING)
+        self._clock = clock
+        self._twin = twin or Twin()
+        self._back_s = back_s
+        self._dtr = dtr
+        self.board: Board
+        self._boots = 0
+        self._line = b""
+        self._previous = b""
+        self._outbox: deque[tuple[float, bytes | Act]] = deque()
+        self._presented_um_pp: list[float] = []
+        self._played: list[tuple[float, ...]] = []
+        self._log = log
+        self._logged_ms = round(clock.now() * 1000)
+        self._note("time_s,state,commanded_um_pp,amplitude_um_pp")
+        self._back_at_s: float | None
+        self._nmea_at_s = 0.0
+        self._folder = tempfile.TemporaryDirectory(prefix="slipscale-plate-")
+        self.port = Path(self._folder.name, "port")
+        self._master: int | None = None
+        self._boot()
+        self._plug()
+
+    def state(self) -> dict[str, Any]:
+        """Return what the control channel tells: the board's state, and what the plate does.
+
+        ``amplitude_um_pp`` is the twin's true amplitude; ``presented_um_pp`` lists the amplitudes
+        commanded so far, ``played`` the lists, each once however often its command was repeated.
+        """
+        now_s = self._now()
+        self.board.tick(now_s)
+        return {
+            "state": self.board.state,
+            "target_um_pp": self.board.target_um_pp,
+            "amplitude_um_pp": self._twin.amplitude_um_pp(now_s),
+            "vibrates": self.board.vibrates,
+            "boots": self._boots,
+            "plugged": self._master is not None,
+            "presented_um_pp": self._presented_um_pp,
+            "played": self._played,
+        }
+
+    def order(self, text: str) -> None:
+        """Order faults as on the command line; counts begin now. ValueError if unreadable."""
+        for each in parse_injections(text, faults=(*SPOILS, *STRIKES), phases=PHASES):
+            self._schedule.add(each)
+
+    def unplug(self) -> None:
+        """Pull the plug: the line goes dead, and so does the board, which the line feeds."""
+        if self._master is not None:
+            self.board.silence(self._now())
+            # The system gives the terminal's number to whoever asks next: point there no more.
+            self.port.unlink()
+            os.close(self._master)
+            self._master = None
+            self._outbox.clear()
+            self._come_back_later()
+
+    def close(self) -> None:
+        """Unplug for good and remove the port's link."""
+        self.unplug()
+        self._folder.cleanup()
+
+    def turn(self, control: int | None = None) -> bool:
+        """Let at most a tick pass, dealing with what comes; True: the control line is readable."""
+        now_s = self._now()
+        self.board.tick(now_s)
+        self._send_what_is_due()
+        if self._back_at_s is not None and now_s >= self._back_at_s:
+            self._boot()
+            if self._master is None:
+                self._plug()
+        if "nmea" in self._standing and now_s >= self._nmea_at_s:
+            self._nmea_at_s = now_s + NMEA_S
+            self._send(NMEA)
+        watched = [each for each in (self._master, control) if each is not None]
+        ready, _, _ = select.select(watched, [], [], TICK_S)
+        if self._master in ready:
+            self._hear()
+        return control in ready
+
+    def _boot(self) -> None:
+        if self._boots:
+            self.board.silence(self._now())
+        self._boots += 1
+        self._back_at_s = None
+        self._deaf = "nmea" in self._standing
+        self._line = b""
+        self._outbox.clear()
+        old = "old_firmware" in self._standing
+        identity = OLD_IDENTITY if old else IDENTITY
+        if "wrong_identity" in self._standing:
+            identity = FOREIGN_IDENTITY
+        self.board = Board(self._twin, boot=self._boots, identity=identity, lists=not old)
+
+    def _plug(self) -> None:
+        """Make a pseudo-terminal and point the port's link at it.
+
+        The host's side is closed here at once: only so does the line tell when the host lets go.
+        """
+        self._master, slave = os.openpty()
+        tty.setraw(slave)
+        os.set_blocking(self._master, False)
+        self.port.symlink_to(os.ttyname(slave))
+        os.close(slave)
+        self._host_held_on = False
+
+    def _hear(self) -> None:
+        if self._master is None:
+            return
+        try:
+            data = os.read(self._master, 4096)
+        except OSError:  # nobody holds the other end
+            if self._host_held_on and self._dtr:
+                self._boot()
+            self._host_held_on = False
+            self._clock.sleep(TICK_S)
+            return
+        self._host_held_on = True
+        for byte in data:
+            self._take(bytes([byte]))
+
+    def _take(self, byte: bytes) -> None:
+        if self._deaf:
+            return
+        if byte == wire.STOP:
+            self.board.receive(byte, self._now())
+            return
+        self._line += byte
+        if byte == b"\n":
+            line, self._line = self._line, b""
+            self._obey(line)
+
+    def _obey(self, line: bytes) -> None:
+        command = wire.parse_command(line.rstrip())
+        header = command[1].partition(" ")[0] if command else ""
+        faults = self._schedule.due(phase_of(header)) if command else []
+        for fault in faults:
+            if fault in STRIKES:
+                self._act(STRIKES[fault])
+                if STRIKES[fault] in FATAL:
+                    return
+        for body, reply in self.board.receive(line, self._now()):
+            if reply != self._previous and b" 0 *" in reply:
+                self._remember(body)
+            answer, self._previous = Answer(reply, self._previous), reply
+            spoils = [SPOILS[fault](answer) for fault in faults if fault in SPOILS]
+            self._post(spoils[0] if spoils else [reply])
+
+    def _remember(self, body: str) -> None:
+        if body.startswith("AMPL"):
+            self._presented_um_pp.append(self.board.target_um_pp)
+        elif body.startswith("LIST:PLAY") and self.board.played:
+            self._played.append(self.board.played.amplitudes_um_pp)
+
+    def _now(self) -> float:
+        """Return the time, having logged what the plate did until then."""
+        now_s = self._clock.now()
+        while self._log and self._logged_ms + 1 <= now_s * 1000:
+            self._logged_ms += 1
+            at_s = self._logged_ms / 1000
+            commanded_um_pp = self.board.commanded_um_pp(at_s)
+            amplitude_um_pp = self._twin.amplitude_um_pp(at_s)
+            self._note(f"{at_s:.3f},{self.board.state},{commanded_um_pp:.4f},{amplitude_um_pp:.4f}")
+        return now_s
+
+    def _note(self, line: str) -> None:
+        if self._log:
+            self._log.write(line + "\n")
+
+    def _post(self, pieces: Iterable[Piece]) -> None:
+        """Put pieces behind what still waits to be sent: the board goes on meanwhile."""
+        due_s = max(self._now(), self._outbox[-1][0] if self._outbox else 0.0)
+        for piece in pieces:
+            if isinstance(piece, float):
+                due_s += piece
+            else:
+                self._outbox.append((due_s, piece))
+        self._send_what_is_due()
+
+    def _send_what_is_due(self) -> None:
+        while self._outbox and self._outbox[0][0] <= self._now():
+            _, piece = self._outbox.popleft()
+            if isinstance(piece, Act):
+                self._act(piece)
+            else:
+                self._send(piece)
+
+    def _act(self, act: Act) -> None:
+        if act is Act.UNPLUG:
+            self.unplug()
+            return
+        if act is Act.RESET:
+            self._boot()
+            return
+        self.board.busy |= act is Act.STICK
+        self.board.hot |= act is Act.HEAT
+        self._deaf |= act is Act.DEAFEN
+        self._come_back_later()
+
+    def _come_back_later(self) -> None:
+        self._back_at_s = self._now() + self._back_s if self._back_s else None
+
+    def _send(self, data: bytes) -> None:
+        if self._master is not None:
+            with suppress(OSError):  # the host let go, or does not read: its own affair
+                os.write(self._master, data)

@@ -1,0 +1,232 @@
+"""Figures of the plate's models: the paper's 8, 9, 11 and 12."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, canvas, note, styled
+from stimuli.surface import pp_from_peak
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hardware.plate.beam import Section
+    from hardware.plate.paper_study import Harmonic
+    from hardware.plate.vibration import Modes
+
+MODE_EXAGGERATION = 0.06  # height of the drawn mode, as a share of the plate's length
+
+
+@styled
+def deflection_figure(
+    section: Section, voltage_v: float = 15.0, wanted_um_peak: float = 1.5
+) -> Any:
+    """Return Fig. 8: dynamic deflection against half wave length."""
+    figure, axes = canvas()
+    half_wave = np.linspace(2, 20, 200)
+    axes.plot(half_wave, section.dynamic_deflection_um_peak(half_wave, voltage_v), color=BLUE)
+    least = section.half_wave_for_amplitude_mm(wanted_um_peak, voltage_v)
+    axes.axhline(wanted_um_peak, color=GREY, linestyle="--", linewidth=1)
+    axes.axvspan(2, least, color="#F0F0F0", zorder=0)
+    axes.plot([least], [wanted_um_peak], "o", color=RED)
+    note(
+        axes,
+        f"{wanted_um_peak:g} µm needs λ/2 ≥ {least:.2f} mm",
+        (3, 0.55 * float(section.dynamic_deflection_um_peak(20, voltage_v))),
+        (least, wanted_um_peak),
+    )
+    axes.set(
+        xlabel="Half wave length λ/2 (mm)",
+        ylabel="Dynamic deflection (µm peak)",
+        xlim=(2, 20),
+        ylim=(0, None),
+        title=f"Deflection at resonance, β = {section.beta:g}, {voltage_v:g} V",
+    )
+    return figure
+
+
+@styled
+def frequency_figure(
+    printed: Section,
+    wide: Section,
+    numerical_khz: Mapping[float, float] | None = None,
+    *,
+    floor_hz: float = 25_000.0,
+    least_mm: float | None = None,
+    measured: tuple[float, float] | None = None,
+) -> Any:
+    """Return Fig. 9: resonance against half wave length, by beam, Timoshenko's beam and FE.
+
+    Parameters
+    ----------
+    printed, wide : Section
+        The paper's section and the plane-strain one.
+    numerical_khz : mapping of float to float, optional
+        Finite-element frequencies in kHz by half wave in mm.
+    floor_hz : float
+        Lowest frequency that the squeeze number allows.
+    least_mm : float, optional
+        Shortest half wave that the amplitude allows; with it, the admissible range is shaded.
+    measured : tuple of 2 floats, optional
+        Half wave in mm and frequency in kHz of a measured plate.
+    """
+    figure, axes = canvas()
+    half_wave = np.linspace(8, 21, 200)
+    axes.plot(
+        half_wave, printed.frequency_hz(half_wave) / 1e3, color=BLUE, label="Euler–Bernoulli (38)"
+    )
+    axes.plot(
+        half_wave,
+        wide.timoshenko_frequency_hz(half_wave) / 1e3,
+        color=ORANGE,
+        linestyle="--",
+        label="Timoshenko, plane strain (ours)",
+    )
+    if numerical_khz:
+        axes.plot(
+            list(numerical_khz), list(numerical_khz.values()), "s", color=GREEN, label="3-D FE"
+        )
+    if measured:
+        axes.plot(*measured, "o", color=RED, markerfacecolor="none", markersize=9, label="measured")
+    axes.axhline(floor_hz / 1e3, color=GREY, linestyle=":", linewidth=1.2)
+    axes.text(20.9, floor_hz / 1e3 + 0.7, f"{floor_hz / 1e3:.3g} kHz", ha="right", color=GREY)
+    if least_mm is not None:
+        most = half_wave[wide.timoshenko_frequency_hz(half_wave) >= floor_hz]
+        if most.size and most[-1] > least_mm:
+            axes.axvspan(max(least_mm, 8), most[-1], color="#E3F1EA", zorder=0)
+            axes.text(
+                (max(least_mm, 8) + most[-1]) / 2, 2.0, "admissible", ha="center", color=GREEN
+            )
+    axes.set(
+        xlabel="Half wave length λ/2 (mm)",
+        ylabel="Natural frequency (kHz)",
+        xlim=(8, 21),
+        ylim=(0, None),
+        title="Natural frequency of a half-wave section",
+    )
+    axes.legend(loc="upper right")
+    return figure
+
+
+@styled
+def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = None) -> Any:
+    """Return Fig. 11: a mode's shape on the touch surface, in perspective and from above.
+
+    Parameters
+    ----------
+    found : Modes
+        Modes of a whole plate.
+    mode : int, optional
+        Which; by default the driven one.
+    title : str, optional
+        By default the mode's frequency.
+    """
+    from matplotlib.figure import Figure  # noqa: PLC0415 - a figure pays for it, see plotting
+
+    index = found.driven if mode is None else mode
+    x, y, w = _surface(found, index)
+    figure = Figure(figsize=(7.4, 8.0), layout="constrained")
+    panels = figure.add_gridspec(2, 1, height_ratios=(1.5, 1))
+    upper = figure.add_subplot(panels[0], projection="3d")
+    height = MODE_EXAGGERATION * found.parts.layout.length_mm
+    drawn = upper.plot_surface(
+        x,
+        y,
+        w * height,
+        facecolors=_colours(w),
+        rstride=1,
+        cstride=1,
+        linewidth=0.15,
+        edgecolor="#55555560",
+        antialiased=True,
+        shade=False,
+        rasterized=True,  # 10,000 faces: an SVG of them takes half a minute to write
+    )
+    drawn.set_clip_on(False)
+    upper.set_box_aspect((np.ptp(x), np.ptp(y), 2 * height), zoom=1.3)
+    upper.view_init(elev=32, azim=-62)
+    upper.set_axis_off()
+    khz = found.frequency_hz[index] / 1e3
+    upper.set_title(title or f"Driven mode, {khz:.2f} kHz")
+
+    lower = figure.add_subplot(panels[1])
+    image = lower.pcolormesh(
+        x, y, w, cmap="PuOr", vmin=-1, vmax=1, shading="gouraud", rasterized=True
+    )
+    lower.contour(x, y, w, levels=[0.0], colors=BLACK, linewidths=1.0)
+    lower.grid(visible=False)
+    lower.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal")
+    lower.set_title("Touch surface from above; black: nodal lines", fontsize=10)
+    figure.colorbar(image, ax=lower, label="w / largest w", shrink=0.85)
+    return figure
+
+
+def _surface(found: Modes, index: int) -> tuple[Any, Any, Any]:
+    """Return x, y (mm) and scaled w of the whole touch surface, on a fine regular grid."""
+    from scipy.interpolate import griddata  # noqa: PLC0415 - only this picture needs it
+
+    parts = found.parts
+    top = np.flatnonzero(parts.at(z=parts.thickness_m))
+    at = parts.nodes[:2, top] * 1e3
+    w = found.shape[index, 2, top]
+    half = np.array([parts.layout.length_mm, parts.layout.width_mm]) / 2
+    if parts.quarter:  # mirrored, so that the interpolation is smooth across the planes
+        signs = [(1, 1), (-1, 1), (1, -1), (-1, -1)]
+        at = np.concatenate([at * np.array(sign)[:, None] for sign in signs], axis=1)
+        across = -1 if parts.layout.antisymmetric else 1
+        w = np.concatenate([w, across * w, w, across * w])
+        at, unique = np.unique(np.round(at, 6), axis=1, return_index=True)
+        w = w[unique]
+    x, y = np.meshgrid(np.linspace(-half[0], half[0], 131), np.linspace(-half[1], half[1], 77))
+    smooth = griddata(at.T, w, (x, y), method="cubic")
+    return x, y, smooth / np.nanmax(np.abs(smooth))
+
+
+def _colours(w: Any) -> Any:
+    """Return the face colours of a surface coloured by w from -1 to 1."""
+    from matplotlib import colormaps  # noqa: PLC0415 - a figure pays for it, see plotting
+
+    return colormaps["PuOr"]((w + 1) / 2)
+
+
+@styled
+def harmonic_figure(
+    curves: Mapping[str, Harmonic],
+    published: tuple[float, float] | None = None,
+    *,
+    voltage_v: float = 15.0,
+) -> Any:
+    """Return Fig. 12: amplitude of a surface point against frequency.
+
+    Parameters
+    ----------
+    curves : mapping of str to Harmonic
+        Responses by name.
+    published : tuple of 2 floats, optional
+        Frequency in kHz and amplitude in µm peak to peak of a printed peak.
+    voltage_v : float
+        Drive of the curves, V peak; only told.
+    """
+    figure, axes = canvas()
+    styles = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (RED, ":"))
+    for (name, curve), (colour, dash) in zip(curves.items(), styles, strict=False):
+        axes.plot(
+            curve.frequency_hz / 1e3,
+            pp_from_peak(curve.amplitude_um_peak),
+            color=colour,
+            linestyle=dash,
+            label=f"{name}: {curve.peak_um_pp:.2f} µm at {curve.peak_hz / 1e3:.2f} kHz",
+        )
+    if published:
+        axes.plot(*published, "D", color=BLACK, label="published peak")
+    axes.set(
+        xlabel="Frequency (kHz)",
+        ylabel="Vertical amplitude (µm peak to peak)",
+        ylim=(0, None),
+        title=f"Harmonic response, {voltage_v:g} V",
+    )
+    axes.margins(x=0)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16))
+    return figure

@@ -1,0 +1,127 @@
+"""A plate's design brief: the TOML file of `slipscale plate design`, checked whole."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from faults import UserError
+from hardware.limits import PlateLimits
+from hardware.plate.materials import COPPER_BERYLLIUM, P1_91, P1_91_TABLE_II
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Row = tuple[float, ...]  # `hardware.plate.materials.Piezoceramic` checks the matrices
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Requirements(_Table):
+    """What the plate must do; the defaults are the paper's (Sections II and III)."""
+
+    workspace_mm: tuple[Positive, Positive] = (57.0, 45.0)
+    voltage_v: Positive = 15.0
+    amplitude_um_peak: Positive = 1.5
+    roughness_um: Positive = 0.6
+    normal_force_n: Positive = 0.5
+    squeeze_number: Positive = 10.0
+    squeeze_amplitude_um_peak: NotNegative = 3.0
+    squeeze_roughness_um: Positive = 1.6
+    frequency_min_hz: NotNegative = 25_000.0
+
+    @field_validator("voltage_v")
+    @classmethod
+    def _voltage_is_safe(cls, voltage_v: float) -> float:
+        limit = PlateLimits().voltage_v
+        if voltage_v > limit:
+            raise ValueError(f"is beyond the safe limit, expected above 0, at most {limit:g} V")
+        return voltage_v
+
+
+class BeamConstants(_Table):
+    """What the beam model needs of the ceramic."""
+
+    modulus_pa: Positive = P1_91_TABLE_II.modulus_pa
+    d31_m_v: Annotated[float, Field(ge=-1e-7, le=1e-7)] = P1_91_TABLE_II.d31_m_v
+
+
+class FullConstants(_Table):
+    """What Timoshenko's beam and the finite elements need of the ceramic."""
+
+    stiffness_pa: tuple[Row, ...] = P1_91.stiffness_pa
+    coupling_c_m2: tuple[Row, ...] = P1_91.coupling_c_m2
+    relative_permittivity: tuple[Positive, Positive, Positive] = P1_91.relative_permittivity
+
+
+class Ceramic(_Table):
+    """The ceramics at hand."""
+
+    name: str = "P1-91"
+    lengths_mm: Annotated[tuple[Positive, ...], Field(min_length=1)] = (11.0, 15.0)
+    width_mm: Positive = 9.0
+    thickness_mm: Positive = 1.0
+    gap_mm: NotNegative = 1.0
+    density_kg_m3: Positive = P1_91.density_kg_m3
+    quality_factor: Positive = P1_91.quality_factor
+    beam: BeamConstants = BeamConstants()
+    full: FullConstants = FullConstants()
+
+
+class Resonator(_Table):
+    """The passive plate."""
+
+    name: str = COPPER_BERYLLIUM.name
+    thickness_mm: Positive = 2.0
+    young_pa: Positive = COPPER_BERYLLIUM.young_pa
+    poisson: Annotated[float, Field(gt=-1, lt=0.5)] = COPPER_BERYLLIUM.poisson
+    density_kg_m3: Positive = COPPER_BERYLLIUM.density_kg_m3
+
+
+class Brief(_Table):
+    """The whole brief; without any entry, the paper's plate."""
+
+    title: str = "Biet 2007"
+    requirements: Requirements = Requirements()
+    ceramic: Ceramic = Ceramic()
+    resonator: Resonator = Resonator()
+
+
+def read(path: Path) -> Brief:
+    """Return the brief in a TOML file.
+
+    Raises
+    ------
+    UserError
+        The file cannot be read, is no TOML, or has faults; every fault is named at once.
+    """
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UserError(f"{path}: cannot be read: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: is not TOML: {error}") from error
+    return parse(data, str(path))
+
+
+def parse(data: dict[str, Any], where: str) -> Brief:
+    """Return the brief in a table; ``where`` names it in messages."""
+    try:
+        return Brief.model_validate(data)
+    except ValidationError as error:
+        faults = "; ".join(_sentence(fault) for fault in error.errors())
+        raise UserError(f"{where}: {faults}") from error
+
+
+def _sentence(fault: Any) -> str:
+    place = ".".join(str(step) for step in fault["loc"])
+    message = fault["msg"].removeprefix("Value error, ")
+    given = fault["input"]
+    shown = f" (found {given!r})" if isinstance(given, str | int | float) else ""
+    return f"{place}: {message}{shown}"

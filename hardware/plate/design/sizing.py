@@ -1,0 +1,225 @@
+"""From what a plate must do to half waves and sizes that can do it: Section III as a procedure.
+
+The amplitude asks for a half wave that is long enough (equation 37), the squeeze number for a
+frequency that is high enough and so for a half wave that is short enough; what lies between is
+admissible. A plate of n ceramics in a row is driven in its free-free mode with n + 1 nodal lines.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from hardware.plate.beam import Section
+from hardware.plate.geometry import Layout
+from hardware.plate.materials import BeamCeramic, Isotropic, Piezoceramic
+from stimuli import reynolds, squeeze_film
+from stimuli.reynolds import WorkingPoint
+
+if TYPE_CHECKING:
+    from hardware.plate.design.requirements import Brief
+
+_COLUMNS_MORE = 4  # how many more ceramics than the workspace needs are looked at
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Candidate:
+    """One plate size.
+
+    Parameters
+    ----------
+    ceramic_length_mm : float
+        Length of a ceramic along x.
+    columns, rows : int
+        Ceramics along x and y.
+    length_mm, width_mm : float
+        Size of the plate.
+    half_wave_mm : float
+        Distance between nodal lines inside the plate: length/(n + 1/2), for n + 1 lines, of a
+        free-free beam; the paper divides by n + 1.
+    frequency_hz : float
+        Resonance by Timoshenko's beam in plane strain at that half wave.
+    amplitude_um_peak : float
+        Deflection at resonance by equation (37); finite elements give about two thirds of it.
+    squeeze_number : float
+        At that frequency, for the worst case of the brief.
+    admissible : bool
+        Whether the half wave lies between the bounds.
+    """
+
+    ceramic_length_mm: float
+    columns: int
+    rows: int
+    length_mm: float
+    width_mm: float
+    half_wave_mm: float
+    frequency_hz: float
+    amplitude_um_peak: float
+    squeeze_number: float
+    admissible: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Design:
+    """What a brief allows.
+
+    Parameters
+    ----------
+    frequency_min_hz : float
+        Lowest frequency: by the squeeze number, or as asked for, whichever is higher.
+    half_wave_min_mm : float
+        Shortest half wave that reaches the amplitude.
+    half_wave_max_mm : float
+        Longest half wave above the lowest frequency, by Timoshenko's beam in plane strain.
+    half_wave_max_printed_mm : float
+        The same by the paper's equation (38).
+    relative_friction : float
+        By Reynolds' equation (3), at the brief's amplitude, roughness and force and the lowest
+        frequency.
+    relative_friction_closed_form : float
+        The same by the closed form (13), which the paper designs with.
+    closed_form_holds : bool
+        Whether the squeeze number there is at least 10, the paper's criterion.
+    candidates : tuple of Candidate
+        Plates that cover the workspace, admissible or not.
+    """
+
+    frequency_min_hz: float
+    half_wave_min_mm: float
+    half_wave_max_mm: float
+    half_wave_max_printed_mm: float
+    relative_friction: float
+    relative_friction_closed_form: float
+    closed_form_holds: bool
+    candidates: tuple[Candidate, ...]
+
+    @property
+    def admissible(self) -> tuple[Candidate, ...]:
+        """The plates that meet every requirement."""
+        return tuple(plate for plate in self.candidates if plate.admissible)
+
+
+def design(brief: Brief) -> Design:
+    """Return the half waves and plates that a brief allows."""
+    wanted = brief.requirements
+    printed, wide = sections(brief)
+    finger = squeeze_film.FINGER
+    worst = (wanted.squeeze_amplitude_um_peak, wanted.squeeze_roughness_um)
+    per_hz = float(squeeze_film.squeeze_number(1.0, *worst, finger))
+    floor = max(wanted.squeeze_number / per_hz, wanted.frequency_min_hz)
+    shortest = printed.half_wave_for_amplitude_mm(wanted.amplitude_um_peak, wanted.voltage_v)
+    longest = wide.timoshenko_half_wave_mm(floor)
+
+    def candidate(length_mm: float, columns: int) -> Candidate:
+        rows = _needed(wanted.workspace_mm[1], brief.ceramic.width_mm, brief.ceramic.gap_mm)
+        gap = brief.ceramic.gap_mm
+        size = columns * length_mm + (columns - 1) * gap
+        half_wave = size / (columns + 0.5)
+        frequency = float(wide.timoshenko_frequency_hz(half_wave))
+        return Candidate(
+            ceramic_length_mm=length_mm,
+            columns=columns,
+            rows=rows,
+            length_mm=size,
+            width_mm=rows * brief.ceramic.width_mm + (rows - 1) * gap,
+            half_wave_mm=half_wave,
+            frequency_hz=frequency,
+            amplitude_um_peak=float(
+                printed.dynamic_deflection_um_peak(half_wave, wanted.voltage_v)
+            ),
+            squeeze_number=per_hz * frequency,
+            admissible=shortest <= half_wave <= longest,
+        )
+
+    plates = []
+    for length_mm in brief.ceramic.lengths_mm:
+        least = _needed(wanted.workspace_mm[0], length_mm, brief.ceramic.gap_mm)
+        plates += [candidate(length_mm, n) for n in range(least, least + _COLUMNS_MORE + 1)]
+    point = WorkingPoint(
+        amplitude_um_peak=wanted.amplitude_um_peak,
+        roughness_um=wanted.roughness_um,
+        frequency_hz=floor,
+    )
+    with warnings.catch_warnings():
+        # The design carries `closed_form_holds` in the warning's place.
+        warnings.simplefilter("ignore", squeeze_film.ClosedFormWarning)
+        closed = squeeze_film.relative_friction(
+            wanted.amplitude_um_peak,
+            wanted.roughness_um,
+            floor,
+            normal_force_n=wanted.normal_force_n,
+        )
+    solved = reynolds.relative_friction(point, wanted.normal_force_n)
+    return Design(
+        frequency_min_hz=floor,
+        half_wave_min_mm=shortest,
+        half_wave_max_mm=longest,
+        half_wave_max_printed_mm=printed.half_wave_for_frequency_mm(floor),
+        relative_friction=float(solved.relative_friction),
+        relative_friction_closed_form=float(closed.relative_friction),
+        closed_form_holds=bool(closed.closed_form_holds),
+        candidates=tuple(plates),
+    )
+
+
+def sections(brief: Brief) -> tuple[Section, Section]:
+    """Return the brief's beam sections: as the paper's, and in plane strain from full matrices."""
+    resonator, ceramic = resonator_of(brief), ceramic_of(brief)
+    thickness = {
+        "ceramic_thickness_mm": brief.ceramic.thickness_mm,
+        "resonator_thickness_mm": brief.resonator.thickness_mm,
+    }
+    beam = BeamCeramic(
+        name=brief.ceramic.name,
+        modulus_pa=brief.ceramic.beam.modulus_pa,
+        d31_m_v=brief.ceramic.beam.d31_m_v,
+        density_kg_m3=brief.ceramic.density_kg_m3,
+        quality_factor=brief.ceramic.quality_factor,
+    )
+    printed = Section.printed(beam, resonator, shear_pa=ceramic.shear_xz_pa, **thickness)
+    return printed, Section.plane_strain(ceramic, resonator, **thickness)
+
+
+def resonator_of(brief: Brief) -> Isotropic:
+    """Return the brief's resonator material."""
+    return Isotropic(
+        name=brief.resonator.name,
+        young_pa=brief.resonator.young_pa,
+        poisson=brief.resonator.poisson,
+        density_kg_m3=brief.resonator.density_kg_m3,
+    )
+
+
+def ceramic_of(brief: Brief) -> Piezoceramic:
+    """Return the brief's ceramic with its full matrices."""
+    full = brief.ceramic.full
+    return Piezoceramic(
+        name=brief.ceramic.name,
+        density_kg_m3=brief.ceramic.density_kg_m3,
+        stiffness_pa=full.stiffness_pa,
+        coupling_c_m2=full.coupling_c_m2,
+        relative_permittivity=full.relative_permittivity,
+        quality_factor=brief.ceramic.quality_factor,
+    )
+
+
+def layout_of(brief: Brief, plate: Candidate) -> Layout:
+    """Return a candidate as a layout for finite elements."""
+    return Layout(
+        length_mm=plate.length_mm,
+        width_mm=plate.width_mm,
+        columns=plate.columns,
+        rows=plate.rows,
+        gap_mm=brief.ceramic.gap_mm,
+        ceramic_thickness_mm=brief.ceramic.thickness_mm,
+        resonator_thickness_mm=brief.resonator.thickness_mm,
+        ceramic=ceramic_of(brief),
+        resonator=resonator_of(brief),
+    )
+
+
+def _needed(span_mm: float, piece_mm: float, gap_mm: float) -> int:
+    """Return how many pieces with gaps between them cover a span."""
+    return max(1, math.ceil((span_mm + gap_mm) / (piece_mm + gap_mm) - 1e-9))

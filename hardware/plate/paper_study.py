@@ -1,0 +1,174 @@
+"""The paper's numerical study (Section III-C): Fig. 9's squares, Fig. 11's mode, Fig. 12's peak."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from hardware.plate.beam import Section
+from hardware.plate.geometry import DEFAULT, HALF_WAVE, Density, Layout
+from hardware.plate.vibration import Modes, modes, response_um
+from stimuli.quantities import MILLI, positive
+from stimuli.surface import pp_from_peak
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from hardware.plate.finite_elements import Electrodes
+    from stimuli.quantities import Array
+
+HALF_WAVES_MM = (9.0, 10.0, 11.0, 12.0, 14.0, 16.0, 20.0)  # Section III-C-1
+MODE_COUNT = 12  # modes superposed; with 36, Fig. 12's peak moves by 0.01 %
+_NEAR_MODES = 8
+_TOLERANCE_MM = 1e-6
+
+
+def half_wave_modes(layout: Layout, density: Density = HALF_WAVE) -> Modes:
+    """Return the modes of a half-wave section around its bending resonance."""
+    near = Section.plane_strain(
+        layout.ceramic,
+        layout.resonator,
+        ceramic_thickness_mm=layout.ceramic_thickness_mm,
+        resonator_thickness_mm=layout.resonator_thickness_mm,
+    ).timoshenko_frequency_hz(layout.length_mm)
+    return modes(layout, float(near), _NEAR_MODES, density=density)
+
+
+def half_wave_frequency_hz(layout: Layout, density: Density = HALF_WAVE) -> float:
+    """Return the bending resonance of a half-wave section (a square of Fig. 9), Hz.
+
+    Found by its shape, cos(πx/l) uniform in width, for at 9 and 10 mm the width's stretching
+    (36.7 kHz for 49 mm) lies below it, and near 11 mm the two mix.
+    """
+    found = half_wave_modes(layout, density)
+    top = found.parts.at(z=found.parts.thickness_m)
+    bent = np.cos(np.pi * found.parts.nodes[0, top] / (layout.length_mm * MILLI))
+    return float(found.frequency_hz[np.argmax(np.abs(found.shape[:, 2, top] @ bent))])
+
+
+def half_wave_for_frequency_mm(
+    frequency_hz: float, width_mm: float = 49.0, density: Density = HALF_WAVE
+) -> float:
+    """Return the half wave whose section resonates at a frequency, by the secant method, mm."""
+    wanted = float(positive("frequency_hz", frequency_hz, "Hz"))
+
+    def excess(half_wave_mm: float) -> float:
+        section = Layout.half_wave(half_wave_mm, width_mm)
+        return float(np.log(half_wave_frequency_hz(section, density) / wanted))
+
+    first = Section.plane_strain().half_wave_for_frequency_mm(wanted)
+    second = 0.97 * first
+    low, high = excess(first), excess(second)
+    while abs(second - first) > _TOLERANCE_MM:
+        first, second, low = second, second - high * (second - first) / (high - low), high
+        high = excess(second)
+    return second
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Harmonic:
+    """A harmonic response at one point of the touch surface (Fig. 12).
+
+    Parameters
+    ----------
+    frequency_hz : ndarray
+        Drive frequencies.
+    amplitude_um_peak : ndarray
+        Vertical amplitude at the point, µm peak, for the drive in V peak.
+    """
+
+    frequency_hz: Array
+    amplitude_um_peak: Array
+
+    @property
+    def peak_hz(self) -> float:
+        """Frequency of the largest amplitude."""
+        return self._vertex()[0]
+
+    @property
+    def peak_um_pp(self) -> float:
+        """Largest amplitude, µm peak to peak."""
+        return pp_from_peak(self._vertex()[1])
+
+    def _vertex(self) -> tuple[float, float]:
+        """Return the top of the parabola through the three largest samples."""
+        top = int(np.argmax(self.amplitude_um_peak[1:-1])) + 1
+        left, middle, right = self.amplitude_um_peak[top - 1 : top + 2]
+        bend = left - 2 * middle + right
+        shift = 0.5 * (left - right) / bend if bend else 0.0
+        step = self.frequency_hz[top + 1] - self.frequency_hz[top]
+        return float(self.frequency_hz[top] + shift * step), float(
+            middle - 0.25 * (left - right) * shift
+        )
+
+
+def plate_modes(
+    layout: Layout,
+    *,
+    near_hz: float = 35_000.0,
+    density: Density = DEFAULT,
+    electrodes: Electrodes = "shorted",
+) -> Modes:
+    """Return the modes of a whole plate that its harmonic response superposes."""
+    return modes(layout, near_hz, MODE_COUNT, density=density, electrodes=electrodes)
+
+
+def harmonic(
+    found: Modes,
+    *,
+    voltage_v: float = 15.0,
+    loss_factor: npt.ArrayLike | None = None,
+    where_mm: tuple[float, float] | None = None,
+    half_band: float = 0.06,
+) -> Harmonic:
+    """Return the response around the driven mode.
+
+    Parameters
+    ----------
+    found : Modes
+        From `plate_modes`.
+    voltage_v : float
+        Drive, V peak.
+    loss_factor : array_like, optional
+        1/Q, one for all modes or one a mode (``found.loss_from_ceramic()``); by default that of
+        the ceramic, 1/60 by the paper's Table II, for the whole plate.
+    where_mm : tuple of 2 floats, optional
+        The point; by default the edge antinode nearest to the middle (x = 0 for an odd number
+        of ceramics, y = width/2), where the paper's plate moves 1.5 times as far as in its middle.
+    half_band : float
+        Half the band covered, relative to the driven mode's frequency.
+    """
+    layout = found.parts.layout
+    centre = found.frequency_hz[found.driven]
+    frequency = centre * np.linspace(1 - half_band, 1 + half_band, 2001)
+    loss = 1 / layout.ceramic.quality_factor if loss_factor is None else loss_factor
+    point = where_mm or (layout.antinode_x_mm, layout.width_mm / 2)
+    amplitude = response_um(found, frequency, voltage_v, loss, point)
+    return Harmonic(frequency_hz=frequency, amplitude_um_peak=np.abs(amplitude))
+
+
+@lru_cache(maxsize=8)
+def prototype_modes(
+    *, continuous: bool = False, density: Density = DEFAULT, electrodes: Electrodes = "shorted"
+) -> Modes:
+    """Return the modes of the paper's plate; kept, for several items and figures share them."""
+    return plate_modes(
+        Layout.prototype(continuous=continuous), density=density, electrodes=electrodes
+    )
+
+
+def nodal_lines_mm(found: Modes, mode: int) -> Array:
+    """Return where the touch surface's mid line (y = 0) stands still, x in mm."""
+    parts = found.parts
+    line = np.flatnonzero(parts.at(y=0.0, z=parts.thickness_m))
+    line = line[np.argsort(parts.nodes[0, line])]
+    x, w = parts.nodes[0, line] / MILLI, found.shape[mode, 2, line]
+    change = np.flatnonzero(w[:-1] * w[1:] < 0)
+    at = x[change] - w[change] * (x[change + 1] - x[change]) / (w[change + 1] - w[change])
+    if not parts.quarter:
+        return np.asarray(at)
+    middle = [0.0] if parts.layout.antisymmetric else []
+    return np.concatenate([-at[::-1], middle, at])

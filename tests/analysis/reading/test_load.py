@@ -1,0 +1,187 @@
+"""Reading data sets: what is kept, what is left out, and what is said about it."""
+
+import shutil
+
+import pandas as pd
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from analysis.pipeline import analyse
+from analysis.reading.delimited import read_tables
+from analysis.reading.load import load
+from analysis.statistics.verbal_coding import SHIPPED
+from faults import UserError
+
+TIDY = "participant_id,amplitude_um_pp,estimate\n"
+
+
+def test_practice_and_voided_trials_are_counted_and_not_analysed(dataset):
+    rows = dataset.default_estimates(1)
+    rows[0] |= {"phase": "practice"}
+    rows[1] |= {"flag": "paused;voided"}
+    rows[2] |= {"estimate": "n/a", "flag": "timed_out"}
+    data = load(dataset(rows={"01": rows}))
+    assert data.counts["practice"] == 1
+    assert data.counts["voided"] == 1
+    assert data.counts["timed_out"] == data.counts["unanswered"] == 1
+    assert data.counts["analysed"] == len(data.estimates) == 6 * 8 - 3
+    assert len(data.answers) == 6 * 8 - 2
+
+
+def test_the_sidecars_say_whose_data_with_which_seeds(dataset):
+    data = load(dataset(participants=2, mode="pilot"))
+    assert data.mode == "pilot"
+    assert data.details["seed"] == ("1", "2")
+    assert data.details["software"] == ("slipscale 0.1.0",)
+    assert data.name == "A test study"
+
+
+def test_pilot_and_participant_records_do_not_mix(dataset):
+    folder = dataset(participants=2, mode={"01": "pilot", "02": "participant"})
+    with pytest.raises(UserError, match=r"mixed \('participant' in sub-02.*'pilot' in sub-01"):
+        load(folder)
+
+
+def test_bulk_reading_gives_what_pandas_gives_file_by_file(dataset):
+    folder = dataset(participants=5)
+    paths = sorted(folder.glob("sub-*/beh/*.tsv"))
+    # A quoted cell takes the other road.
+    text = paths[2].read_text().replace("n/a\n", '"a ""b"""\n', 1)
+    paths[2].write_text(text)
+    ours, _ = read_tables(paths, folder)
+    theirs = pd.concat(
+        [pd.read_csv(p, sep="\t", na_values=["n/a"]) for p in paths], ignore_index=True
+    )
+    assert [paths[i] for i in ours["file"].unique()] == paths
+    for column in ("trial", "amplitude_um_pp", "estimate", "scale_top"):
+        pd.testing.assert_series_equal(ours[column], theirs[column], check_dtype=False)
+    assert list(ours["line"][:8]) == list(range(2, 10))
+
+
+def test_text_in_a_number_column_is_named_by_file_line_and_column(dataset):
+    rows = dataset.default_estimates(3)
+    rows[4] |= {"estimate": "forty"}
+    rows[5] |= {"estimate": -3}
+    data = load(dataset(rows={"03": rows}))
+    text, negative = data.problems
+    assert "sub-03_task-magnitudeestimation_run-01_beh.tsv, line 6, column estimate" in text
+    assert "'forty' where a number was expected" in text
+    assert "line 7" in negative
+    assert "0 or more" in negative
+    assert data.counts["unanswered"] == 2
+
+
+def test_a_doubled_trial_is_kept_once_and_named(dataset):
+    rows = dataset.default_estimates(1)
+    rows.append(rows[3] | {"estimate": 99})
+    data = load(dataset(rows={"01": rows}))
+    assert any("line 10: trial 4 of sub-01 is there a second time" in p for p in data.problems)
+    assert 99 not in set(data.estimates["estimate"])
+
+
+def test_a_truncated_file_is_refused_with_its_line(dataset):
+    folder = dataset(participants=2)
+    path = folder / "sub-02/beh/sub-02_task-magnitudeestimation_run-01_beh.tsv"
+    path.write_text(path.read_text()[:-25])
+    with pytest.raises(UserError, match=r"sub-02.*line 9 has \d+ cells, expected 17.*truncated"):
+        load(folder)
+
+
+@pytest.mark.parametrize(
+    "content, message",
+    [
+        (b"", "the file is empty"),
+        (TIDY.encode() + b"1,0,caf\xe9\n", "line 2 is not UTF-8"),
+        (TIDY.encode() + b"1,0,\x00\n", "line 2 holds a null byte"),
+        (b"subject,amplitude,rating\n1,0,3\n", "no column participant_id, amplitude_um_pp"),
+        (TIDY.encode() + b"1,0\n", "line 2 has 2 cells, expected 3"),
+    ],
+)
+def test_foreign_files_are_refused_in_a_sentence(tmp_path, content, message):
+    path = tmp_path / "x.csv"
+    path.write_bytes(content)
+    with pytest.raises(UserError, match=message):
+        load(path)
+
+
+def test_an_empty_folder_says_what_was_expected(tmp_path):
+    with pytest.raises(UserError, match="no data found; expected files like sub-01/beh"):
+        load(tmp_path)
+
+
+def test_psychopy_s_csv_reads_mark_trailing_comma_and_all(table_by_hand):
+    path = table_by_hand(
+        "participant_id,amplitude_um_pp,estimate,\n01,0,10,\n01,0.5,,\n", encoding="utf-8-sig"
+    )
+    data = load(path)
+    assert list(data.estimates["participant_id"].astype(str)) == ["01"]
+    assert data.counts["unanswered"] == 1
+    assert "Unnamed: 3" not in data.answers
+
+
+def test_excel_s_semicolons_and_decimal_commas_read(table_by_hand):
+    path = table_by_hand("participant_id;amplitude_um_pp;estimate\na;0,5;12,25\n")
+    assert list(load(path).estimates[["amplitude_um_pp", "estimate"]].iloc[0]) == [0.5, 12.25]
+
+
+def test_unknown_analysis_keys_in_the_study_are_all_named(dataset):
+    folder = dataset(choices='normalisation = "best"\nzero_rul = "exclude"')
+    with pytest.raises(UserError, match=r"normalisation.*zero_rul"):
+        load(folder)
+
+
+def test_frozen_choices_are_read(dataset):
+    data = load(dataset(choices='normalisation = "top_stimulus"\nexclusions = ["constant"]'))
+    assert data.frozen == ("exclusions", "normalisation")
+    assert data.choices.normalisation == "top_stimulus"
+
+
+def test_choices_count_as_frozen_only_in_the_file_that_the_sessions_ran_with(dataset, page):
+    folder = dataset(choices='normalisation = "scale_top"')
+    assert load(folder).unchanged
+    assert "before there was data" in page(analyse(folder))
+    study = folder / "code" / "study.toml"
+    text = study.read_bytes()
+    study.write_bytes(text.replace(b"\n", b"\r\n"))
+    assert load(folder).unchanged
+    study.write_bytes(text + b'zero_rule = "half_minimum"\n')
+    edited = analyse(folder)
+    assert edited.dataset.unchanged is False
+    assert any("not the study file that the sessions ran with" in p for p in edited.problems)
+    assert "before there was data" not in page(edited)
+
+
+def test_every_file_that_results_depend_on_is_hashed(dataset):
+    folder = dataset(choices='codebook = "code/codebook.toml"')
+    shutil.copy(SHIPPED, folder / "code" / "codebook.toml")
+    codes = folder / "code" / "verbal_codes.tsv"
+    codes.write_text("verbal_report\tcoder\tcategory\n", encoding="utf-8")
+    names = {source.name for source in load(folder).sources}
+    assert names >= {
+        "code/study.toml",
+        "code/codebook.toml",
+        "code/verbal_codes.tsv",
+        "dataset_description.json",
+    }
+
+
+def test_the_digest_depends_on_content_and_not_on_the_folder(dataset, tmp_path):
+    folder = dataset()
+    before = load(folder).sha256
+    folder.rename(tmp_path / "elsewhere")
+    assert load(tmp_path / "elsewhere").sha256 == before
+    path = next((tmp_path / "elsewhere").glob("sub-01/beh/*.tsv"))
+    path.write_text(path.read_text().replace("2.0", "2.1", 1))
+    assert load(tmp_path / "elsewhere").sha256 != before
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.binary(max_size=200))
+def test_any_bytes_read_or_are_refused_in_a_sentence(tmp_path_factory, content):
+    path = tmp_path_factory.mktemp("any") / "any.csv"
+    path.write_bytes(TIDY.encode() + content)
+    try:
+        load(path)
+    except UserError as error:
+        assert str(path) in str(error)  # noqa: PT017 - whether it raises is not the point

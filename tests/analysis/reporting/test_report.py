@@ -1,0 +1,128 @@
+"""The report's words: true of few data as of many."""
+
+import re
+
+import pytest
+
+from analysis.pipeline import analyse
+from analysis.reporting.files import write_analysis
+
+
+def few(table_by_hand, people, amplitudes, repetitions=1):
+    rows = [
+        f"{who},{amplitude},{10 + 20 * amplitude + 3 * ord(who) % 7 + nth}\n"
+        for nth in range(repetitions)
+        for who in people
+        for amplitude in amplitudes
+    ]
+    return table_by_hand("participant_id,amplitude_um_pp,estimate\n" + "".join(rows))
+
+
+@pytest.mark.parametrize(
+    "people, amplitudes", [("a", (0, 1, 2)), ("ab", (0, 1, 2)), ("abcde", (0, 1)), ("abcd", (1,))]
+)
+def test_one_is_never_a_plural(table_by_hand, page, people, amplitudes):
+    text = page(analyse(few(table_by_hand, people, amplitudes)))
+    assert not re.search(r"\b[Aa]ll 1\b|\b1 (participants|pairs|amplitudes|repetitions)\b", text)
+
+
+def test_no_interval_is_claimed_of_one_participant(table_by_hand, page):
+    text = page(analyse(few(table_by_hand, "a", (0, 1, 2))))
+    assert "Cousineau" not in text
+    assert "no spread and no intervals" in text
+
+
+def test_what_participants_said_of_themselves_is_counted_without_the_excluded(dataset, page):
+    rows = dataset.default_estimates(2)
+    constant = [row | {"estimate": 50} for row in rows]
+    folder = dataset(rows={"02": constant}, choices='exclusions = ["constant"]')
+    lines = ["participant_id\tgender\tage\tmode\tcomplete"]
+    lines += [
+        f"sub-{n:02d}\t{'woman' if n % 2 else 'man'}\t{20 + n}\tparticipant\tyes"
+        for n in range(1, 7)
+    ]
+    (folder / "participants.tsv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    text = page(analyse(folder))
+    assert "man (2), woman (3)" in text
+    assert "21 to 26, mean 23.8" in text
+
+
+def test_a_study_of_differences_alone_does_not_speak_of_estimates(dataset, page):
+    row = dataset.difference_row
+    people = {f"{n:02d}": [row(1, 2.3, 1.2, "yes"), row(2, 1.2, 1.2, "no")] for n in range(1, 7)}
+    people["03"].append(row(3, 1.2, 0.5, "yes", flag="voided"))
+    people["03"].append(row(4, 1.2, 0.5, "n/a", flag="timed_out"))
+    folder = dataset(differences=people)
+    for path in folder.glob("sub-*/beh/*magnitude*"):
+        path.unlink()
+    text = page(analyse(folder))
+    assert (
+        "14 rows of the descending difference were read. Never analysed: 0 practice, 1 voided"
+        in text
+    )
+    assert "Steps without a usable answer: 1." in text
+    assert "of magnitude estimation were" not in text
+    assert "normalised, averaged" not in text
+
+
+def test_the_parts_of_order_that_were_not_computed_say_why(table_by_hand, page):
+    text = page(analyse(few(table_by_hand, "ab", (0, 1, 2))))
+    assert "Order: the surface before: participants: 2" in text
+
+
+@pytest.mark.parametrize(
+    "rule, zero, words",
+    [
+        ("exclude", 0, "same under all of them"),
+        ("half_minimum", 0, "not quite"),
+        ("half_minimum", 9, "same under all of them"),
+    ],
+)
+def test_what_normalisation_does_not_change_is_said_only_where_it_holds(
+    dataset, page, rule, zero, words
+):
+    rows = dataset.default_estimates(1)
+    rows[0] |= {"estimate": zero}
+    folder = dataset(rows={"01": rows}, choices=f'zero_rule = "{rule}"')
+    assert words in page(analyse(folder)).partition("normalised otherwise")[2]
+
+
+def test_rules_that_differ_within_a_participant_are_not_called_harmless(dataset, page):
+    rows = dataset.default_estimates(1)
+    rows[0] |= {"scale_top": 50}
+    text = page(analyse(dataset(rows={"01": rows})))
+    assert "may change with them" in text
+    assert "same under all" not in text
+
+
+def test_two_participants_have_no_interval(table_by_hand):
+    found = analyse(few(table_by_hand, "ab", (0, 1, 2)))
+    assert found.description[["within_low", "bootstrap_low"]].isna().all(axis=None)
+    assert found.description["sd_sample"].notna().all()
+
+
+@pytest.mark.parametrize("rule, said", [("grand_maximum", True), ("modulus_equalisation", False)])
+def test_scales_too_far_apart_for_one_factor_are_named(table_by_hand, rule, said):
+    rows = "".join(
+        f"{who},{a},{top * a}\n"
+        for who, top in (("a", 1), ("b", 10), ("c", 10), ("d", 11))
+        for a in (1, 2, 3)
+    )
+    path = table_by_hand("participant_id,amplitude_um_pp,estimate\n" + rows)
+    problems = analyse(path, normalise=rule).problems
+    assert any("10 times larger or smaller" in p for p in problems) is said
+
+
+def test_pictures_have_alternative_texts_and_columns_headings(dataset, tmp_path):
+    row = dataset.difference_row
+    people = {f"{n:02d}": [row(1, 2.3, 1.2, "yes"), row(2, 1.2, 1.2, "no")] for n in range(1, 7)}
+    text = write_analysis(analyse(dataset(differences=people)), tmp_path).read_text(
+        encoding="utf-8"
+    )
+    pictures = re.findall(r"<svg[^>]*>", text)
+    assert len(pictures) == 4
+    assert all(re.search(r'role="img" aria-label="[^"]{20,}"', tag) for tag in pictures)
+    # HTML forbids a role on a figure with a caption.
+    assert "<figure>" in text
+    assert "<figure " not in text
+    assert not re.search(r'<th scope="col"[^>]*></th>', text)

@@ -1,0 +1,129 @@
+"""Growth functions: recovery of known parameters, coverage, and model choice."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis.statistics import growth_models, power_law
+from analysis.statistics.omnibus import mean_with_interval
+
+STIMULI = np.array([0.5, 1.2, 2.3])
+MANY = np.array([0.3, 0.5, 0.8, 1.2, 1.7, 2.3])
+
+
+def table(shape, stimuli=STIMULI, people=12, noise=0.0, seed=0):
+    rng = np.random.default_rng(seed)
+    logs = np.log(shape(stimuli)) + rng.normal(3, 0.7, (people, 1))
+    return pd.DataFrame(logs + rng.normal(0, noise, logs.shape), columns=stimuli)
+
+
+@pytest.mark.parametrize("exponent", [0.3, 0.55, 1.0, 1.7])
+def test_exact_power_functions_give_their_exponent(exponent):
+    found = power_law.exponents(table(lambda x: x**exponent))
+    assert found["exponent"].to_numpy() == pytest.approx(np.full(12, exponent))
+
+
+def test_exponents_equal_scipy_s_regression_with_holes_and_zero_amplitude():
+    from scipy import stats  # noqa: PLC0415
+
+    logs = table(lambda x: x**0.7, MANY, noise=0.3)
+    logs.iloc[2, 1] = np.nan
+    logs.iloc[5, 1:] = np.nan
+    logs.insert(0, 0.0, 1.0)
+    found = power_law.exponents(logs)
+    for place in (0, 2):
+        own = logs.iloc[place, 1:].dropna()
+        line = stats.linregress(np.log(own.index.to_numpy(float)), own.to_numpy())
+        assert found["exponent"].iloc[place] == pytest.approx(line.slope)
+        assert found["intercept"].iloc[place] == pytest.approx(line.intercept)
+    assert np.isnan(found["exponent"].iloc[5])
+    assert found["points"].iloc[2] == 5
+
+
+def test_the_exponent_s_interval_covers_at_its_stated_rate():
+    """1,000 studies of 12 whose exponents spread by 0.15 around 0.6: 95 % of intervals hold it."""
+    rng = np.random.default_rng(20)
+    covered = 0
+    for _ in range(1000):
+        slopes = rng.normal(0.6, 0.15, (12, 1))
+        logs = slopes * np.log(STIMULI) + rng.normal(0, 0.2, (12, 3))
+        own = power_law.exponents(pd.DataFrame(logs, columns=STIMULI))["exponent"].to_numpy()
+        low, high = mean_with_interval(own, 0.95)["ci"]
+        covered += low <= 0.6 <= high
+    assert abs(covered / 1000 - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 1000)
+
+
+SHAPES = {
+    "power": (lambda x: x**0.6, {"exponent": 0.6}),
+    "threshold": (lambda x: (x - 0.2) ** 0.6, {"exponent": 0.6, "threshold": 0.2}),
+    "linear": (lambda x: x + 0.4, {"offset": 0.4}),
+    "fechner": (lambda x: np.log(x / 0.1), {"threshold": 0.1}),
+}
+
+
+@pytest.mark.parametrize("name", sorted(SHAPES))
+def test_each_growth_function_recovers_its_own_parameters(name):
+    shape, parameters = SHAPES[name]
+    found = growth_models.fit(name, MANY, table(shape, MANY).to_numpy())
+    assert found["parameters"] == pytest.approx(parameters, abs=1e-3)
+    assert found["sd"] < 1e-3
+
+
+@pytest.mark.parametrize("name", sorted(SHAPES))
+def test_the_criterion_finds_the_function_that_made_the_data(name):
+    """With little noise and six amplitudes; "threshold" contains "power", so it may not lose."""
+    shape, _ = SHAPES[name]
+    found = growth_models.compare(table(shape, MANY, people=24, noise=0.02, seed=3))
+    assert found["best"] == name
+    assert sum(model["weight"] for model in found["models"].values()) == pytest.approx(1)
+
+
+def test_a_participant_s_unit_moves_no_parameter_and_no_criterion():
+    logs = table(lambda x: x**0.6, MANY, noise=0.2)
+    shifted = logs + np.arange(12)[:, None]
+    for name in growth_models.MODELS:
+        one = growth_models.fit(name, MANY, logs.to_numpy())
+        other = growth_models.fit(name, MANY, shifted.to_numpy())
+        assert one["log_likelihood"] == pytest.approx(other["log_likelihood"], abs=1e-4)
+
+
+def test_the_likelihood_is_that_of_independent_normal_residuals():
+    from scipy import stats  # noqa: PLC0415
+
+    logs = table(lambda x: x**0.6, MANY, noise=0.2)
+    found = growth_models.fit("power", MANY, logs.to_numpy())
+    residual = logs.to_numpy() - logs.to_numpy().mean(1, keepdims=True)
+    shape = np.log(MANY) * found["parameters"]["exponent"]
+    residual -= shape - shape.mean()
+    sd = np.sqrt((residual**2).mean())
+    assert found["log_likelihood"] == pytest.approx(stats.norm.logpdf(residual, 0, sd).sum())
+    assert found["aic"] == pytest.approx(2 * (1 + 12 + 1) - 2 * found["log_likelihood"])
+
+
+def test_two_amplitudes_cannot_tell_functions_apart():
+    assert "at least 3" in growth_models.compare(table(lambda x: x, STIMULI[:2]))["reason"]
+
+
+def test_single_participants_need_enough_trials_to_be_told_apart():
+    rng = np.random.default_rng(2)
+    amplitudes = np.repeat(STIMULI, 8)
+    rows = pd.DataFrame(
+        {
+            "participant_id": pd.Categorical(["a"] * 24 + ["b"] * 3),
+            "amplitude_um_pp": [*amplitudes, *STIMULI],
+            "log": [*(np.log(amplitudes) + rng.normal(0, 0.02, 24)), 1.0, 2.0, 2.5],
+        }
+    )
+    winners = growth_models.individual_winners(rows)
+    assert winners["a"] in ("power", "linear")
+    assert winners["b"] is None
+
+
+def test_a_power_of_predicted_friction_is_recovered_against_friction():
+    reductions = np.array([power_law.predicted_reduction(a) for a in STIMULI])
+    logs = table(lambda _: reductions**1.3, noise=0.01)
+    logs.insert(0, 0.0, 0.0)
+    found = power_law.against_friction(logs)
+    assert found["exponent"]["mean"] == pytest.approx(1.3, abs=0.02)
+    assert found["reduction"]["0"] == pytest.approx(0, abs=1e-9)
+    assert list(found["reduction"].values()) == sorted(found["reduction"].values())

@@ -1,0 +1,140 @@
+"""The curve of "yes" against the size of the step."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import optimize, special, stats
+
+from analysis.reporting import apa_difference
+from analysis.statistics.psychometric import curve, psychometric, separated
+from analysis.statistics.verbal_coding import load_codebook
+from analysis.statistics.yes_no import analyse_differences
+
+STEPS = np.array([0.0, 0.5, 0.7, 1.1])
+
+
+def answers(intercept, slope, people, repetitions=1, *, seed=1, spread=0.0):
+    rng = np.random.default_rng(seed)
+    removed = np.tile(STEPS, people * repetitions)
+    who = np.repeat(np.arange(people), len(STEPS) * repetitions)
+    own = spread * rng.standard_normal(people)[who]
+    felt = rng.random(len(removed)) < special.expit(intercept + slope * removed + own)
+    return pd.DataFrame(
+        {
+            "participant_id": who,
+            "amplitude_before_um_pp": 2.3,
+            "amplitude_um_pp": 2.3 - removed,
+            "difference_felt": felt.astype(float),
+        }
+    )
+
+
+def test_a_known_curve_is_recovered_within_its_interval_as_often_as_stated():
+    """95 % intervals of 30 studies: binomially, 26 to 30 hold the truth (p > .99).
+
+    Without differences between people the population's slope is the simulated one.
+    """
+    found = [psychometric(answers(-2, 4, 20, 3, seed=seed)) for seed in range(30)]
+    held = sum(one["ci"][0] <= 4 <= one["ci"][1] for one in found)
+    assert 26 <= held <= 30
+    assert np.mean([one["log_odds_per_um"] for one in found]) == pytest.approx(4, abs=0.4)
+    assert np.mean([one["half_yes_um"] for one in found]) == pytest.approx(0.5, abs=0.04)
+
+
+def test_answers_that_do_not_correlate_give_the_maximum_likelihood_curve():
+    steps = answers(-1, 3, 400, seed=4)
+    x = (2.3 - steps["amplitude_um_pp"]).to_numpy()
+    y = steps["difference_felt"].to_numpy()
+
+    def minus_log_likelihood(theta):
+        eta = theta[0] + theta[1] * x
+        return np.sum(np.logaddexp(0, eta) - y * eta)
+
+    likeliest = optimize.minimize(minus_log_likelihood, [0.0, 1.0]).x
+    found = psychometric(steps)
+    assert found["intercept"] == pytest.approx(likeliest[0], abs=0.02)
+    assert found["log_odds_per_um"] == pytest.approx(likeliest[1], abs=0.05)
+
+
+def test_people_who_differ_show_in_the_correlation_of_their_answers():
+    assert psychometric(answers(-2, 3, 60, 3, spread=2.0))["correlation"] > 0.15
+    assert abs(psychometric(answers(-2, 3, 60, 3))["correlation"]) < 0.05
+
+
+@pytest.mark.parametrize(
+    "removed,felt,words",
+    [
+        ([0, 0, 0.5, 1.1], [0, 0, 1, 1], "complete separation"),
+        ([0, 0.5, 0.5, 1.1], [0, 0, 1, 1], "complete separation"),
+        ([0, 0.5, 0.5, 1.1], [1, 1, 1, 1], "every answer is yes"),
+        ([0.5, 0.5, 0.5, 0.5], [0, 1, 0, 1], "one size of step"),
+    ],
+)
+def test_data_without_a_finite_slope_gets_the_reason(removed, felt, words):
+    steps = pd.DataFrame(
+        {
+            "participant_id": list("abcd") * 2,
+            "amplitude_before_um_pp": 2.3,
+            "amplitude_um_pp": 2.3 - np.array(removed * 2),
+            "difference_felt": np.array(felt * 2, float),
+        }
+    )
+    found = psychometric(steps)
+    assert words in found["reason"]
+    assert words in apa_difference.psychometric(found, "95%")
+
+
+@given(st.lists(st.tuples(st.integers(0, 3), st.booleans()), min_size=1, max_size=12))
+def test_separation_is_what_a_growing_slope_never_makes_less_likely(pairs):
+    """A slope to infinity is at least as likely as any finite one: that is separation."""
+    removed = np.array([float(x) for x, _ in pairs])
+    felt = np.array([float(y) for _, y in pairs])
+    a_threshold_separates = any(
+        all(((x - t) * sign >= 0 if y else (x - t) * sign <= 0) for x, y in pairs)
+        for t in np.arange(-0.5, 4, 0.5)
+        for sign in (1, -1)
+    )
+    assert (separated(removed, felt) is not None) == a_threshold_separates
+
+
+@pytest.mark.parametrize("size", [0.0, 0.3, 1.1])
+def test_the_band_at_a_size_is_the_interval_of_the_intercept_counted_from_there(size):
+    steps = answers(-2, 4, 15, 2, seed=7)
+    found = psychometric(steps)
+    moved = psychometric(steps.assign(amplitude_um_pp=steps["amplitude_um_pp"] + size))
+    half = stats.t.ppf(0.95, found["df"]) * moved["covariance"][0][0] ** 0.5
+    share, low, high = (float(x[0]) for x in curve(found, np.array([size]), 0.9))
+    assert special.logit(share) == pytest.approx(moved["intercept"], rel=1e-4)
+    assert special.logit(low) == pytest.approx(moved["intercept"] - half, rel=1e-3)
+    assert special.logit(high) == pytest.approx(moved["intercept"] + half, rel=1e-3)
+
+
+def drawn(steps):
+    from analysis.figures.estimates import (  # noqa: PLC0415 - matplotlib takes a second to load
+        difference,
+    )
+
+    steps = steps.assign(
+        catch=steps["amplitude_before_um_pp"] == steps["amplitude_um_pp"], verbal_report=""
+    )
+    return difference(analyse_differences(steps, load_codebook()), steps)
+
+
+def test_the_figure_shows_the_curve_and_every_participant_once_at_every_size():
+    figure = drawn(answers(-2, 4, 9, 2, seed=7))
+    lines = {line.get_label(): line for line in figure.axes[1].lines}
+    assert len(lines["one participant"].get_xdata()) == 9 * len(STEPS)
+    places = set(zip(*lines["one participant"].get_data(), strict=True))
+    assert len(places) == 9 * len(STEPS)
+    assert "logistic curve" in lines
+
+
+def test_separated_answers_are_drawn_without_a_curve_and_one_size_without_an_axis_for_it():
+    separate = answers(-2, 4, 9, seed=7).assign(difference_felt=np.tile([0.0, 1, 1, 1], 9))
+    labels = [line.get_label() for line in drawn(separate).axes[1].lines]
+    assert "logistic curve" not in labels
+    assert "one participant" in labels
+    alike = separate[np.isclose(separate["amplitude_um_pp"], 2.3 - 0.7)]
+    assert len(drawn(alike).axes) == 1

@@ -1,0 +1,123 @@
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from experiments.dataset.bids import build_dataset, mode_of
+from experiments.dataset.schema import cell
+from experiments.participants.scripted import ScriptedParticipant
+from experiments.protocols.steps import NumberQuestion, TextQuestion, YesNoQuestion
+from faults import UserError
+
+REPORT = 'it said "less" slippery;\tthen — collé, é'
+
+
+def answers(step):
+    question = step.question
+    if isinstance(question, NumberQuestion):
+        return 0.5
+    if isinstance(question, YesNoQuestion):
+        return True
+    if isinstance(question, TextQuestion):
+        return REPORT
+    return question.options[-1][0]
+
+
+@pytest.fixture
+def dataset(laboratory, plan):
+    for participant in ("01", "02"):
+        laboratory.run(
+            plan(participant=participant),
+            person=lambda _: ScriptedParticipant(answers, laboratory.clock),
+        )
+    build_dataset(laboratory.folder)
+    return laboratory.folder
+
+
+def test_the_official_validator_finds_no_error(dataset):
+    validator = Path(sys.executable).with_name("bids-validator-deno")
+    done = subprocess.run(
+        [validator, dataset, "--max-rows", "-1", "--format", "json"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    issues = json.loads(done.stdout)["issues"]["issues"]
+    assert [issue for issue in issues if issue["severity"] == "error"] == []
+    assert done.returncode == 0
+
+
+def test_every_column_is_described_and_every_description_is_a_column(dataset):
+    for table in dataset.glob("sub-*/beh/*.tsv"):
+        task = table.name.split("_task-")[1].split("_")[0]
+        described = json.loads((dataset / f"task-{task}_beh.json").read_text(encoding="utf-8"))
+        described = {k for k, v in described.items() if isinstance(v, dict)}
+        assert set(pd.read_csv(table, sep="\t").columns) == described
+
+
+def test_free_text_with_quotes_tabs_and_accents_stays_in_its_cell(dataset):
+    table = dataset / "sub-01/beh/sub-01_task-descendingdifference_run-01_beh.tsv"
+    said = pd.read_csv(table, sep="\t")["verbal_report"]
+    assert set(said) == {" ".join(REPORT.split())}
+    with table.open(encoding="utf-8", newline="") as stream:
+        rows = list(csv.reader(stream, delimiter="\t"))
+    assert {len(row) for row in rows} == {len(rows[0])}
+
+
+def test_sidecars_carry_what_the_numbers_depend_on(dataset):
+    sidecar = dataset / "sub-02/beh/sub-02_task-magnitudeestimation_run-01_beh.json"
+    notes = json.loads(sidecar.read_text(encoding="utf-8"))["Slipscale"]
+    assert (notes["seed"], notes["mode"], notes["study"]) == (2007, "pilot", "biet2007")
+    assert len(notes["study_hash"]) == 64
+    assert notes["plate"]["backend"] == "mock"
+    assert set(notes["software"]) == {"python", "slipscale", "numpy", "psychopy"}
+
+
+def test_rebuilding_changes_nothing(dataset):
+    before = {p: p.read_bytes() for p in dataset.rglob("*") if p.is_file()}
+    build_dataset(dataset)
+    assert {p: p.read_bytes() for p in dataset.rglob("*") if p.is_file()} == before
+
+
+def test_the_readme_is_the_laboratorys_own_once_written(dataset):
+    (dataset / "README.md").write_text("Ours.")
+    build_dataset(dataset)
+    assert (dataset / "README.md").read_text() == "Ours."
+
+
+def test_an_interrupted_run_keeps_its_finished_trials_and_says_so(laboratory, plan):
+    laboratory.run()
+    path = plan().journal_path(laboratory.folder)
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join(lines[:60]))
+    build_dataset(laboratory.folder)
+    people = pd.read_csv(laboratory.folder / "participants.tsv", sep="\t")
+    assert list(people["complete"]) == ["no"]
+    table = laboratory.folder / "sub-01/beh/sub-01_task-descendingdifference_run-01_beh.tsv"
+    assert len(pd.read_csv(table, sep="\t")) == 4
+
+
+def test_pilots_and_participants_are_never_mixed(laboratory, plan):
+    laboratory.run(plan(participant="01"))
+    laboratory.run(plan(participant="02", mode="participant"))
+    with pytest.raises(UserError, match="must not be mixed"):
+        mode_of(laboratory.folder)
+
+
+def test_missing_is_n_a_and_empty_text_is_missing():
+    assert cell(None) == "n/a"
+    assert cell("  ") == "n/a"
+    assert cell(1e-9) == "0"
+
+
+def test_a_damaged_journal_does_not_keep_the_next_participant_waiting(laboratory, plan):
+    laboratory.run()
+    path = plan().journal_path(laboratory.folder)
+    path.write_bytes(path.read_bytes().replace(b'"end"', b'"and"'))
+    assert mode_of(laboratory.folder) == "pilot"
+    with pytest.raises(UserError, match="damaged"):
+        build_dataset(laboratory.folder)

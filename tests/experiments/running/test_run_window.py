@@ -1,0 +1,208 @@
+"""``slipscale run`` as a lab runs it: its own process, a real window, a hand on the keyboard."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+from experiments.journal.run_record import read_plan
+from experiments.journal.serialisation import answer_from
+
+pytestmark = [
+    pytest.mark.window,
+    pytest.mark.skipif(
+        not sys.platform.startswith("linux") or not shutil.which("xdotool"),
+        reason="key presses come from xdotool, under X11",
+    ),
+]
+
+SLIPSCALE = Path(sys.executable).with_name("slipscale")
+JOURNAL = "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
+SAID = "moins glissé, ça colle à peine où"
+PATIENCE_S = 60.0
+SHOWN = ("Instruct", "Explore", "Ask", "Rest", "EndBlock")
+
+
+class Hand:
+    """A person who reads the journal over the session's shoulder and presses what fits."""
+
+    def __init__(self, process, folder):
+        self.process = process
+        self.journal = folder / JOURNAL
+        self.answered = -1
+        self.retry = None
+
+    def press(self, *words):
+        subprocess.run(["xdotool", *words], check=True)
+
+    def step(self):
+        """Wait for the next step that needs an answer; return what it is, or None at the end."""
+        deadline = time.monotonic() + PATIENCE_S
+        again = time.monotonic() + 4.0
+        while time.monotonic() < deadline:
+            if self.retry and time.monotonic() > again:
+                # On a loaded machine a key can come before its screen.
+                self.press("key", self.retry)
+                again += 4.0
+            if self.process.poll() is not None:
+                return None
+            if self.journal.exists() and self.journal.stat().st_size:
+                last = read_plan(self.journal)[1][-1]
+                new = last.number > self.answered
+                if new and last.kind == "take_up":
+                    # The surface is presented again, and must be stroked again.
+                    self.answered = last.number
+                    self.retry = "space"
+                elif new and last.kind == "begin" and last.data["what"]["type"] in SHOWN:
+                    self.answered = last.number
+                    self.retry = None
+                    # The screen is up a few frames after the record: longer where others run too.
+                    time.sleep(0.4 * max(1.0, os.getloadavg()[0] / (os.cpu_count() or 1)))
+                    return last.data["what"]
+            time.sleep(0.02)
+        pytest.fail(f"the session did not go on after {read_plan(self.journal)[1][-1]}")
+
+    def answer(self, step):
+        """Answer a step as a sensible person would."""
+        name = step.get("name")
+        self.retry = {None: "space", "difference_felt": "o", "age_band": "1", "gender": "1"}.get(
+            name, "Return"
+        )
+        if name is None:
+            self.press("key", "space")
+        elif name in ("estimate", "scale_top"):
+            self.press("key", "1", "2", "comma", "5", "KP_Enter")
+        elif name == "difference_felt":
+            self.press("key", "o")
+        elif name == "verbal_report":
+            # xdotool types accents faithfully only where the layout has keys for them; the server
+            # forgets the layout with its last window.
+            subprocess.run(["setxkbmap", "fr"], check=True)
+            self.press("type", "--delay", "20", SAID)
+            self.press("key", "Return")
+        else:
+            self.press("key", "1")
+
+    def until(self, name):
+        """Answer everything until a question of that name is on the screen; return it."""
+        while step := self.step():
+            if step.get("name") == name:
+                return step
+            self.answer(step)
+        return pytest.fail(f"the session ended before it asked for {name}")
+
+
+@pytest.fixture
+def start(display):
+    """Start the command; whatever happens, nothing is left running."""
+    started = []
+
+    def begin(*words, folder):
+        started.append(_popen(*words, folder=folder))
+        return started[-1]
+
+    yield begin
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def _popen(*words, folder):
+    return subprocess.Popen(
+        [SLIPSCALE, *words],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=folder,
+        env=os.environ | {"HOME": str(folder)},
+    )
+
+
+def kinds(folder):
+    return [record.kind for record in read_plan(folder / JOURNAL)[1]]
+
+
+def test_a_session_from_welcome_to_thanks_with_escape_kill_and_resume(start, tmp_path):
+    """One long afternoon: Escape and no, Escape and yes, resume, power cut, resume, the end."""
+    run = ("run", "--participant", "01", "--plate", "mock", "--windowed", "--language", "fr")
+    process = start(*run, "--out", ".", folder=tmp_path)
+    hand = Hand(process, tmp_path)
+    hand.until("difference_felt")
+    hand.press("key", "Escape")
+    time.sleep(1.0)
+    hand.press("key", "n")  # do not stop
+    time.sleep(1.0)
+    hand.answer({"name": "difference_felt"})
+    hand.until("scale_top")
+    hand.press("key", "Escape")
+    time.sleep(1.0)
+    hand.press("key", "o")  # stop
+    out, err = process.communicate(timeout=PATIENCE_S)
+    assert (process.returncode, err.count("Traceback")) == (130, 0)
+    assert f"slipscale resume {JOURNAL}" in out
+    assert kinds(tmp_path)[-1] == "stop"
+
+    resume = ("resume", JOURNAL, "--windowed")
+    process = start(*resume, folder=tmp_path)
+    hand.process = process
+    hand.until("estimate")
+    hand.answer({"name": "estimate"})
+    hand.until("estimate")
+    hand.press("key", "9", "9")  # half an answer
+    time.sleep(0.5)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+
+    process = start(*resume, folder=tmp_path)
+    hand.process = process
+    while step := hand.step():
+        hand.answer(step)
+    out, err = process.communicate(timeout=PATIENCE_S)
+    assert (process.returncode, err.count("Traceback")) == (0, 0), err
+    assert kinds(tmp_path)[-1] == "end"
+
+    beh = tmp_path / "sub-01" / "beh"
+    estimates = pd.read_csv(
+        beh / "sub-01_task-magnitudeestimation_run-01_beh.tsv", sep="\t", keep_default_na=False
+    )
+    steps = pd.read_csv(
+        beh / "sub-01_task-descendingdifference_run-01_beh.tsv", sep="\t", keep_default_na=False
+    )
+    assert list(estimates["estimate"]) == [12.5] * 8
+    assert list(estimates["scale_top"]) == [12.5] * 8
+    flags = list(estimates["flag"])
+    assert set(flags[1].split(";")) == {"resumed", "represented"}
+    assert flags[:1] + flags[2:] == ["n/a"] * 7
+    assert set(steps["difference_felt"]) == {"yes"}
+    assert set(steps["verbal_report"]) == {SAID}
+    assert set(estimates["response_time_source"]) <= {"ptb", "window"}
+    notes = json.loads((beh / "sub-01_task-magnitudeestimation_run-01_beh.json").read_text())
+    assert notes["Slipscale"]["mode"] == "pilot"  # nobody feels anything on a mock plate
+
+
+def test_a_terminated_session_leaves_a_resumable_journal(start, tmp_path):
+    run = ("run", "--participant", "01", "--plate", "mock", "--windowed", "--language", "fr")
+    process = start(*run, "--out", ".", folder=tmp_path)
+    Hand(process, tmp_path).until("difference_felt")
+    process.send_signal(signal.SIGTERM)
+    _, err = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 130
+    assert "Traceback" not in err
+    records = read_plan(tmp_path / JOURNAL)[1]
+    assert records[-1].kind == "stop"
+    answers = [answer_from(record.data["answer"]) for record in records if record.kind == "done"]
+    assert answers
+    process = start("run", "--participant", "01", "--out", ".", folder=tmp_path)
+    _, err = process.communicate(timeout=PATIENCE_S)
+    assert process.returncode == 2
+    assert f"slipscale resume {JOURNAL}" in err

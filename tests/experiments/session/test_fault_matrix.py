@@ -1,0 +1,285 @@
+"""Every fault in every phase of a trial: a whole session over the emulated board, byte for byte.
+
+The participant answers with ten times the amplitude that the emulated plate truly vibrates with
+at that moment: an estimate that does not fit its row was given to another surface.
+"""
+
+import csv
+import re
+import time
+from dataclasses import replace
+
+import pytest
+
+from experiments.dataset.bids import build_dataset
+from experiments.journal.journal import Journal
+from experiments.journal.run_record import read_plan
+from experiments.participants.scripted import ScriptedParticipant
+from experiments.protocols.steps import Ask, Explore
+from experiments.running.preflight import CHECKS, Setting
+from experiments.running.run import perform
+from experiments.session.operator import UnattendedOperator
+from experiments.study.run_plan import RunPlan
+from faults import UserError
+from hardware.clock import VirtualClock
+from hardware.emulator.process import EmulatorProcess
+from hardware.errors import PlateFault
+from hardware.registry import open_plate
+
+STUDY = """
+name = "matrix"
+title = "Every fault in every phase"
+authors = ["A. Test"]
+language = "en"
+seed = 1
+participants = 1
+amplitudes_um_pp = [0.5, 1.2, 2.3]
+
+[[tasks]]
+protocol = "magnitude_estimation"
+repetitions = 1
+practice = 0
+randomisation = "blocked"
+scale_top = "declared"
+"""
+
+TEXTURES = """
+[[textures]]
+name = "ridges"
+waveform = "square"
+spatial_period_mm = 2.5
+mean_um_pp = 1.4
+depth_um_pp = 0.4
+finger_speed_mm_s = 50.0
+
+[[textures]]
+name = "waves"
+spatial_period_mm = 5.0
+mean_um_pp = 0.9
+depth_um_pp = 0.9         # down to 0: silence is told from a groove by the mean
+finger_speed_mm_s = 50.0
+
+[[tasks]]"""
+TEXTURED = STUDY.replace("[[tasks]]", TEXTURES.lstrip(), 1)
+SEED_TEXTURED = 8  # the trial that is struck presents the ridges
+MEANS = {"ridges": 1.4, "waves": 0.9}
+LARGEST = {"n/a": [0.5, 1.2, 2.3], "ridges": [1.8], "waves": [1.8]}
+
+BACK_S = 0.1
+STRUCK_TRIAL = 2
+
+ENDING = ["unplug", "unplug_mid_read", "reset", "reset_after", "busy", "hot", "deaf", "trickle"]
+MENDED = [
+    "drop",
+    "garbage_before",
+    "garbage_inside",
+    "garbage_after",
+    "garbage_line",
+    "truncated",
+    "delayed",
+    "duplicated",
+    "out_of_order",
+]
+PLAYING = [(fault, phase) for fault in ENDING for phase in ("starting", "exploring", "answering")]
+PLAYING += [(fault, "starting") for fault in MENDED] + [("delayed", "reconnecting")]
+PHASES = ["presenting", "reading", "exploring", "answering", "silencing", "reconnecting"]
+
+
+@pytest.fixture(scope="module")
+def board():
+    with EmulatorProcess("--back-after", str(BACK_S)) as board:
+        yield board
+
+
+class Participant(ScriptedParticipant):
+    """Answers what the plate truly does, and has faults strike at its second trial."""
+
+    def __init__(self, board, fault, phase, clock):
+        super().__init__(self.feel, clock, step_s=0.01)
+        self.board, self.fault, self.phase = board, fault, phase
+        self.ends = fault in ENDING
+        self.given = []
+
+    def feel(self, _step):
+        state = self.board.state()
+        if state["state"] == "LIST":  # a texture, somewhere in its swing: by its mean
+            return round(100 + 10 * state["target_um_pp"], 1)
+        return round(10 * state["amplitude_um_pp"], 1)
+
+    def strike(self, step):
+        trial = step.trial.number if getattr(step, "trial", None) else 0
+        before = isinstance(step, Ask) and trial == STRUCK_TRIAL - 1
+        during = trial == STRUCK_TRIAL
+        orders = {
+            "presenting": (before, f"{self.fault}@present"),
+            "starting": (before, f"{self.fault}@play/2"),
+            "reading": (before, f"{self.fault}@read"),
+            "exploring": (during and isinstance(step, Explore), self.fault),
+            "answering": (during and isinstance(step, Ask), self.fault),
+            "silencing": (during and isinstance(step, Ask), f"{self.fault}@silence"),
+            "reconnecting": (during and isinstance(step, Ask), f"unplug+{self.fault}@connect/1"),
+        }
+        due, order = orders[self.phase]
+        if due and self.fault:
+            self.board.fault(order)
+            self.fault = None
+            return self.phase in ("exploring", "answering", "reconnecting")
+        return False
+
+    def perform(self, step, watch):
+        if self.strike(step):
+            # A few heartbeats; what ends the trial comes up by then, and sooner.
+            end_s = time.monotonic() + (2.0 if self.ends else 0.25)
+            while time.monotonic() < end_s:
+                watch()
+                time.sleep(0.005)
+        reply = super().perform(step, watch)
+        if isinstance(step, Ask):
+            self.given.append(reply.value)
+        return reply
+
+
+class PatientOperator(UnattendedOperator):
+    """Plugs the board in again before retrying."""
+
+    def poll(self):
+        if self._state == "fault":
+            time.sleep(1.2 * BACK_S)
+        return super().poll()
+
+
+def run_session(board, fault, phase, folder, *, study=STUDY, seed=1):
+    plan = RunPlan(
+        study_name="matrix",
+        study_text=study,
+        participant="01",
+        seed=seed,
+        language="en",
+        mode="pilot",
+    )
+    clock = VirtualClock()
+    path = plan.journal_path(folder)
+    spec = f"serial:{board.port}"
+    plate = open_plate(spec, clock=clock)
+    person = Participant(board, fault, phase, clock)
+    with Journal.create(path, clock) as journal, plate:
+        outcome = perform(
+            plan,
+            spec=spec,
+            plate=plate,
+            participant=person,
+            journal=journal,
+            clock=clock,
+            operator=PatientOperator(),
+        )
+    build_dataset(folder)
+    (table,) = folder.glob("sub-01/beh/*_task-magnitudeestimation_*_beh.tsv")
+    with table.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file, delimiter="\t"))
+    return outcome, person, read_plan(path)[1], rows
+
+
+def check_data(board, person, records, rows):
+    """Nothing is lost, nothing belongs to another surface, the plate is silent."""
+    for texture in {row["texture"] for row in rows}:
+        presented = [row["amplitude_um_pp"] for row in rows if row["texture"] == texture]
+        assert sorted(map(float, presented)) == LARGEST[texture]
+    for row in rows:
+        mean_um_pp = MEANS.get(row["texture"], float(row["amplitude_um_pp"]))
+        felt = 10 * mean_um_pp + (100 if row["texture"] in MEANS else 0)
+        assert float(row["estimate"]) == pytest.approx(felt, abs=0.1)
+        readback = float(row["amplitude_readback_um_pp"])
+        assert readback == pytest.approx(mean_um_pp, abs=0.05)
+    assert records[-1].kind == "end"
+    kept = [r for r in records if r.kind in ("done", "discarded")]
+    answers = [r.data["answer"] for r in kept if (r.data["answer"] or {}).get("value") is not None]
+    assert [answer["value"] for answer in answers] == person.given
+    assert not board.state()["vibrates"]
+
+
+@pytest.mark.parametrize("phase", PHASES)
+@pytest.mark.parametrize("fault", ENDING)
+def test_a_fault_in_the_middle_ends_in_complete_and_flagged_data(board, tmp_path, fault, phase):
+    outcome, person, records, rows = run_session(board, fault, phase, tmp_path)
+    assert outcome == "complete"
+    assert person.fault is None
+    check_data(board, person, records, rows)
+    told = [r for r in records if r.kind == "fault"]
+    if not told:
+        # A hot board obeys a silence.
+        assert (fault, phase) == ("hot", "silencing")
+        return
+    flagged = [row["trial"] for row in rows if row["flag"] != "n/a"]
+    assert flagged, [r.data for r in told]
+    assert set(flagged) <= {str(STRUCK_TRIAL - 1), str(STRUCK_TRIAL), str(STRUCK_TRIAL + 1)}
+
+
+@pytest.mark.parametrize("phase", ["presenting", "reading", "exploring", "silencing"])
+@pytest.mark.parametrize("fault", MENDED)
+def test_a_spoiled_answer_goes_unnoticed(board, tmp_path, fault, phase):
+    outcome, person, records, rows = run_session(board, fault, phase, tmp_path)
+    assert outcome == "complete"
+    check_data(board, person, records, rows)
+    assert not [r for r in records if r.kind == "fault"]
+
+
+@pytest.mark.parametrize("fault, phase", PLAYING)
+def test_a_fault_in_the_middle_of_a_texture_costs_no_answer(board, tmp_path, fault, phase):
+    outcome, person, records, rows = run_session(
+        board, fault, phase, tmp_path, study=TEXTURED, seed=SEED_TEXTURED
+    )
+    assert outcome == "complete"
+    assert person.fault is None
+    assert {"ridges", "waves", "n/a"} == {row["texture"] for row in rows}
+    assert len(rows) == 5
+    check_data(board, person, records, rows)
+    struck = {row["texture"] for row in rows if row["trial"] == str(STRUCK_TRIAL)}
+    told = [r.data["code"] for r in records if r.kind == "fault"]
+    ends = fault in ENDING or phase == "reconnecting"
+    assert bool(told) == ends, told
+    if ends:
+        assert any(row["flag"] != "n/a" for row in rows)
+    else:
+        assert struck == {"ridges"}
+
+
+def test_a_board_that_never_comes_back_stops_the_session_resumable(tmp_path):
+    with EmulatorProcess("--back-after", "0") as board:
+        with pytest.raises(PlateFault):
+            run_session(board, "unplug", "answering", tmp_path)
+        assert not board.state()["vibrates"]
+    (path,) = tmp_path.glob("sourcedata/sub-01/**/*_journal.jsonl")
+    records = read_plan(path)[1]
+    assert records[-1].kind == "stop"
+    assert next(r.data["code"] for r in records if r.kind == "fault") == "lost"
+
+
+def test_the_check_before_a_session_tells_of_the_plate_and_leaves_it_silent(board, tmp_path):
+    setting = Setting(study="biet2007", plate=f"serial:{board.port}", out=tmp_path)
+    finding = CHECKS["plate"](setting)
+    assert finding.passed
+    assert "slipscale-plate-1 EMULATED-1" in finding.detail
+    assert finding.detail.endswith("; plays textures")
+    assert not board.state()["vibrates"]
+
+
+def test_the_check_tells_that_a_board_with_older_firmware_plays_no_textures(tmp_path):
+    with EmulatorProcess("--fault", "old_firmware") as board:
+        setting = Setting(study="biet2007", plate=f"serial:{board.port}", out=tmp_path)
+        assert CHECKS["plate"](setting).detail.endswith("; plays no textures")
+        with pytest.raises(UserError, match=r"'T1': the board's firmware \(1\.0\) holds one ampl"):
+            CHECKS["plate"](replace(setting, study="textures_demo"))
+
+
+@pytest.mark.parametrize(
+    "plate, said",
+    [
+        ("serial:/dev/ttyNONE", "no such port. Check the cable"),
+        ("serial:", "expected serial:PORT"),
+        ("scpi:TCPIP0::127.0.0.1::9::SOCKET,calibration=none.toml", "No such file"),
+    ],
+)
+def test_a_plate_that_is_not_in_order_is_a_finding_with_its_remedy(tmp_path, plate, said):
+    setting = Setting(study="biet2007", plate=plate, out=tmp_path)
+    with pytest.raises((PlateFault, UserError), match=re.escape(said)):
+        CHECKS["plate"](setting)

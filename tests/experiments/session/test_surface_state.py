@@ -1,0 +1,60 @@
+"""Whether the surface stands: by the plate's own tolerance, when presented and when rated."""
+
+import pytest
+
+from experiments.protocols.steps import Present
+from experiments.session.surface_state import Stage
+from hardware.backends.mock import MockPlate
+from hardware.clock import VirtualClock
+from hardware.errors import NotReached
+from hardware.limits import PlateLimits
+from hardware.plate.twin import Drive, Twin
+from stimuli.surface import VirtualSurface
+
+AMPLITUDES_UM_PP = (0.0, 0.5, 1.2, 2.3)
+
+
+def staged(amplitude_um_pp, limits=None, noise_um=0.0):
+    """Return a stage on which a surface stands, and its plate."""
+    clock = VirtualClock()
+    plate = MockPlate(clock=clock, limits=limits, twin=Twin(noise_um=noise_um))
+    plate.connect()
+    stage = Stage(plate, clock, lambda _: None)
+    stage.present(Present(surface=VirtualSurface(amplitude_um_pp=amplitude_um_pp)))
+    return stage, plate
+
+
+def drift(plate, amplitude_um_pp):
+    """Have the plate vibrate with another amplitude, unasked."""
+    plate.twin.set_drive(Drive(target_um_pp=amplitude_um_pp), plate.clock.now())
+    plate.clock.sleep(0.1)
+
+
+@pytest.mark.parametrize("amplitude_um_pp", AMPLITUDES_UM_PP)
+@pytest.mark.parametrize("side", [-1, 1])
+def test_what_would_not_be_presented_is_not_taken_for_the_surface_later(amplitude_um_pp, side):
+    limits = PlateLimits()
+    allowed = max(limits.tolerance * amplitude_um_pp, limits.tolerance_um)
+    if amplitude_um_pp + side * allowed < 0:
+        side = 1
+    stage, plate = staged(amplitude_um_pp)
+    drift(plate, amplitude_um_pp + 0.9 * side * allowed)
+    stage.confirm()
+    drift(plate, amplitude_um_pp + 1.1 * side * allowed)
+    with pytest.raises(NotReached, match="is measured"):
+        stage.confirm()
+
+
+def test_the_tolerance_is_the_plates_own():
+    stage, plate = staged(1.2, PlateLimits(tolerance=0.2))
+    drift(plate, 1.2 * 1.15)
+    stage.confirm()
+
+
+def test_a_vibrometers_noise_alone_never_breaks_a_surface():
+    """A fifth of the tolerance, in a whole session's readings."""
+    for amplitude_um_pp in AMPLITUDES_UM_PP:
+        stage, plate = staged(amplitude_um_pp, noise_um=PlateLimits().tolerance_um / 5)
+        for _ in range(500):
+            plate.clock.sleep(0.1)
+            stage.confirm()

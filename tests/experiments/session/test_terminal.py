@@ -1,0 +1,190 @@
+"""The operator's terminal: what each key does in each state, and what the lines say."""
+
+import io
+import os
+import sys
+
+import pytest
+from rich.console import Console
+
+from experiments.protocols.steps import Trial
+from experiments.session.operator import Request, Status
+from experiments.session.terminal import Keys, TerminalOperator
+
+GLISSE = "glissé"
+THIRD = Trial(task="t", number=3, total=8)
+FOURTH = Trial(task="t", number=4, total=8)
+BEFORE = ("showing", "presenting", "waiting")
+
+
+def operator(*keys, width=80, terminal=True, retries=0):
+    """Return an operator who presses ``keys``, one a poll, and what their console shows."""
+    shown = io.StringIO()
+    console = Console(file=shown, width=width, force_terminal=terminal, color_system=None)
+    presses = iter(keys)
+    return TerminalOperator(console, lambda: next(presses, ""), retries=retries), shown
+
+
+def asked(state, *keys, retries=0):
+    """Return what is asked for when ``keys`` are pressed in a state, but for the polls between."""
+    who, _ = operator(*keys, retries=retries)
+    who.tell(Status(state=state, voidable=THIRD))
+    return [request for _ in range(len(keys) + 1) if (request := who.poll())]
+
+
+@pytest.mark.parametrize("state", BEFORE)
+def test_p_pauses_a_running_session(state):
+    assert asked(state, "p") == [Request(what="pause")]
+
+
+def test_p_goes_on_from_a_pause():
+    assert asked("paused", "p") == [Request(what="go_on")]
+
+
+def test_r_retries_only_after_a_fault():
+    assert asked("fault", "r") == [Request(what="retry")]
+    assert [asked(state, "r") for state in (*BEFORE, "paused", "done")] == [[]] * 5
+
+
+def test_the_first_fault_is_retried_by_itself():
+    assert asked("fault", "", "", retries=1) == [Request(what="retry")]
+
+
+@pytest.mark.parametrize("state", [*BEFORE, "paused", "fault"])
+def test_s_stops_only_when_it_is_confirmed(state):
+    assert asked(state, "s", "y") == [Request(what="stop")]
+    assert asked(state, "s", "n", "y") == []
+    assert asked(state, "s", "s") == []
+
+
+@pytest.mark.parametrize("key", "psvry\x1b\r")
+def test_no_key_does_anything_once_the_session_is_over(key):
+    assert asked("done", key, "x", "\r", "y") == []
+
+
+@pytest.mark.parametrize("state", [*BEFORE, "paused"])
+def test_v_voids_with_the_reason_typed_letter_by_letter(state):
+    keys = ["v", *"glx", "\x7f", *"issé", "\r"]
+    assert asked(state, *keys) == [Request(what="void", reason=GLISSE, trial=THIRD)]
+
+
+def test_letters_of_a_reason_are_no_commands():
+    assert asked("waiting", "v", *"pvsr", "\n") == [
+        Request(what="void", reason="pvsr", trial=THIRD)
+    ]
+
+
+def test_a_reason_is_needed_and_escape_takes_it_all_back():
+    assert asked("waiting", "v", "\r", " ", "\r") == []
+    assert asked("waiting", "v", *"oops", "\x1b", "p") == [Request(what="pause")]
+
+
+def test_a_fault_does_not_swallow_the_reason_being_typed():
+    who, _ = operator("v", "a", "b", "\r")
+    who.tell(Status(state="waiting", voidable=THIRD))
+    who.poll()
+    who.poll()
+    who.tell(Status(state="fault", message="unplugged"))
+    assert "ab" not in who.lines().plain
+    who.poll()
+    assert "unplugged" in who.lines().plain
+    assert "ab" in who.lines().plain
+    assert who.poll() == Request(what="void", reason="ab", trial=THIRD)
+
+
+def test_the_trial_voided_is_the_one_at_v_however_long_the_reason_takes():
+    who, _ = operator("v", "a", "\r")
+    who.tell(Status(state="waiting", trial=3, voidable=THIRD))
+    who.poll()
+    assert who.busy
+    who.tell(Status(state="waiting", trial=4, voidable=FOURTH))
+    assert "void trial 3 because" in who.lines().plain
+    who.poll()
+    assert who.poll() == Request(what="void", reason="a", trial=THIRD)
+    assert not who.busy
+
+
+def test_where_nothing_can_be_voided_no_reason_is_asked_for():
+    who, _ = operator("v", "p")
+    who.tell(Status(state="showing"))
+    assert who.poll() == Request(what="void")
+    assert who.poll() == Request(what="pause")
+
+
+def test_the_lines_tell_what_goes_on_and_what_the_keys_do():
+    who, _ = operator()
+    who.tell(
+        Status(
+            state="waiting", task="magnitudeestimation", trial=3, total=8, done=2, planned=12,
+            time_left_s=125.0, faults=1, voided=2, message="trial 2 will be repeated",
+        )
+    )  # fmt: skip
+    said = who.lines().plain
+    for words in ("waiting", "trial 3 of 8", "session 2 of 12", "left 2:05", "faults 1", "voided 2",
+                  "trial 2 will be repeated", "p pause"):  # fmt: skip
+        assert words in said
+    assert "µm" not in said
+    who.tell(Status(state="waiting", amplitude_um_pp=2.3))
+    assert "2.3 µm p-p" in who.lines().plain
+    who.tell(Status(state="done"))
+    assert "pause" not in who.lines().plain
+
+
+def test_no_line_breaks_in_a_terminal_of_the_usual_width():
+    who, _ = operator()
+    who.tell(
+        Status(
+            state="presenting", task="magnitudeestimation", trial=30, total=128, done=122,
+            planned=212, time_left_s=7384.0, faults=10, voided=12, amplitude_um_pp=1.2345,
+        )
+    )  # fmt: skip
+    assert max(len(line) for line in who.lines().plain.splitlines()) <= 80
+
+
+def test_without_a_terminal_nothing_is_written_but_the_end():
+    who, shown = operator(terminal=False)
+    with who:
+        for number in range(50):
+            who.tell(Status(state="waiting", trial=number))
+        assert shown.getvalue() == ""
+        who.tell(Status(state="done"))
+    assert "done" in shown.getvalue()
+    assert shown.getvalue().endswith("\n")
+    assert "\x1b" not in shown.getvalue()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are Unix'")
+def test_keys_that_come_together_are_read_one_by_one_and_none_is_lost():
+    master, slave = os.openpty()
+    with os.fdopen(slave, "r") as terminal, Keys(terminal) as keys:
+        os.write(master, "vé\x1b[Aq".encode())
+        os.write(master, "œ".encode()[:1])
+        first = [keys() for _ in range(6)]
+        os.write(master, "œ".encode()[1:] + b"\r")
+        rest = [keys() for _ in range(3)]
+    os.close(master)
+    assert first == ["v", "é", "\x1b[A", "q", "", ""]
+    assert rest[0] == "œ"
+    assert rest[1] in ("\r", "\n")
+    assert rest[2] == ""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo-terminals are Unix'")
+def test_the_terminal_is_left_as_it_was():
+    import termios  # noqa: PLC0415  Unix only
+
+    master, slave = os.openpty()
+    with os.fdopen(slave, "r") as terminal:
+        before = termios.tcgetattr(slave)
+        with Keys(terminal):
+            assert termios.tcgetattr(slave) != before
+        assert termios.tcgetattr(slave) == before
+    os.close(master)
+
+
+def test_a_program_without_an_input_reads_no_keys(monkeypatch):
+    monkeypatch.setattr(sys, "stdin", None)
+    with Keys() as keys:
+        assert keys() == ""
+    with Keys(io.StringIO("p")) as keys:
+        assert keys() == ""

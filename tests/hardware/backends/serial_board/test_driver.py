@@ -1,0 +1,477 @@
+"""The real serial code against the emulated board, byte for byte over a pseudo-terminal."""
+
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import serial
+
+from faults import UserError
+from hardware.backends.serial_board import protocol as wire
+from hardware.backends.serial_board.driver import SerialBoard
+from hardware.backends.serial_board.protocol import parse_status
+from hardware.calibration.record import Calibration
+from hardware.clock import SystemClock
+from hardware.errors import (
+    ConnectionLost,
+    GarbledReply,
+    NoPermission,
+    NotReached,
+    OverLimit,
+    PlateBusy,
+    PlateFault,
+    PlateNotFound,
+    PlateRefused,
+    PlateTimeout,
+    WrongDevice,
+)
+from hardware.limits import PlateLimits
+from hardware.plate.twin import Drive, Twin
+from hardware.registry import open_plate
+from stimuli.surface import VirtualSurface
+from stimuli.texture import Grating
+
+SURFACE = VirtualSurface(amplitude_um_pp=1.2)
+TEXTURE = Grating(
+    spatial_period_mm=2.5, waveform="square", mean_um_pp=1.2, depth_um_pp=0.8, label="T1"
+)
+
+# What the host mends by itself: the command runs once, nobody notices.
+MENDED = [
+    "drop",
+    "garbage_before",
+    "garbage_inside",
+    "garbage_after",
+    "garbage_line",
+    "truncated",
+    "delayed",
+    "duplicated",
+    "out_of_order",
+]
+# What ends a trial, and how it is told.
+ENDING = {
+    "unplug": ConnectionLost,
+    "unplug_mid_read": ConnectionLost,
+    "reset": ConnectionLost,
+    "busy": PlateBusy,
+    "hot": PlateRefused,
+    "deaf": PlateTimeout,
+    "trickle": PlateTimeout,
+}
+PATIENCE = ("reset", "trickle", "deaf")
+MATRIX = [
+    (fault, phase)
+    for fault in ENDING
+    for phase in ("connect", "present", "play", "read", "silence", "exploring")
+    # A greeting is patient with a board that starts or is slow, and a hot one obeys a silence.
+    if (fault, phase) not in {(each, "connect") for each in PATIENCE} | {("hot", "silence")}
+]
+
+
+def serial_plate(board, **options):
+    words = "".join(f",{key}={value}" for key, value in options.items())
+    return open_plate(f"serial:{board.port}{words}", clock=SystemClock())
+
+
+def wait_for(condition, *, at_most_s=3.0):
+    """Poll for something that another process does; the bound only ends a broken test."""
+    end_s = time.monotonic() + at_most_s
+    while not condition():
+        assert time.monotonic() < end_s
+        time.sleep(0.01)
+
+
+def fault_within(plate, *, at_most_s=3.0):
+    """Check like a session does, once a frame, until the fault comes up."""
+    end_s = time.monotonic() + at_most_s
+    while time.monotonic() < end_s:
+        plate.check()
+        time.sleep(0.005)
+
+
+def presented_again(plate, surface):
+    """Reconnect as the session does, close then connect, until the surface can be presented."""
+
+    def presented():
+        plate.close()
+        try:
+            plate.connect()
+            return plate.present(surface)
+        except PlateFault:
+            return None
+
+    wait_for(presented)
+
+
+def test_a_surface_is_presented_held_and_silenced(emulate):
+    board = emulate()
+    with serial_plate(board) as plate:
+        assert plate.identity.model == "slipscale-plate-1"
+        presentation = plate.present(SURFACE)
+        assert presentation.readback.kind == "measured"
+        assert presentation.readback.amplitude_um_pp == pytest.approx(1.2, abs=0.03)
+        assert board.state()["amplitude_um_pp"] == pytest.approx(1.2)
+        for _ in range(80):  # longer than the watchdog: the heartbeat keeps it up
+            time.sleep(0.01)
+            plate.check()
+        assert board.state()["state"] == "HOLD"
+        assert plate.vibration_um_pp() == pytest.approx(1.2, abs=0.03)
+        plate.silence()
+        assert not board.state()["vibrates"]
+        plate.present(SURFACE)
+    assert not board.state()["vibrates"]
+
+
+@pytest.mark.parametrize("phase", ["connect", "present", "play/1", "play/2", "read", "silence"])
+@pytest.mark.parametrize("fault", MENDED)
+def test_a_spoiled_answer_is_mended_and_its_command_ran_once(board, fault, phase):
+    before = board.fault(f"{fault}@{phase}")
+    with serial_plate(board) as plate:
+        boots = board.state()["boots"]
+        plate.present(TEXTURE)
+        plate.read_back()
+        plate.check()
+        plate.silence()
+        state = board.state()
+    assert state["presented_um_pp"] == [*before["presented_um_pp"], 1.2]
+    assert state["played"] == [*before["played"], [2.0, 0.4]]
+    assert state["boots"] == boots
+    assert not state["vibrates"]
+
+
+@pytest.fixture
+def plate(board):
+    plate = serial_plate(board)
+    yield plate
+    plate.close()
+
+
+@pytest.mark.parametrize("fault, phase", MATRIX)
+def test_a_fault_ends_the_trial_silent_and_the_next_one_works(board, plate, fault, phase):
+    if phase != "exploring":
+        board.fault(f"{fault}@{phase}")
+
+    def trial():
+        plate.connect()
+        plate.present(TEXTURE)
+        if phase == "exploring":
+            board.fault(fault)
+            fault_within(plate)
+        plate.read_back()
+        plate.silence()
+
+    with pytest.raises(ENDING[fault]):
+        trial()
+    wait_for(lambda: not board.state()["vibrates"])
+    presented_again(plate, VirtualSurface(amplitude_um_pp=0.5))
+    state = board.state()
+    assert state["target_um_pp"] == 0.5, state
+    plate.close()
+    assert not board.state()["vibrates"]
+
+
+@pytest.mark.parametrize("fault", PATIENCE)
+def test_a_board_that_starts_or_is_slow_is_greeted_patiently(board, fault):
+    board.fault(f"{fault}@connect")
+    with serial_plate(board) as plate:
+        plate.present(SURFACE)
+
+
+def test_a_board_that_restarted_is_not_taken_for_one_that_obeyed(board):
+    """A repetition that meets a fresh board would succeed, with the output off."""
+    with serial_plate(board) as plate:
+        plate.present(SURFACE)
+        board.fault("reset_after@present")
+        with pytest.raises(ConnectionLost, match="restarted"):
+            plate.present(SURFACE)
+
+
+def test_after_a_fault_came_up_nothing_can_be_presented_before_one_connects_again(board):
+    with serial_plate(board) as plate:
+        board.fault("deaf")
+        with pytest.raises(PlateTimeout):
+            fault_within(plate)
+        with pytest.raises(PlateTimeout):
+            plate.present(SURFACE)
+
+
+def test_unplugged_for_good_is_told_as_not_there(emulate):
+    board = emulate("--back-after", "0")
+    plate = serial_plate(board)
+    plate.connect()
+    plate.present(SURFACE)
+    board.unplug()
+    with pytest.raises(ConnectionLost):
+        fault_within(plate)
+    plate.close()
+    with pytest.raises(PlateNotFound):
+        plate.connect()
+
+
+def test_a_texture_is_held_watched_and_ended_by_the_next_surface(board):
+    with serial_plate(board) as plate:
+        presentation = plate.present(TEXTURE)
+        assert presentation.commanded_um_pp == 1.2
+        for _ in range(80):  # longer than the watchdog: the heartbeat keeps it up
+            time.sleep(0.01)
+            plate.check()
+            assert plate.read_back().amplitude_um_pp == pytest.approx(1.2, abs=0.03)
+        assert board.state()["state"] == "LIST"
+        plate.present(SURFACE)
+        assert board.state()["state"] == "HOLD"
+        plate.present(TEXTURE)
+    assert not board.state()["vibrates"]
+
+
+@pytest.mark.parametrize("waveform", ["sine", "square", "triangle", "sawtooth"])
+def test_the_board_makes_the_envelope_that_the_mock_makes(emulate, tmp_path, waveform):
+    """To 0.02 µm, wherever in the period each began."""
+    texture = replace(TEXTURE, waveform=waveform, spatial_period_mm=3.3, depth_um_pp=1.2)
+    log = tmp_path / "plate.csv"
+    board = emulate("--log", str(log))
+    with serial_plate(board) as plate:
+        plate.present(texture)
+        time.sleep(0.4)
+    board.close()
+    with log.open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if row["state"] == "LIST"]
+    assert len(rows) > 300
+    begun_s = float(rows[0]["time_s"])
+    rows = rows[5:]  # the first edge, from the mean
+    times_s = np.array([float(row["time_s"]) for row in rows])
+    commanded, made = (
+        np.array([float(row[name]) for row in rows])
+        for name in ("commanded_um_pp", "amplitude_um_pp")
+    )
+    loop = texture.loop()
+    since_s = times_s - begun_s + 100 * loop.period_s  # the mock has no first edge
+
+    def mock_um_pp(offset_s):
+        twin = Twin(seed=7)
+        twin.set_drive(Drive(frequency_hz=30_500, target_um_pp=1.2, played=loop), 0.0)
+        return np.array([twin.amplitude_um_pp(t) for t in since_s + offset_s])
+
+    # The log has a line a millisecond: within the one before its first, the list began.
+    offsets_s = np.linspace(0, 0.001, 41)
+    off_by_um = [np.abs(mock_um_pp(offset_s) - made).max() for offset_s in offsets_s]
+    assert min(off_by_um) < 0.02
+    offset_s = offsets_s[np.argmin(off_by_um)]
+    due = [loop.at_um_pp(t + offset_s) for t in since_s]
+    assert np.abs(commanded - due).max() < 0.05
+
+
+def test_older_firmware_is_told_and_its_textures_refused_before_anything_moves(emulate):
+    board = emulate("--fault", "old_firmware")
+    with serial_plate(board) as plate:
+        plate.present(SURFACE)
+        with pytest.raises(UserError, match=r"'T1': the board's firmware \(1\.0\) holds one ampl"):
+            plate.present(TEXTURE)
+        assert board.state()["state"] == "HOLD"
+        assert board.state()["target_um_pp"] == 1.2
+
+
+def test_a_board_with_a_short_list_is_told(board, monkeypatch):
+    monkeypatch.setattr(wire, "parse_list_limits", lambda _: wire.ListLimits(points=20))
+    with (
+        serial_plate(board) as plate,
+        pytest.raises(UserError, match="room for 20 amplitudes, not for 64"),
+    ):
+        plate.present(TEXTURE)
+
+
+def test_a_texture_for_which_the_voltage_does_not_suffice_is_a_fault(board, monkeypatch):
+    monkeypatch.setattr(
+        wire, "parse_status", lambda value: parse_status(value.replace("LIST", "SAT"))
+    )
+    with serial_plate(board) as plate:
+        plate.present(TEXTURE)
+        with pytest.raises(NotReached, match=r"a texture of mean 1\.2 µm p-p was commanded"):
+            fault_within(plate)
+
+
+def test_a_plate_that_falls_silent_is_told_from_a_groove(board, monkeypatch):
+    monkeypatch.setattr(
+        wire,
+        "parse_status",
+        lambda value: (
+            replace(parse_status(value), amplitude_um_pp=0.0)
+            if value.startswith("LIST")
+            else parse_status(value)
+        ),
+    )
+    with serial_plate(board) as plate:
+        plate.present(replace(TEXTURE, depth_um_pp=1.2))
+        with pytest.raises(NotReached, match=r"1\.2 µm p-p was commanded, 0\.000"):
+            fault_within(plate)
+
+
+def test_a_board_that_stops_playing_is_noticed(board, monkeypatch):
+    monkeypatch.setattr(
+        wire, "parse_status", lambda value: parse_status(value.replace("LIST", "HOLD"))
+    )
+    with serial_plate(board) as plate:
+        plate.present(TEXTURE)
+        with pytest.raises(PlateRefused, match="tells HOLD, not LIST"):
+            fault_within(plate)
+
+
+def test_the_plates_q_bounds_what_the_board_is_asked_for(board):
+    ringing = Calibration.model_validate(
+        {
+            "device": {"backend": "serial"},
+            "made": {"date": "2026-01-01", "by": "A. Test", "instrument": "none"},
+            "drive": {},
+            "resonance": {
+                "frequency_hz": 30_500,
+                "frequency_ci95_hz": 1,
+                "quality_factor": 600,
+                "quality_factor_ci95": 5,
+                "residual_um": 0,
+            },
+            "gain": {
+                "um_pp_per_v": 0.153,
+                "um_pp_per_v_ci95": 0,
+                "residual_um": 0,
+                "voltage_max_v": 16.5,
+                "amplitude_max_um_pp": 2.5,
+            },
+            "points": [
+                {
+                    "sweep": "voltage",
+                    "frequency_hz": 30_500,
+                    "voltage_v": 16.5,
+                    "amplitude_um_pp": 2.5,
+                }
+            ],
+        }
+    )
+    with SerialBoard(board.port, clock=SystemClock(), calibration=ringing) as plate:
+        assert plate.modulator.edge_s == pytest.approx(3 * 600 / (np.pi * 30_500))
+        with pytest.raises(UserError, match=r"the plate and its line follow 25\.4 at most"):
+            plate.present(replace(TEXTURE, finger_speed_mm_s=70))
+
+
+def test_limits_are_narrowed_to_the_boards(board):
+    wide = PlateLimits(amplitude_um_pp=9, voltage_v=99, frequency_max_hz=9e4, on_time_s=9e9)
+    with SerialBoard(board.port, clock=SystemClock(), limits=wide) as plate:
+        assert plate.limits == PlateLimits()
+        assert plate.watchdog_s == 0.5
+        with pytest.raises(OverLimit):
+            plate.present(VirtualSurface(amplitude_um_pp=2.6))
+
+
+def test_the_plate_can_be_driven_at_a_frequency_and_voltage_of_ones_own(board):
+    with serial_plate(board) as plate:
+        on = plate.excite(frequency_hz=30_500, voltage_v=7.5).amplitude_um_pp
+        off = plate.excite(frequency_hz=30_500 + 30_500 / 120, voltage_v=7.5).amplitude_um_pp
+    assert on == pytest.approx(1.15, abs=0.03)
+    assert off == pytest.approx(1.15 / 2**0.5, abs=0.03)
+
+
+def test_a_session_that_hangs_lets_the_plate_fall_silent_and_is_told_when_it_wakes(board):
+    with serial_plate(board, attention=0.2) as plate:
+        plate.present(SURFACE)
+        wait_for(lambda: not board.state()["vibrates"])
+        with pytest.raises(PlateTimeout, match="silenced"):
+            fault_within(plate)
+
+
+def test_no_such_port():
+    with pytest.raises(PlateNotFound, match="/dev/ttyNONE: no such port"):
+        open_plate("serial:/dev/ttyNONE", clock=SystemClock()).connect()
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="file permissions as Unix has them")
+def test_no_permission_names_the_group_to_join(monkeypatch):
+    def refuse(*args, **kwargs):
+        raise serial.SerialException(13, "could not open port: Permission denied")
+
+    monkeypatch.setattr(serial, "serial_for_url", refuse)  # root may open anything
+    with pytest.raises(NoPermission, match="dialout"):
+        open_plate("serial:/dev/ttyACM0", clock=SystemClock()).connect()
+
+
+def test_a_port_that_another_program_holds_is_busy(board):
+    with (
+        serial.Serial(board.port, exclusive=True),
+        pytest.raises(PlateBusy, match="another program"),
+    ):
+        serial_plate(board).connect()
+
+
+@pytest.mark.parametrize("fault", ["wrong_identity", "nmea"])
+def test_another_device_on_the_port_is_told_quickly(emulate, fault):
+    board = emulate("--fault", fault)
+    with pytest.raises(WrongDevice):
+        serial_plate(board).connect()
+
+
+def test_a_port_on_which_nothing_answers_is_a_time_out(emulate):
+    board = emulate("--back-after", "0", "--fault", "deaf")
+    with pytest.raises(PlateTimeout, match=r"no answer to '\*IDN\?'"):
+        serial_plate(board).connect()
+
+
+def test_a_value_that_cannot_be_read_is_garbled(board, monkeypatch):
+    with serial_plate(board) as plate:
+        monkeypatch.setattr(plate._link, "ask", lambda _: "HOLD,many")
+        with pytest.raises(GarbledReply, match="HOLD,many"):
+            plate.read_back()
+
+
+@pytest.mark.parametrize("spec", ["serial", "serial:", "serial:attention=3"])
+def test_a_spec_without_a_port_is_the_users_fault(spec):
+    with pytest.raises(UserError, match="serial:PORT"):
+        open_plate(spec, clock=SystemClock())
+
+
+HOST = """
+import sys, time
+from hardware.clock import SystemClock
+from hardware.registry import open_plate
+from hardware.signals import silent_on_signals
+from stimuli.surface import VirtualSurface
+
+plate = open_plate("serial:" + sys.argv[1], clock=SystemClock())
+with silent_on_signals(plate):
+    plate.connect()
+    plate.present(VirtualSurface(amplitude_um_pp=2.3))
+    print("presented", flush=True)
+    if sys.argv[2] == "raise":
+        raise ValueError
+    while True:
+        time.sleep(0.01)
+        plate.check()
+"""
+
+
+def host(board, way):
+    process = subprocess.Popen(
+        [sys.executable, "-c", HOST, board.port, way],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+    )
+    assert process.stdout.readline() == "presented\n"
+    return process
+
+
+@pytest.mark.parametrize("way", ["raise", "SIGINT", "SIGTERM", "SIGHUP", "SIGKILL", "SIGSTOP"])
+def test_however_the_host_ends_the_plate_falls_silent(emulate, way):
+    board = emulate("--no-dtr")  # nothing but the stop command and the watchdog helps
+    process = host(board, way)
+    try:
+        if way != "raise":
+            process.send_signal(getattr(signal, way))
+        wait_for(lambda: not board.state()["vibrates"])
+        stopped_by_watchdog = board.state()["state"] == "WDOG"
+        assert stopped_by_watchdog == (way in ("SIGKILL", "SIGSTOP"))
+    finally:
+        process.kill()
+        process.communicate()

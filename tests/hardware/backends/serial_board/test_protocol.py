@@ -1,0 +1,138 @@
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from hardware.backends.serial_board.protocol import (
+    LAST_SEQUENCE,
+    LONGEST_FRAME,
+    BoardLimits,
+    ListLimits,
+    Reply,
+    Status,
+    command_frame,
+    crc16,
+    format_limits,
+    format_list_limits,
+    format_status,
+    list_commands,
+    parse_command,
+    parse_limits,
+    parse_list_limits,
+    parse_reply,
+    parse_status,
+    reply_frame,
+)
+from stimuli.modulation import STEPS_MAX, Loop
+
+BODIES = st.text(
+    st.characters(min_codepoint=32, max_codepoint=126, exclude_characters="<>!"),
+    min_size=1,
+    max_size=60,
+)
+SEQUENCES = st.integers(1, 65_535)
+BOOTS = st.integers(0, 2**32 - 1).map("{:08X}".format)
+REPLIES = st.builds(Reply, SEQUENCES, BOOTS, st.integers(-999, 999), BODIES)
+
+
+def crc_bit_by_bit(data):
+    """Independent: CRC-16/CCITT-FALSE from its definition."""
+    register = 0xFFFF
+    for byte in data:
+        register ^= byte << 8
+        for _ in range(8):
+            register = (register << 1) ^ (0x1021 if register & 0x8000 else 0)
+            register &= 0xFFFF
+    return register
+
+
+@given(st.binary(max_size=80))
+def test_the_checksum_is_the_one_of_the_definition(data):
+    assert crc16(data) == crc_bit_by_bit(data)
+
+
+@given(SEQUENCES, BODIES)
+def test_a_command_arrives_as_it_was_sent(sequence, body):
+    assert parse_command(command_frame(sequence, body)[:-1]) == (sequence, body)
+
+
+@given(REPLIES)
+def test_a_reply_arrives_as_it_was_sent(reply):
+    assert parse_reply(reply_frame(reply)[:-1]) == reply
+
+
+@given(REPLIES, st.data())
+def test_no_single_changed_byte_is_ever_taken_for_a_reply(reply, data):
+    frame = bytearray(reply_frame(reply)[:-1])
+    at = data.draw(st.integers(0, len(frame) - 1))
+    frame[at] ^= data.draw(st.integers(1, 255))
+    assert parse_reply(bytes(frame)) is None
+
+
+@given(REPLIES, st.binary(max_size=40).filter(lambda noise: b"\n" not in noise))
+def test_noise_before_a_reply_does_not_hide_it(reply, noise):
+    assert parse_reply(noise + reply_frame(reply)[:-1]) == reply
+
+
+@given(REPLIES, st.data())
+def test_a_truncated_reply_is_no_reply(reply, data):
+    frame = reply_frame(reply)[:-1]
+    assert parse_reply(frame[: data.draw(st.integers(0, len(frame) - 1))]) is None
+
+
+@given(st.binary(max_size=120))
+def test_no_bytes_whatever_break_the_parsers(data):
+    parse_reply(data)
+    parse_command(data)
+
+
+def test_status_and_limits_survive_the_wire():
+    status = Status(
+        state="HOLD",
+        target_um_pp=2.3,
+        amplitude_um_pp=2.2987,
+        frequency_hz=30_499.6,
+        voltage_v=14.981,
+        temperature_c=24.1,
+    )
+    assert parse_status(format_status(status)) == status
+    assert parse_limits(format_limits(BoardLimits())) == BoardLimits()
+
+
+@pytest.mark.parametrize("value", ["", "HOLD", "HOLD,1,2,3,4", "HOLD,1,2,3,4,warm", "a,b,c,d,e,f"])
+def test_a_value_that_is_no_status_is_refused(value):
+    with pytest.raises(ValueError, match=r"unpack|float"):
+        parse_status(value)
+
+
+def test_the_limits_of_lists_survive_the_wire():
+    limits = ListLimits(points=80, step_ms=3.5, edge_ms=1.25)
+    assert parse_list_limits(format_list_limits(limits)) == limits
+
+
+@pytest.mark.parametrize("value", ["", "64", "64,4", "64,4,2,1", "many,4,2", "64,0,2", "64,4,nan"])
+def test_a_value_that_tells_no_limits_of_lists_is_refused(value):
+    with pytest.raises(ValueError, match=r"unpack|int\(\)|expected times"):
+        parse_list_limits(value)
+
+
+@given(
+    st.lists(st.floats(0, 99.9), min_size=2, max_size=STEPS_MAX),
+    st.floats(0.004, 600),
+    st.floats(0.01, 1),
+)
+def test_every_list_fits_into_its_lines_and_arrives_whole(amplitudes, step_s, part):
+    loop = Loop(
+        amplitudes_um_pp=tuple(amplitudes), step_s=step_s, edge_s=part * step_s, mean_um_pp=1.0
+    )
+    *lines, play = list_commands(loop)
+    assert all(len(command_frame(LAST_SEQUENCE, body)) <= LONGEST_FRAME for body in (*lines, play))
+    arrived = []
+    for line in lines:
+        first, *points = line.removeprefix("LIST:AMPL ").split(",")
+        assert int(first) == len(arrived) + 1
+        arrived += map(float, points)
+    assert arrived == pytest.approx(amplitudes, abs=5.1e-5)
+    count, step_ms, edge_ms = play.removeprefix("LIST:PLAY ").split(",")
+    assert int(count) == len(amplitudes)
+    assert float(step_ms) == pytest.approx(1000 * step_s, abs=5.1e-4)
+    assert float(edge_ms) <= float(step_ms)

@@ -1,0 +1,105 @@
+"""docs/adding-a-backend.md, followed literally in a scratch directory."""
+
+import configparser
+import json
+import os
+import re
+import subprocess
+import sys
+import threading
+import tomllib
+import tty
+from pathlib import Path
+
+import pytest
+
+PAGE = Path(__file__).parents[3] / "docs" / "adding-a-backend.md"
+
+SESSION = """
+import json, sys
+from hardware.clock import SystemClock
+from hardware.errors import OverLimit
+from hardware.registry import open_plate
+from stimuli.surface import VirtualSurface
+
+with open_plate("ourplate:" + sys.argv[1], clock=SystemClock()) as plate:
+    made = plate.present(VirtualSurface(amplitude_um_pp=1.2))
+    try:
+        plate.present(VirtualSurface(amplitude_um_pp=9.0))
+    except OverLimit:
+        print(json.dumps([plate.identity.model, made.readback.kind, made.commanded_um_pp]))
+"""
+
+
+def install(files, site):
+    """Install the page's files as pip would: the module, and the metadata of its pyproject.toml.
+
+    Without pip itself: its build needs the network.
+    """
+    project = tomllib.loads(files["pyproject.toml"])
+    (modules,) = project["tool"]["hatch"]["build"]["targets"]["wheel"].values()
+    for module in modules:
+        (site / module).write_text(files[module], encoding="utf-8")
+    info = site / "slipscale_ourplate-1.0.dist-info"
+    info.mkdir()
+    name, version = project["project"]["name"], project["project"]["version"]
+    info.joinpath("METADATA").write_text(f"Name: {name}\nVersion: {version}\n")
+    points = configparser.ConfigParser()
+    points.read_dict(project["project"]["entry-points"])
+    with info.joinpath("entry_points.txt").open("w") as file:
+        points.write(file)
+
+
+@pytest.fixture
+def device():
+    """A device that answers as the page says; what it was sent is kept."""
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    sent = []
+
+    def answer():
+        buffer = b""
+        while True:
+            try:
+                buffer += os.read(master, 100)
+            except OSError:
+                return
+            *lines, buffer = buffer.split(b"\n")
+            for line in lines:
+                sent.append(line.decode())
+                os.write(master, b"ourplate 1.0\n" if line == b"?" else b"ok\n")
+
+    thread = threading.Thread(target=answer, daemon=True)
+    thread.start()
+    yield os.ttyname(slave), sent
+    os.close(slave)
+    thread.join()
+    os.close(master)
+
+
+def test_the_page_followed_literally_gives_a_plate_that_works(tmp_path, device):
+    port, sent = device
+    text = PAGE.read_text(encoding="utf-8")
+    files = dict(re.findall(r"```\w+ file=(\S+)\n(.*?)```", text, re.DOTALL))
+    install(files, tmp_path)
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", SESSION, port],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert json.loads(done.stdout) == ["ourplate", "commanded", 1.2]
+    assert sent[:2] == ["?", "A 0.000"]
+    assert "A 1.200" in sent
+    assert "A 9.000" not in sent
+    assert sent[-1] == "A 0.000"
+    listed = subprocess.run(
+        [sys.executable, "-m", "slipscale", "plate", "list"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert "ourplate" in listed.stdout

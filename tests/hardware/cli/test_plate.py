@@ -1,0 +1,83 @@
+import json
+import subprocess
+import sys
+
+import pytest
+from serial.tools.list_ports_common import ListPortInfo
+
+import slipscale
+from hardware.cli.plate import SUBCOMMANDS
+from hardware.cli.ports import as_text, listing
+
+
+def port(device, description, serial_number):
+    info = ListPortInfo(device)
+    info.description, info.serial_number = description, serial_number
+    return info
+
+
+def test_ports_are_listed_with_the_spec_that_opens_them():
+    found = listing(["mock", "serial"], lambda: [port("/dev/ttyACM0", "Arduino Uno", "7583")])
+    assert found["ports"][0]["spec"] == "serial:/dev/ttyACM0"
+    assert "--plate serial:/dev/ttyACM0  Arduino Uno 7583" in as_text(found)
+
+
+def test_without_ports_the_list_says_what_to_do():
+    assert "plate emulate" in as_text(listing(["mock"], list))
+
+
+def test_the_list_names_every_backend(capsys):
+    assert slipscale.main(["plate", "list", "--json"]) == 0
+    names = [each["name"] for each in json.loads(capsys.readouterr().out)["backends"]]
+    assert {"mock", "serial", "scpi"} <= set(names)
+
+
+@pytest.mark.parametrize("name", [name for name in SUBCOMMANDS if name != "design"])
+def test_every_subcommand_has_help(name, capsys):
+    with pytest.raises(SystemExit) as caught:
+        slipscale.main(["plate", name, "--help"])
+    assert caught.value.code == 0
+    assert f"usage: slipscale plate {name}" in capsys.readouterr().out
+
+
+def test_an_unknown_subcommand_is_the_users_fault(capsys):
+    with pytest.raises(SystemExit) as caught:
+        slipscale.main(["plate", "polish"])
+    assert caught.value.code == 2
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["--fault", "gremlin"], ["--fault", "unplug@lunch/2"], ["--fault", "unplug@present/0"]],
+)
+def test_an_emulator_fault_that_does_not_exist_is_the_users_fault(words, capsys):
+    assert slipscale.main(["plate", "emulate", *words]) == 2
+    assert "expected FAULT" in capsys.readouterr().err
+
+
+def test_the_front_door_loads_nothing_heavy_for_help():
+    code = (
+        "import sys, slipscale\n"
+        "try: slipscale.main(['plate', '--help'])\n"
+        "except SystemExit: pass\n"
+        "heavy = {'numpy', 'scipy', 'matplotlib', 'serial', 'pydantic', 'psychopy'}\n"
+        "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stderr.strip() == "[]"
+
+
+def test_a_log_never_overwrites_what_is_there(tmp_path, capsys):
+    log = tmp_path / "plate.csv"
+    log.write_text("mine")
+    assert slipscale.main(["plate", "emulate", "--log", str(log)]) == 2
+    assert "plate.csv: File exists" in capsys.readouterr().err
+    assert log.read_text() == "mine"
+
+
+def test_the_emulator_is_controlled_line_by_line(emulate):
+    board = emulate("--seed", "3")
+    assert board.state()["state"] == "OFF"
+    with pytest.raises(ValueError, match="expected FAULT"):
+        board.fault("gremlin")
+    assert board.unplug()["plugged"] is False

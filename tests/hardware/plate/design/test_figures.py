@@ -1,0 +1,58 @@
+import numpy as np
+import pytest
+
+from figure_style import save
+from hardware.plate.beam import Section
+from hardware.plate.design import figures
+from hardware.plate.geometry import QUICK
+from hardware.plate.paper_study import harmonic, prototype_modes
+
+
+@pytest.fixture(scope="module")
+def found():
+    return prototype_modes(density=QUICK)
+
+
+def test_deflection_figure_says_the_shortest_half_wave(tmp_path):
+    figure = figures.deflection_figure(Section.printed())
+    path = tmp_path / "fig8.svg"
+    save(figure, path)
+    assert "8.20 mm" in path.read_text(encoding="utf-8")
+
+
+def test_frequency_figure_shades_between_amplitude_and_frequency():
+    figure = figures.frequency_figure(
+        Section.printed(), Section.plane_strain(), {10.0: 42.9}, least_mm=8.2, measured=(10.4, 30.5)
+    )
+    axes = figure.axes[0]
+    assert "admissible" in [text.get_text() for text in axes.texts]
+    assert {text.get_text() for text in axes.get_legend().get_texts()} >= {"3-D FE", "measured"}
+
+
+def test_frequency_figure_shades_nothing_where_nothing_is_admissible():
+    figure = figures.frequency_figure(
+        Section.printed(), Section.plane_strain(), least_mm=18.0, floor_hz=25_000
+    )
+    assert "admissible" not in [text.get_text() for text in figure.axes[0].texts]
+
+
+def test_mode_figure_shows_the_whole_plate_scaled_to_one(found):
+    figure = figures.mode_figure(found)
+    above = figure.axes[1]
+    assert above.get_xlim() == pytest.approx((-41.5, 41.5), abs=0.5)
+    values = above.collections[0].get_array()
+    assert np.nanmax(np.abs(values)) == pytest.approx(1)
+    assert "kHz" in figure.axes[0].get_title()
+
+
+def test_harmonic_figure_names_peak_and_convention(found):
+    figure = figures.harmonic_figure({"edge": harmonic(found)}, (34.77, 3.2))
+    axes = figure.axes[0]
+    assert "peak to peak" in axes.get_ylabel()
+    assert any("µm at" in text.get_text() for text in axes.get_legend().get_texts())
+
+
+def test_same_figure_gives_the_same_svg(tmp_path):
+    for name in ("a.svg", "b.svg"):
+        save(figures.deflection_figure(Section.printed()), tmp_path / name)
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
