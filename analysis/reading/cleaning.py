@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.reading.cells import cell, numbers, places
-from analysis.reading.delimited import LISTED_PROBLEMS, Problems, Source
+from analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE, Problems, Source
+from analysis.reading.trial_tables import DIFFERENCE, ESTIMATION, IDENTITY, STEP_AMPLITUDES
+from experiments.dataset.schema import MAIN, PARTICIPANT, PRACTICE, VOIDED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,17 +21,11 @@ if TYPE_CHECKING:
 #: Amplitudes are told apart to 0.1 nm: 0.1 + 0.2 µm is 0.3 µm.
 DECIMALS = 4
 TRUE, FALSE = {"yes", "true", "1", "1.0"}, {"no", "false", "0", "0.0"}
-PHASES = ("main", "practice")
-#: What is read of a trial of either task; all else in the files is not looked at.
-COMMON = ("participant_id", "session", "run", "phase", "flag")
-ESTIMATE_NUMBERS = ("trial", "block", "response_time", "scale_top", "modulus")
-ESTIMATE_COLUMNS = (*COMMON, *ESTIMATE_NUMBERS, "amplitude_um_pp", "estimate", "texture")
-STEP_NUMBERS = ("trial", "series", "step", "confidence", "response_time")
-STEP_AMPLITUDES = ("amplitude_before_um_pp", "amplitude_um_pp")
-STEP_COLUMNS = (
-    *(*COMMON, *STEP_NUMBERS, *STEP_AMPLITUDES),
-    *("catch", "difference_felt", "verbal_report"),
-)
+PHASES = (MAIN, PRACTICE)
+#: Characters of a cell in a message.
+LONGEST_CELL = 60
+#: A number above this is a slip, and its square no longer one.
+LARGEST = 1e100
 
 
 def clean_estimates(
@@ -39,17 +34,17 @@ def clean_estimates(
     """Return rows with every column of the tidy table, numbers as numbers."""
     clean = pd.DataFrame(
         {
-            "participant_id": tidied(frame["participant_id"]),
+            PARTICIPANT: tidied(frame[PARTICIPANT]),
             "session": _labels(frame, "session", ""),
             "run": _labels(frame, "run", "1"),
             "file": frame["file"],
             "line": frame["line"],
         }
     )
-    for column in ("amplitude_um_pp", "estimate"):
+    for column in ESTIMATION.required:
         clean[column] = numbers(frame, column, sources, problems, minimum=0.0)
     clean["amplitude_um_pp"] = clean["amplitude_um_pp"].round(DECIMALS)
-    for column in ESTIMATE_NUMBERS:
+    for column in ESTIMATION.numbers:
         clean[column] = _optional_numbers(frame, column, sources, problems, minimum=0.0)
     clean["phase"] = _phases(frame, problems)
     clean["flag"] = _labels(frame, "flag", "")
@@ -61,13 +56,11 @@ def clean_differences(
     frame: pd.DataFrame, sources: Sequence[Source], problems: Problems
 ) -> pd.DataFrame:
     """Return steps of the descending difference; ``difference_felt`` is 1, 0 or missing."""
-    clean = pd.DataFrame(
-        {name: frame[name] for name in ("participant_id", "session", "run", "file", "line")}
-    )
+    clean = pd.DataFrame({name: frame[name] for name in (*IDENTITY, "file", "line")})
     for column in STEP_AMPLITUDES:
         found = numbers(frame, column, sources, problems, minimum=0.0, lost="the step")
         clean[column] = found.round(DECIMALS)
-    for column in STEP_NUMBERS:
+    for column in DIFFERENCE.numbers:
         clean[column] = _optional_numbers(frame, column, sources, problems)
     felt = _in_lower_case(frame["difference_felt"])
     clean["difference_felt"] = felt.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
@@ -89,6 +82,74 @@ def clean_differences(
     return _without_doubles(clean, sources, problems)
 
 
+def places(rows: pd.DataFrame, sources: Sequence[Source]) -> list[str]:
+    """Return "file, line n" for each row."""
+    pairs = zip(rows["file"].tolist(), rows["line"].tolist(), strict=True)
+    return [f"{sources[int(number)].name}, line {line}" for number, line in pairs]
+
+
+def numbers(
+    frame: pd.DataFrame,
+    column: str,
+    sources: Sequence[Source],
+    problems: Problems,
+    *,
+    minimum: float = -np.inf,
+    lost: str = "the trial",
+) -> pd.Series[float]:
+    """Return a column as numbers; what is not one becomes missing and is named in ``problems``.
+
+    Parameters
+    ----------
+    minimum : float
+        Smaller values, and those above `LARGEST`, are named and become missing too.
+    lost : str
+        What is left out where the cell cannot be read.
+    """
+    raw = frame[column]
+    if pd.api.types.is_bool_dtype(raw) or not pd.api.types.is_numeric_dtype(raw):
+        raw = raw.astype("str")  # TRUE is no number
+        values = pd.to_numeric(raw, errors="coerce").astype(float)
+    else:
+        values = raw.astype(float)
+    text = values.isna() & raw.notna()
+    if text.any():
+        text[text] = ~raw[text].str.strip().isin(NOT_AVAILABLE)
+    outside = values.notna() & ~((values >= minimum) & (values <= LARGEST))
+    for bad, expected in (
+        (text, "a number"),
+        (outside, f"a number of {minimum:g} or more, at most {LARGEST:g},"),
+    ):
+        shown = frame[bad].head(LISTED_PROBLEMS)
+        problems.add_many(
+            [
+                f"{place}, column {column}: '{cell(value)}' where {expected}{_hint(value)} was "
+                f"expected; {lost} is left out"
+                for place, value in zip(places(shown, sources), shown[column], strict=True)
+            ],
+            f"column {column}",
+            int(bad.sum()),
+        )
+    return values.mask(outside)
+
+
+def cell(value: object) -> str:
+    r"""Return a cell for a message: on one line, and not too long.
+
+    >>> cell("five\nor six")
+    'five or six'
+    """
+    text = " ".join(str(value).split())
+    return text if len(text) <= LONGEST_CELL else f"{text[:LONGEST_CELL]} ..."
+
+
+def _hint(value: object) -> str:
+    text = str(value)
+    if "," not in text:
+        return ""
+    return " without marks between thousands" if "." in text else " with a decimal point"
+
+
 def _optional_numbers(
     frame: pd.DataFrame,
     column: str,
@@ -97,7 +158,7 @@ def _optional_numbers(
     *,
     minimum: float = -np.inf,
 ) -> pd.Series[float] | float:
-    """Return a column that may be absent or empty as numbers, see `cells.numbers`."""
+    """Return a column that may be absent or empty as numbers, see `numbers`."""
     if column not in frame or not frame[column].notna().any():
         return np.nan
     return numbers(frame, column, sources, problems, minimum=minimum, lost="the cell")
@@ -147,7 +208,7 @@ def _labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
 
 def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
     """Return "practice" or "main" for each row; say which other words count as main."""
-    values = _labels(frame, "phase", "main")
+    values = _labels(frame, "phase", MAIN)
     counts = values.value_counts()
     for name, count in counts[counts > 0].items():
         if str(name).lower() not in PHASES:
@@ -155,7 +216,7 @@ def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
                 f"Phase '{cell(name)}': {count} trials of it count as main ones; only those of "
                 "phase 'practice' are left out."
             )
-    lookup = np.array([str(name).lower() == "practice" for name in values.cat.categories], int)
+    lookup = np.array([str(name).lower() == PRACTICE for name in values.cat.categories], int)
     codes = lookup[values.cat.codes]
     return pd.Series(pd.Categorical.from_codes(codes, pd.Index(PHASES)), frame.index)
 
@@ -166,15 +227,15 @@ def _without_doubles(
     """Drop and name rows that give the same trial of the same run once more."""
     if clean["trial"].isna().all():
         return clean
-    key = ["participant_id", "session", "run", "phase", "trial"]
+    key = [*IDENTITY, "phase", "trial"]
     doubled = clean["trial"].notna() & clean.duplicated(key, keep="first")
-    doubled &= ~clean["flag"].astype(str).str.contains("voided") if doubled.any() else doubled
+    doubled &= ~clean["flag"].astype(str).str.contains(VOIDED) if doubled.any() else doubled
     shown = clean[doubled].head(LISTED_PROBLEMS)
     problems.add_many(
         [
             f"{place}: trial {trial:g} of {who} is there a second time; the first is kept"
             for place, trial, who in zip(
-                places(shown, sources), shown["trial"], shown["participant_id"], strict=True
+                places(shown, sources), shown["trial"], shown[PARTICIPANT], strict=True
             )
         ],
         "doubled trials",
@@ -185,12 +246,16 @@ def _without_doubles(
 
 def empty_estimates() -> pd.DataFrame:
     """Return the columns of `clean_estimates`, without a row."""
-    return _empty((*COMMON, "texture"), (*ESTIMATE_NUMBERS, "amplitude_um_pp", "estimate"))
+    return _empty(
+        (*IDENTITY, "phase", "flag", "texture"), (*ESTIMATION.numbers, *ESTIMATION.required)
+    )
 
 
 def empty_differences() -> pd.DataFrame:
     """Return the columns of `clean_differences`, without a row."""
-    found = _empty((*COMMON, "verbal_report"), (*STEP_NUMBERS, *STEP_AMPLITUDES, "difference_felt"))
+    found = _empty(
+        (*IDENTITY, "phase", "flag", "verbal_report"), (*DIFFERENCE.numbers, *DIFFERENCE.required)
+    )
     return found.assign(catch=np.array([], bool))
 
 

@@ -16,6 +16,8 @@ import numpy as np
 import pandas as pd
 
 from analysis.reading.rows import Lines, complain, split
+from analysis.reading.trial_tables import FREE_TEXT
+from experiments.dataset.schema import MISSING as NO_VALUE
 from experiments.study.validation_errors import sentence
 from faults import UserError
 
@@ -26,14 +28,14 @@ if TYPE_CHECKING:
     from pydantic import ValidationError
 
 #: A missing cell in any column: BIDS's word, and none at all.
-MISSING = ("", "n/a")
+MISSING = ("", NO_VALUE)
 #: A missing cell where no such word is expected, as R, pandas, NumPy, Excel and databases write it.
 NOT_AVAILABLE = (
     *MISSING,
     *("NA", "N/A", "#N/A", "<NA>", "NaN", "nan", "-nan", "NULL", "Null", "null", "None", "none"),
 )
-#: Names and words, never numbers (01 is not 1); somebody may be called NA, or say so.
-TEXT = ("participant_id", "session", "run", "verbal_report", "coder", "category")
+#: Names and words, those of a code book too.
+TEXT = (*FREE_TEXT, "coder", "category")
 LISTED_PROBLEMS = 12
 #: Characters of a list of column names in a message: a foreign file's first line may be long.
 LONGEST_LIST = 400

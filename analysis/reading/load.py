@@ -7,7 +7,6 @@ practice, voided and unanswered trials are counted, wrong cells are named by fil
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,9 +15,6 @@ import pandas as pd
 
 from analysis.reading import metadata
 from analysis.reading.cleaning import (
-    ESTIMATE_COLUMNS,
-    STEP_AMPLITUDES,
-    STEP_COLUMNS,
     clean_differences,
     clean_estimates,
     empty_differences,
@@ -28,20 +24,25 @@ from analysis.reading.cleaning import (
 from analysis.reading.dataset import Dataset
 from analysis.reading.delimited import Problems, Source, read_bytes, read_tables
 from analysis.reading.rows import listed_lines
+from analysis.reading.trial_tables import DIFFERENCE, ESTIMATION, IDENTITY, STEP_AMPLITUDES
+from experiments.dataset.schema import (
+    FAULT,
+    FLAG_SEPARATOR,
+    PARTICIPANT,
+    PRACTICE,
+    REPRESENTED,
+    TABLE_NAME,
+    TIMED_OUT,
+    VOIDED,
+)
 from faults import UserError
 
 if TYPE_CHECKING:
+    import re
     from collections.abc import Sequence
 
-NAME = re.compile(
-    r"sub-(?P<sub>[A-Za-z0-9]+)(_ses-(?P<ses>[A-Za-z0-9]+))?_task-(?P<task>[A-Za-z0-9]+)"
-    r"(_run-(?P<run>[0-9]+))?_beh\.tsv"
-)
-ESTIMATION, DIFFERENCE = "magnitudeestimation", "descendingdifference"
-REQUIRED = {
-    ESTIMATION: ("amplitude_um_pp", "estimate"),
-    DIFFERENCE: ("amplitude_before_um_pp", "amplitude_um_pp", "difference_felt"),
-}
+    from analysis.reading.trial_tables import TrialTable
+
 #: Separators of a tidy table, tried in this order on its header line.
 SEPARATORS = ("\t", ";", ",")
 HEAD_BYTES = 2**20  # in which the header line ends
@@ -65,10 +66,12 @@ def load(path: str | Path) -> Dataset:
 
 
 def _load_folder(folder: Path) -> Dataset:
-    files: dict[str, list[tuple[Path, re.Match[str]]]] = {ESTIMATION: [], DIFFERENCE: []}
+    files: dict[str, list[tuple[Path, re.Match[str]]]] = {
+        table.task: [] for table in (ESTIMATION, DIFFERENCE)
+    }
     problems = Problems()
     for path in sorted(folder.glob("sub-*/**/beh/*_beh.tsv")):
-        match = NAME.fullmatch(path.name)
+        match = TABLE_NAME.fullmatch(path.name)
         if match and path.relative_to(folder).parts[0] != f"sub-{match['sub']}":
             problems.add(f"{path.relative_to(folder)}: in another participant's folder; not read")
         elif match and match["task"] in files:
@@ -78,19 +81,19 @@ def _load_folder(folder: Path) -> Dataset:
     if not any(files.values()):
         raise UserError(
             f"{folder}: no data found; expected files like "
-            f"sub-01/beh/sub-01_task-{ESTIMATION}_run-01_beh.tsv, or one table (CSV or TSV) with "
-            "participant_id, amplitude_um_pp, estimate"
+            f"sub-01/beh/sub-01_task-{ESTIMATION.task}_run-01_beh.tsv, or one table (CSV or TSV) "
+            "with participant_id, amplitude_um_pp, estimate"
         )
     everyone = [entry for entries in files.values() for entry in entries]
     details, modes, sources = metadata.sidecars([path for path, _ in everyone], folder, problems)
     metadata.refuse_mixture(modes, folder)
     counts: dict[str, int] = {}
     read = {}
-    for task, entries in files.items():
-        frame, read_sources = _read_task(task, entries, folder, problems)
+    for table in (ESTIMATION, DIFFERENCE):
+        frame, read_sources = _read_task(table, files[table.task], folder, problems)
         sources += read_sources
-        read[task] = frame
-    main = _keep_main_trials(read[ESTIMATION], counts)
+        read[table.task] = frame
+    main = _keep_main_trials(read[ESTIMATION.task], counts)
     answers, textures = _part_textures(main, counts, problems)
     participants = metadata.participants(folder, sources, problems)
     choices, frozen, unchanged = metadata.choices(folder, sources, details, problems)
@@ -99,7 +102,7 @@ def _load_folder(folder: Path) -> Dataset:
         name=metadata.title(folder),
         estimates=_answered(answers, counts),
         answers=answers,
-        differences=_keep_steps(read[DIFFERENCE], counts),
+        differences=_keep_steps(read[DIFFERENCE.task], counts),
         participants=participants,
         mode=modes[0][0] if modes else "unknown",
         counts=counts,
@@ -125,12 +128,12 @@ def _load_table(path: Path) -> Dataset:
         path.parent,
         separator=separator,
         decimal="," if separator == ";" else ".",
-        required=("participant_id", *REQUIRED[ESTIMATION]),
-        columns=ESTIMATE_COLUMNS,
+        required=(PARTICIPANT, *ESTIMATION.required),
+        columns=ESTIMATION.columns,
         problems=problems,
     )
-    frame["participant_id"] = tidied(frame["participant_id"])
-    unnamed = frame["participant_id"].isna()
+    frame[PARTICIPANT] = tidied(frame[PARTICIPANT])
+    unnamed = frame[PARTICIPANT].isna()
     if unnamed.any():
         lines = listed_lines(frame.loc[unnamed, "line"].tolist())
         problems.add(f"{path.name}, {lines}: no participant_id; left out")
@@ -144,9 +147,7 @@ def _load_table(path: Path) -> Dataset:
         estimates=_answered(answers, counts),
         answers=answers,
         differences=empty_differences(),
-        participants=pd.DataFrame(
-            {"participant_id": sorted(answers["participant_id"].astype(str).unique())}
-        ),
+        participants=pd.DataFrame({PARTICIPANT: sorted(answers[PARTICIPANT].astype(str).unique())}),
         counts=counts,
         problems=tuple(problems.sentences),
         sources=tuple(sources),
@@ -155,27 +156,31 @@ def _load_table(path: Path) -> Dataset:
 
 
 def _read_task(
-    task: str, entries: Sequence[tuple[Path, re.Match[str]]], folder: Path, problems: Problems
+    table: TrialTable,
+    entries: Sequence[tuple[Path, re.Match[str]]],
+    folder: Path,
+    problems: Problems,
 ) -> tuple[pd.DataFrame, list[Source]]:
+    estimation = table is ESTIMATION
     if not entries:
-        return (empty_estimates() if task == ESTIMATION else empty_differences()), []
+        return (empty_estimates() if estimation else empty_differences()), []
     frame, sources = read_tables(
         [path for path, _ in entries],
         folder,
-        required=REQUIRED[task],
-        columns=ESTIMATE_COLUMNS if task == ESTIMATION else STEP_COLUMNS,
+        required=table.required,
+        columns=table.columns,
         problems=problems,
     )
     place = frame["file"].to_numpy()
-    labels = {
-        "participant_id": [f"sub-{match['sub']}" for _, match in entries],
-        "session": [match["ses"] or "" for _, match in entries],
-        "run": [match["run"] or "1" for _, match in entries],
-    }
-    for name, values in labels.items():
+    labels = (
+        [f"sub-{match['sub']}" for _, match in entries],
+        [match["ses"] or "" for _, match in entries],
+        [match["run"] or "1" for _, match in entries],
+    )
+    for name, values in zip(IDENTITY, labels, strict=True):
         categories, codes = np.unique(values, return_inverse=True)
         frame[name] = pd.Categorical.from_codes(codes[place], categories=categories.tolist())
-    if task == ESTIMATION:
+    if estimation:
         return clean_estimates(frame, sources, problems), sources
     return clean_differences(frame, sources, problems), sources
 
@@ -183,7 +188,9 @@ def _read_task(
 def _has_flag(frame: pd.DataFrame, *codes: str) -> pd.Series[bool]:
     """Tell which rows carry one of the codes; each distinct flag cell is looked at once."""
     flags = frame["flag"].astype("category")
-    hits = [bool(set(codes) & set(str(name).split(";"))) for name in flags.cat.categories]
+    hits = [
+        bool(set(codes) & set(str(name).split(FLAG_SEPARATOR))) for name in flags.cat.categories
+    ]
     lookup = np.array([*hits, False])
     return pd.Series(lookup[flags.cat.codes], index=frame.index)
 
@@ -191,14 +198,14 @@ def _has_flag(frame: pd.DataFrame, *codes: str) -> pd.Series[bool]:
 def _keep_main_trials(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
     """Return main trials that were not voided, marked by what happened in them."""
     counts["estimation_rows"] = len(frame)
-    practice = frame["phase"].astype(str) == "practice" if len(frame) else np.array([], bool)
+    practice = frame["phase"].astype(str) == PRACTICE if len(frame) else np.array([], bool)
     counts["practice"] = int(np.sum(practice))
     main = frame[~practice]
-    voided = _has_flag(main, "voided")
+    voided = _has_flag(main, VOIDED)
     counts["voided"] = int(voided.sum())
     main = main[~voided].reset_index(drop=True)
-    main["timed_out"] = _has_flag(main, "timed_out")
-    main["faulty"] = _has_flag(main, "fault", "represented")
+    main["timed_out"] = _has_flag(main, TIMED_OUT)
+    main["faulty"] = _has_flag(main, FAULT, REPRESENTED)
     counts["timed_out"] = int(main["timed_out"].sum())
     counts["faulty"] = int(main["faulty"].sum())
     return main
@@ -214,7 +221,7 @@ def _part_textures(
     """
     modulated = main["texture"].astype(str) != ""
     textures = main[modulated & main["estimate"].notna()].reset_index(drop=True)
-    runs = [main[name] for name in ("participant_id", "session", "run")]
+    runs = [main[name] for name in IDENTITY]
     # The plain surface in the row above is then not the surface felt before.
     main["after_texture"] = modulated.groupby(runs, observed=True).shift(fill_value=False)
     counts["textures"] = int(modulated.sum())
@@ -231,7 +238,7 @@ def _answered(main: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
     answered = main["estimate"].notna() & main["amplitude_um_pp"].notna()
     counts["unanswered"] = int((~answered).sum())
     kept = main[answered].reset_index(drop=True)
-    kept["participant_id"] = kept["participant_id"].cat.remove_unused_categories()
+    kept[PARTICIPANT] = kept[PARTICIPANT].cat.remove_unused_categories()
     counts["analysed"] = len(kept)
     return kept
 
@@ -240,8 +247,8 @@ def _keep_steps(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
     counts["difference_rows"] = len(frame)
     if not len(frame):
         return frame
-    practice = frame["phase"].astype(str) == "practice"
-    voided = _has_flag(frame, "voided") & ~practice
+    practice = frame["phase"].astype(str) == PRACTICE
+    voided = _has_flag(frame, VOIDED) & ~practice
     counts["difference_practice"] = int(practice.sum())
     counts["difference_voided"] = int(voided.sum())
     kept = frame[~practice & ~voided]

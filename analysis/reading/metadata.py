@@ -20,12 +20,20 @@ from analysis.reading.delimited import (
     read_tables,
 )
 from analysis.reading.rows import listed_lines
+from experiments.dataset.schema import NOTES, PARTICIPANT, SIDECAR
 from experiments.study.analysis_choices import AnalysisChoices
 from faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
+
+
+#: What is told of a sidecar's entries; see `experiments.dataset.schema.NOTES`.
+TOLD = ("study", "study_hash", "seed", "language", "plate")
+WHOSE, VERSIONS = "mode", "software"
+if unknown := {*TOLD, WHOSE, VERSIONS} - set(NOTES):
+    raise LookupError(f"sidecars hold no {', '.join(sorted(unknown))}")
 
 
 def sidecars(
@@ -44,16 +52,16 @@ def sidecars(
         content, source = read_source(path, folder)
         sources.append(source)
         try:
-            own = json.loads(content).get("Slipscale", {})
-            versions = dict(own.get("software") or {})
+            own = json.loads(content).get(SIDECAR, {})
+            versions = dict(own.get(VERSIONS) or {})
         except (ValueError, TypeError, AttributeError, RecursionError) as error:
             raise UserError(
                 f"{path}: not a sidecar; expected a JSON object, its Slipscale and software "
                 f"objects too ({error})"
             ) from error
-        if mode := own.get("mode"):
+        if mode := own.get(WHOSE):
             modes.append((str(mode), path))
-        for key in ("study", "study_hash", "seed", "language", "plate"):
+        for key in TOLD:
             if own.get(key) is not None:
                 found.setdefault(key, set()).add(_in_words(own[key]))
         for name, version in versions.items():
@@ -91,11 +99,11 @@ def participants(folder: Path, sources: list[Source], problems: Problems) -> pd.
     """Return the named rows of ``participants.tsv``; none where there is no such file."""
     path = folder / "participants.tsv"
     if not path.is_file():
-        return pd.DataFrame({"participant_id": pd.Series(dtype=str)})
-    frame, read = read_tables([path], folder, required=("participant_id",), problems=problems)
+        return pd.DataFrame({PARTICIPANT: pd.Series(dtype=str)})
+    frame, read = read_tables([path], folder, required=(PARTICIPANT,), problems=problems)
     sources += read
-    frame["participant_id"] = tidied(frame["participant_id"]).astype("str")
-    unnamed = frame["participant_id"].isna()
+    frame[PARTICIPANT] = tidied(frame[PARTICIPANT]).astype("str")
+    unnamed = frame[PARTICIPANT].isna()
     if unnamed.any():
         lines = listed_lines(frame.loc[unnamed, "line"].tolist())
         problems.add(f"{path.name}, {lines}: no participant_id; left out")

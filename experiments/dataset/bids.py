@@ -7,11 +7,20 @@ import os
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
-from experiments.dataset.schema import MISSING, cell, columns, sidecar, table
+from experiments.dataset.schema import (
+    COMPLETE,
+    MISSING,
+    MODE,
+    PARTICIPANT,
+    SIDECAR,
+    columns,
+    person_columns,
+    table_stem,
+)
 from experiments.dataset.trials import gather
+from experiments.dataset.tsv import cell, sidecar, table
 from experiments.journal.journal import has_begun, read_records
 from experiments.journal.run_record import is_complete, plan_from, read_plan, software
-from experiments.protocols.base import Column
 from experiments.study.file import study_hash
 from faults import UserError
 
@@ -87,9 +96,9 @@ def build_dataset(dataset: Path) -> None:
         studies.setdefault(study_hash(plan.study_text), plan)
         row = people.setdefault(f"sub-{plan.participant}", {})
         row.update(gathered.person)
-        row["mode"] = plan.mode
-        whole = is_complete(records) and row.get("complete", "yes") == "yes"
-        row["complete"] = "yes" if whole else "no"
+        row[MODE] = plan.mode
+        whole = is_complete(records) and row.get(COMPLETE, "yes") == "yes"
+        row[COMPLETE] = "yes" if whole else "no"
         for protocol, _ in plan.tasks():
             tasks[protocol.task] = protocol
             if gathered.trials.get(protocol.task):
@@ -113,7 +122,9 @@ def _write_run(
     ]
     session = [f"ses-{plan.session}"] if plan.session else []
     folder = dataset.joinpath(f"sub-{plan.participant}", *session, "beh")
-    stem = f"{plan.stem}_task-{protocol.task}_run-{plan.run}_beh"
+    stem = table_stem(
+        participant=plan.participant, session=plan.session, task=protocol.task, run=plan.run
+    )
     write_file(folder / f"{stem}.tsv", table(list(described), rows))
     first = records[0].data
     notes = {
@@ -136,7 +147,7 @@ def _write_run(
             if task == protocol.task
         ],
     }
-    write_file(folder / f"{stem}.json", {"Slipscale": notes})
+    write_file(folder / f"{stem}.json", {SIDECAR: notes})
 
 
 def _write_top(
@@ -149,25 +160,13 @@ def _write_top(
     first = plans[0]
     study = first.study
     pilot = first.mode == "pilot"
-    about = {name: None for row in people.values() for name in row}
-    order = [name for name in about if name not in ("mode", "complete")] + ["mode", "complete"]
-    rows = [[label, *(cell(row.get(n)) for n in order)] for label, row in sorted(people.items())]
-    write_file(dataset / "participants.tsv", table(["participant_id", *order], rows))
-    described = {
-        name: Column(value=lambda _: None, description=f"Answer to the question '{name}'")
-        for name in order
-    } | {
-        "mode": Column(
-            value=lambda _: None,
-            description="Who answered",
-            levels={"participant": "a person", "pilot": "a simulated participant on a pilot run"},
-        ),
-        "complete": Column(
-            value=lambda _: None,
-            description="Whether every run came to its end",
-            levels={"yes": "complete", "no": "interrupted, or still going on"},
-        ),
-    }
+    asked = {name: None for row in people.values() for name in row if name not in (MODE, COMPLETE)}
+    described = person_columns(tuple(asked))
+    rows = [
+        [label, *(cell(row.get(name)) for name in described)]
+        for label, row in sorted(people.items())
+    ]
+    write_file(dataset / "participants.tsv", table([PARTICIPANT, *described], rows))
     write_file(dataset / "participants.json", sidecar(described))
     write_file(
         dataset / "dataset_description.json",
@@ -181,13 +180,12 @@ def _write_top(
         },
     )
     for task, protocol in tasks.items():
-        options = columns(protocol)
         instructions = first.texts()[protocol.instructions].strip()
         content = {
             "TaskName": task,
             "TaskDescription": protocol.description,
             "Instructions": instructions,
-            **sidecar(options),
+            **sidecar(columns(protocol)),
         }
         write_file(dataset / f"task-{task}_beh.json", content)
     for plan in plans:

@@ -1,94 +1,165 @@
-"""The columns of a task's table: what each holds and what it means."""
+"""What a data set holds: every file's columns and entries, their kinds, units, levels, meanings.
+
+The one place for it: `experiments.dataset.bids` writes by it, `analysis.reading` reads by it, and
+docs/data-set.md is made from it. What belongs to one task only its protocol declares (see
+`experiments.protocols.base.Protocol`); `columns` puts both together.
+"""
 
 from __future__ import annotations
 
-import csv
-import io
+import re
 from typing import TYPE_CHECKING, Any
 
 from experiments.protocols.base import Column
+from experiments.study.model import TAKEN
+from experiments.study.run_plan import stem
+from faults import UserError
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from experiments.protocols.base import Protocol, TrialRecord
-    from experiments.protocols.steps import Value
 
 MISSING = "n/a"
-# The column that says whose row it is, in participants.tsv and in every table of the analysis.
-PARTICIPANT = "participant_id"
-# Times are kept to the microsecond: the key events' own clocks are not better.
-DIGITS = 6
+# The columns of participants.tsv that Slipscale fills. The first says whose row it is, and does
+# so in every table of the analysis.
+PARTICIPANT, MODE, COMPLETE = TAKEN
 
-FLAGS = {
-    "voided": "voided by the operator; not to be analysed",
-    "timed_out": "the time limit ran out before an answer",
-    "fault": "the rig failed in this trial; the surface was presented again",
-    "paused": "the operator paused in this trial",
-    "represented": "the surface was presented and explored again before the answer",
-    "resumed": "the run was interrupted in this trial and taken up again",
+PRACTICE, MAIN = "practice", "main"
+
+VOIDED, TIMED_OUT, FAULT, PAUSED = "voided", "timed_out", "fault", "paused"
+REPRESENTED, RESUMED = "represented", "resumed"
+FLAGS: Mapping[str, str] = {
+    VOIDED: "voided by the operator; not to be analysed",
+    TIMED_OUT: "the time limit ran out before an answer",
+    FAULT: "the rig failed in this trial; the surface was presented again",
+    PAUSED: "the operator paused in this trial",
+    REPRESENTED: "the surface was presented and explored again before the answer",
+    RESUMED: "the run was interrupted in this trial and taken up again",
+}
+# Between the flags of a trial.
+FLAG_SEPARATOR = ";"
+
+# A run's sidecar holds one object of ours, beside what BIDS knows.
+SIDECAR = "Slipscale"
+NOTES: Mapping[str, str] = {
+    "study": "name of the study",
+    "study_hash": "SHA-256 of the study file's text",
+    "seed": "seed of all orders",
+    "mode": "participant, or pilot: nobody took part",
+    "language": "what the participant read",
+    "complete": "whether the run came to its end",
+    "answered_by": "person, simulated or scripted",
+    "masking_noise": "on, or absent",
+    "plate_spec": "the plate as it was named on the command line",
+    "plate": "what the plate says of itself, its calibration included",
+    "software": "versions of all that the data can depend on",
+    "started_utc": "when the run began; n/a for a pilot",
+    "voided": "each voided trial and the operator's reason",
 }
 
+TABLE_NAME = re.compile(
+    r"sub-(?P<sub>[A-Za-z0-9]+)(_ses-(?P<ses>[A-Za-z0-9]+))?_task-(?P<task>[A-Za-z0-9]+)"
+    r"(_run-(?P<run>[0-9]+))?_beh\.tsv"
+)
 
-def _main_answer(record: TrialRecord, protocol: Protocol, field: str) -> Any:
-    return record.answers.get(protocol.answer, {}).get(field)
+
+def table_stem(*, participant: str, session: str, task: str, run: str) -> str:
+    """Return the name of a run's table and of its sidecar, without ending; see `TABLE_NAME`."""
+    return f"{stem(participant, session)}_task-{task}_run-{run}_beh"
 
 
 def columns(protocol: Protocol) -> dict[str, Column]:
-    """Return all columns of a protocol's table, in order."""
-    own = protocol.columns
-    before = [name for name in own if name in ("block", "series", "step")]
-    after = [name for name in own if name not in before]
-    amplitude_first = [name for name in after if name.startswith("amplitude")]
-    texture = [name for name in after if name == "texture"]
-    answers = [name for name in after if name not in (*amplitude_first, *texture)]
-    modulated = ("; of a texture the largest", "; of a texture its mean") if texture else ("", "")
-    common = {
+    """Return all columns of a protocol's table, in order.
+
+    Raises
+    ------
+    UserError
+        The protocol declares a column that every task has.
+    """
+    common = _common(protocol)
+    own = {**protocol.design, **protocol.stimulus, **protocol.response}
+    if doubled := sorted(set(own) & set(common)):
+        raise UserError(
+            f"protocol '{protocol.task}': column {', '.join(doubled)} is in every task's table; "
+            "expected another name"
+        )
+    order = [
+        *("trial", *protocol.design, "phase", "surface", *protocol.stimulus),
+        *("amplitude_um_pp", "amplitude_readback_um_pp", *protocol.response),
+        *("response_time", "onset", "duration", "exploration_time"),
+        *("response_time_source", "rejected_entries", "repeats", "flag"),
+    ]
+    everything = {**common, **own}
+    return {name: everything[name] for name in order}
+
+
+def _common(protocol: Protocol) -> dict[str, Column]:
+    """Return the columns that every task has."""
+    modulated = ("; of a texture the largest", "; of a texture its mean")
+    largest, mean = modulated if protocol.textures else ("", "")
+
+    def answered(record: TrialRecord, field: str) -> Any:
+        return record.answers.get(protocol.answer, {}).get(field)
+
+    return {
         "trial": Column(
             value=lambda record: record.trial.number,
+            kind="number",
             description="Number of the trial in order of presentation, from 1",
         ),
         "phase": Column(
             value=lambda record: record.trial.phase,
+            kind="label",
             description="Part of the run",
-            levels={"practice": "practice, not to be analysed", "main": "the experiment"},
+            levels={PRACTICE: "practice, not to be analysed", MAIN: "the experiment"},
         ),
         "surface": Column(
             value=lambda record: record.surface.label if record.surface else None,
+            kind="label",
             description="Code of the virtual surface, S1, S2, ... in the order of the study file"
-            + ("; T1, T2, ... for textures" if texture else ""),
+            + ("; T1, T2, ... for textures" if protocol.textures else ""),
         ),
         "amplitude_um_pp": Column(
             value=lambda record: record.surface.amplitude_um_pp if record.surface else None,
-            description=f"Vibration amplitude commanded, peak to peak{modulated[0]}",
+            kind="number",
+            description=f"Vibration amplitude commanded, peak to peak{largest}",
             units="um",
         ),
         "amplitude_readback_um_pp": Column(
             value=lambda record: record.readback_um_pp,
+            kind="number",
             description="Vibration amplitude read back from the plate once settled, peak to peak"
-            + modulated[1],
+            + mean,
             units="um",
         ),
         "response_time": Column(
-            value=lambda record: _main_answer(record, protocol, "response_time_s"),
+            value=lambda record: answered(record, "response_time_s"),
+            kind="number",
             description=f"From the question to the key that completed '{protocol.answer}'",
             units="s",
         ),
         "onset": Column(
             value=lambda record: record.onset_s,
+            kind="number",
             description="When the surface had settled, from the beginning of the session",
             units="s",
         ),
         "duration": Column(
             value=lambda record: record.end_s - record.onset_s,
+            kind="number",
             description="From the settled surface to the end of the trial",
             units="s",
         ),
         "exploration_time": Column(
             value=lambda record: record.exploration_time_s,
+            kind="number",
             description="How long the surface was stroked before the question",
             units="s",
         ),
         "response_time_source": Column(
-            value=lambda record: _main_answer(record, protocol, "time_source"),
+            value=lambda record: answered(record, "time_source"),
+            kind="label",
             description="Where the response time was taken",
             levels={
                 "ptb": "the key event's own time stamp",
@@ -98,57 +169,49 @@ def columns(protocol: Protocol) -> dict[str, Column]:
             },
         ),
         "rejected_entries": Column(
-            value=lambda record: (
-                "; ".join(_main_answer(record, protocol, "rejected") or ()) or None
-            ),
+            value=lambda record: "; ".join(answered(record, "rejected") or ()) or None,
+            kind="text",
             description="Entries that were no answer and were asked again, separated by '; '",
         ),
         "repeats": Column(
             value=lambda record: record.trial.repeats,
+            kind="number",
             description="Number of the voided or timed-out trial that this one repeats",
         ),
         "flag": Column(
-            value=lambda record: ";".join(record.flags) or None,
-            description="What happened in the trial, separated by ';': "
+            value=lambda record: FLAG_SEPARATOR.join(record.flags) or None,
+            kind="label",
+            description=f"What happened in the trial, separated by '{FLAG_SEPARATOR}': "
             + ", ".join(f"{flag} ({meaning})" for flag, meaning in FLAGS.items()),
         ),
     }
-    order = [
-        *("trial", *before, "phase", "surface", *texture, *amplitude_first),
-        *("amplitude_um_pp", "amplitude_readback_um_pp", *answers),
-        *("response_time", "onset", "duration", "exploration_time"),
-        *("response_time_source", "rejected_entries", "repeats", "flag"),
-    ]
-    everything = {**common, **own}
-    return {name: everything[name] for name in order}
 
 
-def cell(value: Value) -> str:
-    r"""Return a value as it stands in a table.
+def person_columns(questions: tuple[str, ...] = ()) -> dict[str, Column]:
+    """Return the columns of participants.tsv after `PARTICIPANT`, in order.
 
-    >>> cell(None), cell(2.0), cell(12.345678901), cell("a\tb")
-    ('n/a', '2', '12.345679', 'a b')
+    Parameters
+    ----------
+    questions : tuple of str
+        The names of the study's questions about the participant.
     """
-    if value is None:
-        return MISSING
-    if isinstance(value, float):
-        return f"{round(value, DIGITS):.{DIGITS}f}".rstrip("0").rstrip(".")
-    return " ".join(str(value).split()) or MISSING
-
-
-def table(header: list[str], rows: list[list[str]]) -> str:
-    """Return a TSV with proper quoting: a report with quotes in it stays in its cell."""
-    text = io.StringIO()
-    writer = csv.writer(text, delimiter="\t", lineterminator="\n")
-    writer.writerows([header, *rows])
-    return text.getvalue()
-
-
-def sidecar(described: dict[str, Column]) -> dict[str, Any]:
-    """Return column descriptions as BIDS has them."""
-    return {
-        name: {"Description": column.description}
-        | ({"Units": column.units} if column.units else {})
-        | ({"Levels": dict(column.levels)} if column.levels else {})
-        for name, column in described.items()
+    answers = {
+        name: Column(
+            value=lambda _: None, kind="label", description=f"Answer to the question '{name}'"
+        )
+        for name in questions
+    }
+    return answers | {
+        MODE: Column(
+            value=lambda _: None,
+            kind="label",
+            description="Who answered",
+            levels={"participant": "a person", "pilot": "a simulated participant on a pilot run"},
+        ),
+        COMPLETE: Column(
+            value=lambda _: None,
+            kind="label",
+            description="Whether every run came to its end",
+            levels={"yes": "complete", "no": "interrupted, or still going on"},
+        ),
     }

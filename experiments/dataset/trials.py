@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from experiments.dataset.schema import FAULT, PAUSED, REPRESENTED, RESUMED, TIMED_OUT, VOIDED
 from experiments.journal.serialisation import surface_from, trial_from
 from experiments.protocols.base import TrialRecord
 
@@ -17,10 +18,10 @@ if TYPE_CHECKING:
 # What an event between a trial's beginning and its end leaves on its row. A pilot that was taken
 # up again leaves nothing: in its virtual time nobody waited.
 EVENT_FLAGS: dict[str, str] = {
-    "fault": "fault",
-    "pause": "paused",
-    "represented": "represented",
-    "take_up": "resumed",
+    "fault": FAULT,
+    "pause": PAUSED,
+    "represented": REPRESENTED,
+    "take_up": RESUMED,
 }
 
 
@@ -80,7 +81,7 @@ def _flag_voided(gathered: Gathered) -> None:
     for task, trial, _ in gathered.voided:
         for row in gathered.trials.get(task, []):
             if row.trial.number == trial:
-                _flag(row, "voided")
+                _flag(row, VOIDED)
 
 
 def _trial(step: dict[str, Any], current: TrialRecord | None, time_s: float) -> TrialRecord | None:
@@ -132,7 +133,7 @@ def _take_exploration(row: TrialRecord, _step: dict[str, Any], answer: dict[str,
 def _take_answer(row: TrialRecord, step: dict[str, Any], answer: dict[str, Any]) -> None:
     row.answers[step["name"]] = answer
     if answer["timed_out"]:
-        _flag(row, "timed_out")
+        _flag(row, TIMED_OUT)
 
 
 TAKERS: dict[str, Callable[[TrialRecord, dict[str, Any], dict[str, Any]], None]] = {

@@ -8,14 +8,16 @@ come again.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.metadata import EntryPoints, entry_points
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from experiments.protocols.randomisation import Stream
+from faults import UserError
 from stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from stimuli.texture import Grating
 
 PROTOCOLS = "slipscale.protocols"
+Kind = Literal["number", "label", "text"]
 
 # Strict: "3", 3.0 and true are not 3. TOML says what it means, and so does the fault.
 Count = Annotated[int, Field(strict=True, ge=0)]
@@ -115,9 +118,24 @@ class TrialRecord:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
-    """A column of the data set: its value for a trial, and its meaning for the sidecar."""
+    """A column of the data set: its value for a trial, and its meaning for the sidecar.
+
+    Parameters
+    ----------
+    value : callable
+        Returns the column's value for a trial; None is written as missing.
+    kind : {"number", "label", "text"}
+        What its cells hold: a number, one of few words (or a name), or free text.
+    description : str
+        For people who read the data set.
+    units : str
+        The unit as BIDS writes it; empty for a number without one.
+    levels : Mapping
+        All labels that can occur and their meanings; empty where they are not known beforehand.
+    """
 
     value: Callable[[TrialRecord], Value]
+    kind: Kind
     description: str
     units: str = ""
     levels: Mapping[str, str] = field(default_factory=dict)
@@ -126,6 +144,9 @@ class Column:
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Protocol:
     """A way to question a participant about surfaces.
+
+    `experiments.dataset.schema.columns` makes the data set's table of it: the columns that every
+    task has, and the protocol's own in the three places that are named here.
 
     Parameters
     ----------
@@ -141,12 +162,25 @@ class Protocol:
         The generator of steps, from the options and the context.
     answer : str
         The column of the trial's main answer: its response time is the row's.
-    columns : Mapping
-        The protocol's own columns, in order, between the trial's number and its answers.
     instructions : str
         The key of the text that instructs the participant (quoted in the data set).
+    design : Mapping
+        Own columns after the trial's number: where the trial stands (block, series, ...).
+    stimulus : Mapping
+        Own columns before the amplitude: what else was presented (texture, surface before, ...).
+    response : Mapping
+        Own columns after the amplitude read back: every answer that is asked for, by the name of
+        its question, and what is needed to read it.
+    amplitudes : tuple of str
+        The options that hold an amplitude of the protocol's own: the plate must be able to make
+        it. Every option whose name ends in ``_um_pp`` is one.
     textures : bool
         Whether it presents the study's textures; then ``texture`` is one of its columns.
+
+    Raises
+    ------
+    UserError
+        What is declared contradicts itself.
     """
 
     task: str
@@ -156,9 +190,25 @@ class Protocol:
     trials: Callable[[Any, Context], int]
     steps: Callable[[Any, Context], Steps]
     answer: str
-    columns: Mapping[str, Column]
     instructions: str
+    design: Mapping[str, Column] = field(default_factory=dict)
+    stimulus: Mapping[str, Column] = field(default_factory=dict)
+    response: Mapping[str, Column]
+    amplitudes: tuple[str, ...] = ()
     textures: bool = False
+
+    def __post_init__(self) -> None:
+        own = [*self.design, *self.stimulus, *self.response]
+        named = {key for key in self.options.model_fields if key.endswith("_um_pp")}
+        wrong = (
+            (not re.fullmatch("[A-Za-z0-9]+", self.task), "the task has letters and digits only"),
+            (self.answer not in self.response, f"'{self.answer}' is a column of the response"),
+            (len(set(own)) < len(own), "each column is declared once"),
+            (set(self.amplitudes) != named, "amplitudes names every option that ends in _um_pp"),
+            (self.textures and "texture" not in own, "a column 'texture' says which was presented"),
+        )
+        if faults := [expected for fault, expected in wrong if fault]:
+            raise UserError(f"protocol '{self.task}': expected that {'; that '.join(faults)}")
 
 
 @cache

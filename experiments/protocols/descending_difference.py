@@ -212,36 +212,48 @@ PROTOCOL = Protocol(
     steps=steps,
     answer="difference_felt",
     instructions="descending_difference.instructions",
-    columns={
+    amplitudes=("start_um_pp",),
+    design={
         "series": Column(
             value=lambda record: record.trial.factors["series"],
+            kind="number",
             description="Descending series, from 1",
         ),
         "step": Column(
             value=lambda record: record.trial.factors["step"],
+            kind="number",
             description="Step within the series, catch steps included, from 1",
         ),
+    },
+    stimulus={
         "amplitude_before_um_pp": Column(
             value=lambda record: _amplitude(record.before),
+            kind="number",
             description="Vibration amplitude before the step, peak to peak",
             units="um",
         ),
+    },
+    response={
         "catch": Column(
             value=_catch,
+            kind="label",
             description="Whether nothing changed at this step",
             levels={"true": "catch step: nothing changed", "false": "the amplitude stepped down"},
         ),
         "difference_felt": Column(
             value=_felt,
+            kind="label",
             description="Answer to: do you feel a difference?",
             levels={"yes": "a difference was felt", "no": "no difference was felt"},
         ),
         "verbal_report": Column(
             value=lambda record: record.answer("verbal_report"),
+            kind="text",
             description="Answer to: what has been removed? Word for word",
         ),
         "confidence": Column(
             value=lambda record: record.answer("confidence"),
+            kind="number",
             description="How sure the participant was, 1 (a guess) to 4 (certain)",
         ),
     },

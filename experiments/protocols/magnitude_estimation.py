@@ -235,24 +235,33 @@ PROTOCOL = Protocol(
     steps=steps,
     answer="estimate",
     instructions="magnitude_estimation.instructions",
+    amplitudes=("standard_um_pp",),
     textures=True,
-    columns={
+    design={
+        "block": Column(
+            value=lambda record: record.trial.factors["block"],
+            kind="number",
+            description="Block of presentation, practice included, from 1",
+        ),
+    },
+    stimulus={
         "texture": Column(
             value=lambda r: r.surface.name if isinstance(r.surface, Grating) else None,
+            kind="label",
             description=(
                 "Name of the texture in the study file; n/a for a surface of one amplitude"
             ),
         ),
-        "block": Column(
-            value=lambda record: record.trial.factors["block"],
-            description="Block of presentation, practice included, from 1",
-        ),
+    },
+    response={
         "estimate": Column(
             value=lambda record: record.answer("estimate"),
+            kind="number",
             description="Magnitude estimate of slipperiness as typed, on the participant's scale",
         ),
         "scale_top": Column(
             value=lambda record: record.run_answers.get("scale_top"),
+            kind="number",
             description=(
                 "Number the participant would give to the most slippery surface imaginable, "
                 "asked before the run"
@@ -260,6 +269,7 @@ PROTOCOL = Protocol(
         ),
         "modulus": Column(
             value=lambda record: record.trial.factors["modulus"],
+            kind="number",
             description="Number given to the standard; n/a with a free modulus",
         ),
     },

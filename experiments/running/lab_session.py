@@ -22,7 +22,7 @@ from experiments.journal.run_record import (
     read_plan,
 )
 from experiments.participants.psychopy_window import PsychoPyWindow
-from experiments.running.rehearsal import admit
+from experiments.running.dry_run import check_supported
 from experiments.running.run import perform
 from experiments.running.run_state import check_alike, remedy, run_state, to_go_on
 from experiments.session.masking_output import MaskingNoise, check_device
@@ -153,7 +153,7 @@ def _conduct(
         stack.push(partial(_leave, dataset, journal))
         stack.enter_context(journal)
         plate = stack.enter_context(open_plate(room.plate, clock=clock, seed=plan.seed))
-        admit(plan, plate)
+        check_supported(plan, plate)
         noise = _noise(plan)
         person = stack.enter_context(
             PsychoPyWindow(

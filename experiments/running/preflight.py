@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from experiments.dataset.bids import mode_of
 from experiments.journal.run_record import is_mock
-from experiments.running.rehearsal import admit, surfaces
+from experiments.running.dry_run import check_supported, surfaces
 from experiments.running.run_state import check_alike, participants, remedy, run_state
 from experiments.study.file import read_study
 from experiments.study.run_plan import RunPlan, check_labels, journal_path
@@ -161,7 +161,7 @@ def check_plate(setting: Setting) -> Finding:
         open_plate(setting.plate, clock=SystemClock(), seed=study.seed) as plate,
         silent_on_signals(plate),
     ):
-        admit(plan, plate)
+        check_supported(plan, plate)
         plain = [each for each in surfaces(plan) if isinstance(each, VirtualSurface)]
         largest = max((each.amplitude_um_pp for each in plain), default=0.0)
         made = plate.present(VirtualSurface(amplitude_um_pp=largest))

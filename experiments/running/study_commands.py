@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from experiments.dataset.bids import write_file
 from experiments.protocols.steps import Present
-from experiments.running.rehearsal import rehearse
+from experiments.running.dry_run import dry_run
 from experiments.study.file import read_study, study_text
 from experiments.study.run_plan import RunPlan
 from faults import UserError
@@ -72,7 +72,7 @@ def show(name: str, participant: str) -> str:
 def orders(plan: RunPlan) -> dict[str, str]:
     """Return each task's surfaces in order of presentation, practice in brackets."""
     found: dict[str, list[str]] = {}
-    for step in rehearse(plan):
+    for step in dry_run(plan):
         if isinstance(step, Present) and step.trial:
             surface = step.surface
             what = surface.name if isinstance(surface, Grating) else f"{surface.amplitude_um_pp:g}"

@@ -7,7 +7,7 @@ another fault (the limits of a plate whose own table is wrong) waits for that.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import (
     BaseModel,
@@ -17,30 +17,128 @@ from pydantic import (
     ValidationError,
     ValidationInfo,
     field_validator,
+    model_validator,
 )
 
-from experiments.languages.texts import languages, shipped_texts, text_faults
+from experiments.languages.texts import (
+    FEWEST_ANSWERS,
+    NUMBER_KEYS,
+    languages,
+    shipped_texts,
+    text_faults,
+)
 from experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
     Context,
     Count,
+    Flag,
     Label,
     Options,
+    Positive,
+    Seconds,
     Words,
     load_protocol,
     protocol_names,
 )
 from experiments.study.analysis_choices import AnalysisChoices
-from experiments.study.tables import MaskingNoise, PersonQuestion, PlateSettings
-from experiments.study.textures import Texture
 from experiments.study.validation_errors import refuse
+from faults import UserError
+from hardware.limits import PlateLimits
+from stimuli.texture import Grating, Waveform
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from experiments.study.validation_errors import Fault, Place
-    from stimuli.texture import Grating
+
+
+# Columns of participants.tsv that Slipscale fills itself.
+TAKEN = ("participant_id", "mode", "complete")
+
+
+class PersonQuestion(BaseModel):
+    """A question about the participant, with given answers; names are never asked for.
+
+    ``prompt`` defaults to the shipped text ``about_you.<name>``.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: Label
+    options: Annotated[tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=NUMBER_KEYS)]
+    prompt: str = ""
+
+    @field_validator("options")
+    @classmethod
+    def _distinct(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if len(set(value)) < len(value):
+            raise ValueError("expected options that are all different")
+        return value
+
+    @field_validator("name")
+    @classmethod
+    def _free(cls, value: str) -> str:
+        if value in TAKEN:
+            raise ValueError("expected another name: this one is a column already")
+        return value
+
+
+class MaskingNoise(BaseModel):
+    """Pink noise in the headphones while the plate may sound."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    level_db: Annotated[float, Field(strict=True, le=0, ge=-100)] = -20.0
+    fade_s: Seconds = 0.5
+    required: Flag = False
+
+
+class PlateSettings(BaseModel):
+    """The plate's limits, where they differ from the shipped ones."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    amplitude_um_pp: Positive = PlateLimits().amplitude_um_pp
+
+
+class Texture(BaseModel):
+    """A grating that the study presents as one more surface.
+
+    Parameters
+    ----------
+    name : str
+        What the data call it.
+    spatial_period_mm : float
+        Length of one period.
+    mean_um_pp, depth_um_pp : float
+        The amplitude swings from mean - depth to mean + depth, µm peak to peak.
+    waveform : {"sine", "square", "triangle", "sawtooth"}
+    finger_speed_mm_s : float
+        No plate tracks the finger: the texture is played as a finger of this speed would meet
+        it. Stated in every study, for the data hang on it.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: Label
+    spatial_period_mm: Positive
+    mean_um_pp: Positive
+    depth_um_pp: Positive
+    waveform: Waveform = "sine"
+    finger_speed_mm_s: Positive
+
+    @model_validator(mode="after")
+    def _playable(self) -> Self:
+        try:
+            self.grating().loop()
+        except UserError as error:
+            raise ValueError(str(error)) from error
+        return self
+
+    def grating(self, label: str = "") -> Grating:
+        """Return the surface, with a label that does not tell which it is."""
+        return Grating(label=label, **self.model_dump())
 
 
 class Study(BaseModel):
@@ -188,7 +286,8 @@ def _impossible(
         # Their trials would fall into one table, under the same numbers.
         once = "expected each protocol once; repetitions or series repeat it"
         yield (*place, "protocol"), {"msg": once}
-    for key in ("standard_um_pp", "start_um_pp"):
+    protocol = load_protocol(task.protocol)
+    for key in protocol.amplitudes:
         yield from _beyond((*place, key), info, getattr(task, key, None) or 0.0)
     amplitudes_um_pp, textures = info.data.get("amplitudes_um_pp"), info.data.get("textures")
     if amplitudes_um_pp is None or textures is None:
@@ -201,7 +300,7 @@ def _impossible(
         texts={},
         textures=tuple(texture.grating() for texture in textures),
     )
-    if not load_protocol(task.protocol).trials(task, context):
+    if not protocol.trials(task, context):
         yield place, {"msg": "has no trials with these amplitudes"}
 
 

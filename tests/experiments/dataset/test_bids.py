@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from experiments.dataset.bids import build_dataset, mode_of
-from experiments.dataset.schema import cell
+from experiments.dataset.tsv import cell
 from experiments.participants.scripted import ScriptedParticipant
 from experiments.protocols.steps import NumberQuestion, TextQuestion, YesNoQuestion
 from faults import UserError

@@ -1,0 +1,104 @@
+"""What the analysis reads of each task's table, looked up in the data set's schema.
+
+The names stand here once for reading; a name that no protocol declares is refused at import, so
+that a column renamed in the schema cannot go missing without notice.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from experiments.dataset.schema import PARTICIPANT, columns
+from experiments.protocols import descending_difference, magnitude_estimation
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from experiments.protocols.base import Column, Protocol
+
+#: Whose trial it is: told by a file's name in a data set, by columns in a table made by hand.
+IDENTITY = (PARTICIPANT, "session", "run")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TrialTable:
+    """The columns of a task's table that the analysis reads.
+
+    Parameters
+    ----------
+    task : str
+        The label in file names.
+    required : tuple of str
+        Columns without which there is nothing to analyse.
+    numbers : tuple of str
+        Other columns that hold numbers; they may be absent or empty.
+    words : tuple of str
+        Other columns that hold labels or text; they may be absent or empty.
+    """
+
+    task: str
+    required: tuple[str, ...]
+    numbers: tuple[str, ...]
+    words: tuple[str, ...]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """All columns that are read; all else in the files is not looked at."""
+        return (*IDENTITY, *self.required, *self.numbers, *self.words)
+
+
+def trial_table(
+    protocol: Protocol, *, required: tuple[str, ...], optional: tuple[str, ...]
+) -> TrialTable:
+    """Return what is read of a protocol's table.
+
+    Raises
+    ------
+    LookupError
+        The schema declares no such column.
+    """
+    declared = columns(protocol)
+    unknown = [name for name in (*required, *optional) if name not in declared]
+    if unknown:
+        raise LookupError(
+            f"the analysis reads {', '.join(unknown)} of task {protocol.task}, which its schema "
+            f"does not declare; it declares {', '.join(declared)}"
+        )
+    return TrialTable(
+        task=protocol.task,
+        required=required,
+        numbers=tuple(name for name in optional if declared[name].kind == "number"),
+        words=tuple(name for name in optional if declared[name].kind != "number"),
+    )
+
+
+def free_text(declared: Mapping[str, Column]) -> tuple[str, ...]:
+    """Return the columns that hold free text."""
+    return tuple(name for name, column in declared.items() if column.kind == "text")
+
+
+ESTIMATION = trial_table(
+    magnitude_estimation.PROTOCOL,
+    required=("amplitude_um_pp", "estimate"),
+    optional=(
+        *("trial", "block", "response_time", "scale_top", "modulus"),
+        *("phase", "flag", "texture"),
+    ),
+)
+DIFFERENCE = trial_table(
+    descending_difference.PROTOCOL,
+    required=("amplitude_before_um_pp", "amplitude_um_pp", "difference_felt"),
+    optional=(
+        *("trial", "series", "step", "confidence", "response_time"),
+        *("phase", "flag", "catch", "verbal_report"),
+    ),
+)
+#: The amplitudes of a step, before and after it.
+STEP_AMPLITUDES = DIFFERENCE.required[:2]
+#: Names and words, never numbers (01 is not 1); somebody may be called NA, or say so.
+FREE_TEXT = (
+    *IDENTITY,
+    *free_text(columns(magnitude_estimation.PROTOCOL)),
+    *free_text(columns(descending_difference.PROTOCOL)),
+)

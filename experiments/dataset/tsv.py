@@ -1,0 +1,49 @@
+"""How values, tables and column descriptions stand in a data set's files."""
+
+from __future__ import annotations
+
+import csv
+import io
+from typing import TYPE_CHECKING, Any
+
+from experiments.dataset.schema import MISSING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from experiments.protocols.base import Column
+    from experiments.protocols.steps import Value
+
+# Times are kept to the microsecond: the key events' own clocks are not better.
+DIGITS = 6
+
+
+def cell(value: Value) -> str:
+    r"""Return a value as it stands in a table.
+
+    >>> cell(None), cell(2.0), cell(12.345678901), cell("a\tb")
+    ('n/a', '2', '12.345679', 'a b')
+    """
+    if value is None:
+        return MISSING
+    if isinstance(value, float):
+        return f"{round(value, DIGITS):.{DIGITS}f}".rstrip("0").rstrip(".")
+    return " ".join(str(value).split()) or MISSING
+
+
+def table(header: list[str], rows: list[list[str]]) -> str:
+    """Return a TSV with proper quoting: a report with quotes in it stays in its cell."""
+    text = io.StringIO()
+    writer = csv.writer(text, delimiter="\t", lineterminator="\n")
+    writer.writerows([header, *rows])
+    return text.getvalue()
+
+
+def sidecar(described: Mapping[str, Column]) -> dict[str, Any]:
+    """Return column descriptions as BIDS has them."""
+    return {
+        name: {"Description": column.description}
+        | ({"Units": column.units} if column.units else {})
+        | ({"Levels": dict(column.levels)} if column.levels else {})
+        for name, column in described.items()
+    }

@@ -1,0 +1,104 @@
+"""Print docs/data-set.md, made from the schema.
+
+Use: ``PYTHONPATH=. python tools/data_set_page.py > docs/data-set.md``.
+"""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from experiments.dataset.schema import (
+    FLAG_SEPARATOR,
+    FLAGS,
+    MISSING,
+    NOTES,
+    PARTICIPANT,
+    SIDECAR,
+    columns,
+    person_columns,
+    table_stem,
+)
+from experiments.protocols.base import load_protocol, protocol_names
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from experiments.protocols.base import Column, Protocol
+
+INTRODUCTION = f"""# The data set
+
+A session writes its journal; `slipscale` makes the data set from the journals, as often as
+wanted. It is a behavioural data set in BIDS form: one table (TSV) and one sidecar (JSON) a task,
+participant and run. The sidecar says what this page says. A missing value is `{MISSING}`; a
+decimal point is a point; times are in seconds, to the microsecond; amplitudes are peak to peak.
+
+This page is made from `experiments/dataset/schema.py` and the protocols.
+"""
+PEOPLE = f"""
+## participants.tsv
+
+One row a participant: `{PARTICIPANT}`, then a column for each question of the study's `about_you`
+tables, then
+"""
+FLAG_TEXT = f"""
+## Flags
+
+What happened in a trial, in the column `flag`; several are separated by `{FLAG_SEPARATOR}`.
+"""
+SIDECAR_TEXT = f"""
+## The sidecar of a run
+
+Beside each table, under the key `{SIDECAR}`:
+"""
+
+
+def page() -> str:
+    """Return the whole page."""
+    parts = [INTRODUCTION]
+    shipped = [name for name in protocol_names() if _is_shipped(load_protocol(name))]
+    for name in shipped:
+        protocol = load_protocol(name)
+        stem = table_stem(participant="01", session="", task=protocol.task, run="01")
+        parts += [
+            f"\n## {protocol.title}\n",
+            f"\n`sub-01/beh/{stem}.tsv`, of the protocol `{name}`.\n\n",
+            _columns(columns(protocol)),
+        ]
+    parts += [PEOPLE, "\n", _columns(person_columns())]
+    parts += [FLAG_TEXT, "\n", _table(("flag", "meaning"), _quoted(FLAGS))]
+    parts += [SIDECAR_TEXT, "\n", _table(("key", "meaning"), _quoted(NOTES))]
+    return "".join(parts)
+
+
+def _is_shipped(protocol: Protocol) -> bool:
+    """Return whether a protocol is Slipscale's own, not an installed laboratory's."""
+    return protocol.steps.__module__.startswith("experiments.protocols.")
+
+
+def _columns(described: Mapping[str, Column]) -> str:
+    """Return a table of columns."""
+    rows = []
+    for name, column in described.items():
+        levels = "; ".join(f"`{level}`: {means}" for level, means in column.levels.items())
+        # The flags have a table of their own.
+        meaning = column.description.partition(":")[0] if name == "flag" else column.description
+        rows.append(
+            (f"`{name}`", column.kind, column.units, f"{meaning} ({levels})" if levels else meaning)
+        )
+    return _table(("column", "kind", "unit", "meaning"), rows)
+
+
+def _quoted(entries: Mapping[str, str]) -> list[tuple[str, ...]]:
+    return [(f"`{name}`", meaning) for name, meaning in entries.items()]
+
+
+def _table(header: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
+    """Return a Markdown table."""
+    lines = [header, tuple("---" for _ in header), *rows]
+    return "".join(f"| {' | '.join(cells)} |\n" for cells in lines)
+
+
+if __name__ == "__main__":
+    sys.stdout.reconfigure(encoding="utf-8")  # type: ignore[union-attr] # it is a text stream
+    sys.stdout.write(page())
