@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
 PILOTS = Path("pilots")
+PLATE = "mock"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -25,7 +27,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--participants", type=int, metavar="N", help="default: the study's")
     parser.add_argument("--seed", type=int, metavar="N", help="default: the study's")
     parser.add_argument("--language", metavar="CODE", help="default: the study's")
-    parser.add_argument("--plate", default="mock", metavar="SPEC", help="mock, with options")
+    parser.add_argument("--plate", default=PLATE, metavar="SPEC", help="mock, with options")
     parser.add_argument("--out", type=Path, metavar="DIR", help="default: a new folder in pilots/")
 
 
@@ -57,12 +59,27 @@ def run(args: Namespace) -> int:
             report = write_analysis(analysis, default_folder(analysis.dataset, folder))
             progress.update(work, total=1, completed=1)
     except KeyboardInterrupt:
-        console.print(f"Nothing is lost. To go on: slipscale pilot {args.study} --out {folder}")
+        # As it is, in one line: it is to be copied, and a path may hold what markup means.
+        command = repeated(args, folder)
+        console.print(f"Nothing is lost. To go on: {command}", markup=False, soft_wrap=True)
         raise
     console.print("\n[bold]Simulated study: no person took part.[/]")
     print_table3(analysis, console)
     console.print(f"figure  {report.parent}/fig15.svg\nreport  {report}", highlight=False)
     return DONE
+
+
+def repeated(args: Namespace, folder: Path) -> str:
+    """Return the command that completes this pilot, every option repeated."""
+    given = {
+        "--participants": args.participants,
+        "--seed": args.seed,
+        "--language": args.language,
+        "--plate": None if args.plate == PLATE else args.plate,
+        "--out": folder,
+    }
+    words = [str(word) for pair in given.items() if pair[1] is not None for word in pair]
+    return shlex.join(["slipscale", "pilot", args.study, *words])
 
 
 COMMANDS = {"pilot": (add_arguments, run)}

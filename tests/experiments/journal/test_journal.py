@@ -73,6 +73,18 @@ def test_damage_in_the_middle_is_refused_with_its_line(tmp_path):
         read_records(path)
 
 
+@pytest.mark.parametrize(
+    "order, line", [((0, 2, 1, 3), 2), ((0, 1, 1, 2), 3), ((0, 2, 3), 2), ((1, 2, 3), 1)]
+)
+def test_lines_in_another_order_missing_or_repeated_are_refused(tmp_path, order, line):
+    """Each line is whole by itself; only its number tells that it does not stand in its place."""
+    path = written(tmp_path / "a.jsonl", "header", "begin", "done", "end")
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join(lines[place] for place in order))
+    with pytest.raises(UserError, match=rf"line {line}: .*expected record {line - 1}\)"):
+        read_records(path)
+
+
 def test_a_foreign_file_is_refused(tmp_path):
     path = tmp_path / "notes.txt"
     path.write_text("hello\nworld\n")

@@ -34,6 +34,25 @@ def test_below_stays_below(bound, seed):
     assert 0 <= Stream(seed).below(bound) < bound
 
 
+def test_below_favours_no_number_where_the_bound_does_not_divide_the_range_of_the_bits():
+    # Of 2**64 numbers, 3 * 2**62 cannot have equal shares: the remainder of a division would give
+    # the lowest third two chances in four.
+    bound = 3 << 62
+    thirds = Counter(Stream("thirds", i).below(bound) >> 62 for i in range(3000))
+    assert chisquare([thirds[third] for third in range(3)]).pvalue > UNLIKELY
+
+
+@pytest.mark.parametrize("bound", [3 << 62, (1 << 63) + 1, 1 << 64])
+def test_below_draws_again_exactly_where_the_bits_lie_beyond_the_last_whole_share(bound):
+    limit = (1 << 64) // bound * bound
+    for seed in range(50):
+        twin = Stream("again", seed)
+        drawn = next(bits for bits in iter(twin.bits, None) if bits < limit)
+        stream = Stream("again", seed)
+        assert stream.below(bound) == drawn % bound
+        assert stream.bits() == twin.bits()  # as many numbers were taken
+
+
 def test_uniform_and_normal_deviates_have_their_distributions():
     stream = Stream("distribution")
     assert kstest([stream.uniform() for _ in range(2000)], "uniform").pvalue > UNLIKELY

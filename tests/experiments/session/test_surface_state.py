@@ -9,6 +9,7 @@ from hardware.clock import VirtualClock
 from hardware.errors import NotReached
 from hardware.limits import PlateLimits
 from hardware.plate.twin import Drive, Twin
+from hardware.records import Readback
 from stimuli.surface import VirtualSurface
 
 AMPLITUDES_UM_PP = (0.0, 0.5, 1.2, 2.3)
@@ -49,6 +50,22 @@ def test_the_tolerance_is_the_plates_own():
     stage, plate = staged(1.2, PlateLimits(tolerance=0.2))
     drift(plate, 1.2 * 1.15)
     stage.confirm()
+
+
+@pytest.mark.parametrize(
+    "kind, believed", [("measured", True), ("applied", True), ("commanded", False), ("none", False)]
+)
+def test_a_reading_breaks_a_surface_only_where_the_plate_knows_what_it_does(
+    monkeypatch, kind, believed
+):
+    stage, plate = staged(1.2)
+    gone = Readback(amplitude_um_pp=None if kind == "none" else 0.3, kind=kind, time_s=0.0)
+    monkeypatch.setattr(plate, "read_back", lambda: gone)
+    if believed:
+        with pytest.raises(NotReached):
+            stage.confirm()
+    else:
+        stage.confirm()
 
 
 def test_a_vibrometers_noise_alone_never_breaks_a_surface():
