@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from experiments.running.preflight import Finding
 
 
-def add_room(
+def add_setting(
     parser: ArgumentParser,
     plate: str | None = "mock",
     default: str = "mock, which makes the run a pilot",
@@ -35,7 +35,7 @@ def add_room(
     )
 
 
-def add_who(parser: ArgumentParser, *, required: bool) -> None:
+def add_participant(parser: ArgumentParser, *, required: bool) -> None:
     """Add what says whose session it is."""
     parser.add_argument(
         "study",
@@ -59,8 +59,8 @@ def add_who(parser: ArgumentParser, *, required: bool) -> None:
 
 def add_run(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale run``."""
-    add_who(parser, required=True)
-    add_room(parser)
+    add_participant(parser, required=True)
+    add_setting(parser)
     parser.add_argument("--language", metavar="CODE", help="default: the study's")
     parser.add_argument("--seed", type=int, metavar="N", help="default: the study's")
     parser.add_argument("--pilot", action="store_true", help="mark the run as a pilot")
@@ -70,9 +70,9 @@ def add_run(parser: ArgumentParser) -> None:
 def run_run(args: Namespace) -> int:
     """Run a participant's session."""
     from experiments.journal.run_record import is_mock  # noqa: PLC0415
-    from experiments.running.lab_session import Room, begin, plan_run  # noqa: PLC0415
+    from experiments.running.lab_session import Setting, begin, make_plan  # noqa: PLC0415
 
-    plan = plan_run(
+    plan = make_plan(
         args.study,
         participant=args.participant,
         session=args.session,
@@ -82,20 +82,20 @@ def run_run(args: Namespace) -> int:
         # Nobody feels anything on a mock plate: what is answered there is no participant's data.
         pilot=args.pilot or is_mock(args.plate),
     )
-    room = Room(
+    setting = Setting(
         plate=args.plate,
         full_screen=not args.windowed,
         screen=args.screen,
         unblind=args.unblind,
     )
-    outcome = begin(args.out, plan, room)
+    outcome = begin(args.out, plan, setting)
     return _end(outcome, plan.journal_path(args.out))
 
 
 def add_resume(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale resume``."""
     parser.add_argument("journal", type=Path, metavar="RUN_JOURNAL")
-    add_room(parser, plate=None, default="the one that the run was on")
+    add_setting(parser, plate=None, default="the one that the run was on")
     parser.add_argument("--unblind", action="store_true", help="show the operator the amplitude")
 
 
@@ -122,15 +122,15 @@ def run_resume(args: Namespace) -> int:
         run_simulated(folder, plan, plate)
         build_dataset(folder)
         return _end("complete", args.journal)
-    from experiments.running.lab_session import Room, go_on  # noqa: PLC0415
+    from experiments.running.lab_session import Setting, go_on  # noqa: PLC0415
 
-    room = Room(
+    setting = Setting(
         plate=plate,
         full_screen=not args.windowed,
         screen=args.screen,
         unblind=args.unblind,
     )
-    return _end(go_on(args.journal, room), args.journal)
+    return _end(go_on(args.journal, setting), args.journal)
 
 
 def _end(outcome: str, journal: Path) -> int:
@@ -138,25 +138,25 @@ def _end(outcome: str, journal: Path) -> int:
     if outcome == "complete":
         print(f"complete: {journal}")
         return DONE
-    from experiments.running.run_state import to_go_on  # noqa: PLC0415
+    from experiments.running.run_state import how_to_resume  # noqa: PLC0415
 
-    print(f"stopped; nothing is lost. {to_go_on(journal)}")
+    print(f"stopped; nothing is lost. {how_to_resume(journal)}")
     return INTERRUPTED
 
 
 def add_check(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale check``."""
-    add_who(parser, required=False)
-    add_room(parser)
+    add_participant(parser, required=False)
+    add_setting(parser)
     parser.add_argument("--pilot", action="store_true", help="the run will be marked as a pilot")
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
 
 
 def run_check(args: Namespace) -> int:
     """Go through the checklist."""
-    from experiments.running.preflight import Setting, check  # noqa: PLC0415
+    from experiments.running.preflight import PlannedSession, check  # noqa: PLC0415
 
-    setting = Setting(
+    planned = PlannedSession(
         study=args.study,
         plate=args.plate,
         out=args.out,
@@ -167,7 +167,7 @@ def run_check(args: Namespace) -> int:
         full_screen=not args.windowed,
         pilot=args.pilot,
     )
-    findings = check(setting, (lambda _: None) if args.json else _print_finding)
+    findings = check(planned, (lambda _: None) if args.json else _print_finding)
     if args.json:
         import json  # noqa: PLC0415
         from dataclasses import asdict  # noqa: PLC0415

@@ -23,8 +23,8 @@ from experiments.journal.run_record import (
 )
 from experiments.participants.psychopy_window import PsychoPyWindow
 from experiments.running.dry_run import check_supported
-from experiments.running.run import perform
-from experiments.running.run_state import check_alike, remedy, run_state, to_go_on
+from experiments.running.run import run_plan
+from experiments.running.run_state import check_alike, how_to_resume, remedy, run_state
 from experiments.session.masking_output import MaskingNoise, check_device
 from experiments.session.terminal import Keys, TerminalOperator
 from experiments.study.file import read_study
@@ -38,11 +38,11 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
-    from experiments.session.session import Outcome
+    from experiments.session.session import RunOutcome
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Room:
+class Setting:
     """Where a session takes place.
 
     Parameters
@@ -61,7 +61,7 @@ class Room:
     unblind: bool = False
 
 
-def plan_run(
+def make_plan(
     study_name: str,
     *,
     participant: str,
@@ -85,7 +85,7 @@ def plan_run(
     )
 
 
-def begin(dataset: Path, plan: RunPlan, room: Room) -> Outcome:
+def begin(dataset: Path, plan: RunPlan, setting: Setting) -> RunOutcome:
     """Run a participant's session from the welcome on.
 
     Raises
@@ -109,10 +109,10 @@ def begin(dataset: Path, plan: RunPlan, room: Room) -> Outcome:
             f"{remedy(path, state)}"
         )
     clock = SystemClock()
-    return _conduct(dataset, plan, room, Journal.create(path, clock), clock)
+    return _conduct(dataset, plan, setting, Journal.create(path, clock), clock)
 
 
-def go_on(path: Path, room: Room) -> Outcome:
+def go_on(path: Path, setting: Setting) -> RunOutcome:
     """Go on with an interrupted run.
 
     Raises
@@ -125,24 +125,24 @@ def go_on(path: Path, room: Room) -> Outcome:
     if is_complete(records):
         raise UserError(f"journal {path}: this run is complete; nothing to go on with")
     dataset = dataset_of(path, plan)
-    if plan.mode == "participant" and is_mock(room.plate):
+    if plan.mode == "participant" and is_mock(setting.plate):
         raise UserError(
-            f"--plate {room.plate}: a participant's run cannot go on with a plate that nobody "
+            f"--plate {setting.plate}: a participant's run cannot go on with a plate that nobody "
             f"feels; it was on {last_plate(records)}"
         )
     began = datetime.fromisoformat(records[0].data["started_utc"])
     # The session's time goes on from its beginning, the interruption included.
     clock = SystemClock(max((datetime.now(UTC) - began).total_seconds(), elapsed_s(records)))
-    return _conduct(dataset, plan, room, Journal.reopen(path, clock), clock)
+    return _conduct(dataset, plan, setting, Journal.reopen(path, clock), clock)
 
 
 def _conduct(
     dataset: Path,
     plan: RunPlan,
-    room: Room,
+    setting: Setting,
     journal: Journal,
     clock: SystemClock,
-) -> Outcome:
+) -> RunOutcome:
     """Open everything in the order in which failing costs least, run, close, build the data set.
 
     The journal is open already: its lock keeps a second session from the plate, and a folder that
@@ -152,7 +152,7 @@ def _conduct(
         stack.enter_context(signals_raise())
         stack.push(partial(_leave, dataset, journal))
         stack.enter_context(journal)
-        plate = stack.enter_context(open_plate(room.plate, clock=clock, seed=plan.seed))
+        plate = stack.enter_context(open_plate(setting.plate, clock=clock, seed=plan.seed))
         check_supported(plan, plate)
         noise = _noise(plan)
         person = stack.enter_context(
@@ -160,22 +160,22 @@ def _conduct(
                 texts=plan.texts(),
                 clock=clock,
                 pilot=plan.mode == "pilot",
-                full_screen=room.full_screen,
-                screen=room.screen,
+                full_screen=setting.full_screen,
+                screen=setting.screen,
             )
         )
         keys = stack.enter_context(Keys())
         operator = stack.enter_context(TerminalOperator(Console(), keys))
-        return perform(
+        return run_plan(
             plan,
-            spec=room.plate,
+            spec=setting.plate,
             plate=plate,
             participant=person,
             journal=journal,
             clock=clock,
             operator=operator,
             noise=noise,
-            unblind=room.unblind,
+            unblind=setting.unblind,
         )
 
 
@@ -196,7 +196,7 @@ def _leave(
             raise
         print(f"the data set was not built: {fault}", file=sys.stderr)
     if error is not None:
-        print(f"All answers until now are kept. {to_go_on(journal.path)}", file=sys.stderr)
+        print(f"All answers until now are kept. {how_to_resume(journal.path)}", file=sys.stderr)
 
 
 def _noise(plan: RunPlan) -> MaskingNoise | None:

@@ -12,7 +12,7 @@ from experiments.dataset.bids import build_dataset, journals
 from experiments.journal.journal import Journal, has_begun
 from experiments.journal.run_record import elapsed_s, is_complete, is_mock, read_plan
 from experiments.participants.simulated import SimulatedParticipant
-from experiments.running.run import perform
+from experiments.running.run import run_plan
 from experiments.session.operator import UnattendedOperator
 from experiments.study.file import read_study
 from experiments.study.run_plan import RunPlan
@@ -148,7 +148,7 @@ def run_simulated(folder: Path, plan: RunPlan, spec: str) -> None:
             clock=clock,
             language=plan.language,
         )
-        perform(
+        run_plan(
             plan,
             spec=spec,
             plate=plate,

@@ -37,7 +37,7 @@ READINGS, READINGS_S = 20, 0.2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Setting:
+class PlannedSession:
     """What is going to be run, and where."""
 
     study: str
@@ -73,16 +73,16 @@ class Finding:
     remedy: str = ""
 
 
-def check_study(setting: Setting) -> Finding:
+def check_study(planned: PlannedSession) -> Finding:
     """Read the study file: it must be without fault."""
-    study, _ = read_study(setting.study)
+    study, _ = read_study(planned.study)
     tasks = ", ".join(options.protocol for options in study.tasks)
     return Finding(name="study", passed=True, detail=f"{study.name}: {tasks}")
 
 
-def check_folder(setting: Setting) -> Finding:
+def check_folder(planned: PlannedSession) -> Finding:
     """Try the folder: data must be writable there, and belong there."""
-    folder = setting.out
+    folder = planned.out
     try:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder) as trial:
@@ -104,7 +104,7 @@ def check_folder(setting: Setting) -> Finding:
             remedy=f"make room: at least {ENOUGH_MB} MB",
         )
     held = mode_of(folder)
-    wanted = "pilot" if setting.pilot or is_mock(setting.plate) else "participant"
+    wanted = "pilot" if planned.pilot or is_mock(planned.plate) else "participant"
     if held and held != wanted:
         return Finding(
             name="folder",
@@ -115,42 +115,42 @@ def check_folder(setting: Setting) -> Finding:
     return Finding(name="folder", passed=True, detail=f"{folder}: {free_mb / 1000:.0f} GB free")
 
 
-def check_participant(setting: Setting) -> Finding:
+def check_participant(planned: PlannedSession) -> Finding:
     """Look the participant up: the number must be free."""
-    if setting.participant is None:
-        taken = participants(setting.out)
+    if planned.participant is None:
+        taken = participants(planned.out)
         numbers = {int(label) for label in taken if label.isdigit()}
         number = next(n for n in range(1, len(taken) + 2) if n not in numbers)
         return Finding(
             name="participant", passed=True, detail=f"{len(taken)} so far; next free: {number:02d}"
         )
-    check_labels(participant=setting.participant, session=setting.session, run=setting.run)
-    check_alike(setting.out, setting.participant)
+    check_labels(participant=planned.participant, session=planned.session, run=planned.run)
+    check_alike(planned.out, planned.participant)
     path = journal_path(
-        setting.out,
-        participant=setting.participant,
-        session=setting.session,
-        run=setting.run,
+        planned.out,
+        participant=planned.participant,
+        session=planned.session,
+        run=planned.run,
     )
     state = run_state(path)
     if state == "free":
-        return Finding(name="participant", passed=True, detail=f"{setting.participant} is free")
+        return Finding(name="participant", passed=True, detail=f"{planned.participant} is free")
     return Finding(
         name="participant",
         passed=False,
-        detail=f"{setting.participant} has a run already ({state}): {path}",
+        detail=f"{planned.participant} has a run already ({state}): {path}",
         remedy=remedy(path, state),
     )
 
 
-def check_plate(setting: Setting) -> Finding:
+def check_plate(planned: PlannedSession) -> Finding:
     """Have the plate answer, make the study's largest amplitude, and fall silent.
 
     Of the other surfaces it must be able to make each; textures are not played.
     """
-    study, text = read_study(setting.study)
+    study, text = read_study(planned.study)
     plan = RunPlan(
-        study_name=setting.study,
+        study_name=planned.study,
         study_text=text,
         participant="01",
         seed=study.seed,
@@ -158,7 +158,7 @@ def check_plate(setting: Setting) -> Finding:
         mode="pilot",
     )
     with (
-        open_plate(setting.plate, clock=SystemClock(), seed=study.seed) as plate,
+        open_plate(planned.plate, clock=SystemClock(), seed=study.seed) as plate,
         silent_on_signals(plate),
     ):
         check_supported(plan, plate)
@@ -171,7 +171,7 @@ def check_plate(setting: Setting) -> Finding:
         textures = "plays textures" if plate.modulator else "plays no textures"
     reading = made.readback.amplitude_um_pp
     told = "no readback" if reading is None else f"reads {reading:.2f} of {largest:g} µm p-p"
-    name = f"{who.manufacturer} {who.model} {who.serial}" if who else setting.plate
+    name = f"{who.manufacturer} {who.model} {who.serial}" if who else planned.plate
     return Finding(
         name="plate",
         # A note (an old calibration, say) is no reason not to begin, but must be read.
@@ -204,7 +204,7 @@ def _scatter(plate: PlateDriver) -> Iterator[str]:
         )
 
 
-def check_display(setting: Setting) -> Finding:
+def check_display(planned: PlannedSession) -> Finding:
     """Open the participant's window on its screen: the keyboard must reach it."""
     # Imported here: PsychoPy takes seconds, and the checks before may already say no.
     from experiments.participants.psychopy_window.display import Display  # noqa: PLC0415
@@ -212,7 +212,7 @@ def check_display(setting: Setting) -> Finding:
 
     clock = SystemClock()
     display = Display(
-        clock, full_screen=setting.full_screen, screen=setting.screen, size=(1280, 800)
+        clock, full_screen=planned.full_screen, screen=planned.screen, size=(1280, 800)
     )
     with display:
         keyboard = Keyboard(display.handle, clock, precise_times=False)
@@ -227,22 +227,22 @@ def check_display(setting: Setting) -> Finding:
         return Finding(
             name="display",
             passed=False,
-            detail=f"screen {setting.screen}, {size}: the window has no keyboard focus",
+            detail=f"screen {planned.screen}, {size}: the window has no keyboard focus",
             remedy="close what lies over the participant's screen, then click on it once",
         )
     return Finding(
-        name="display", passed=True, detail=f"screen {setting.screen}, {size}, keyboard focus"
+        name="display", passed=True, detail=f"screen {planned.screen}, {size}, keyboard focus"
     )
 
 
-def check_sound(setting: Setting) -> Finding:
+def check_sound(planned: PlannedSession) -> Finding:
     """Look for a device for the masking noise, if the study wants it, and make the noise."""
     from experiments.session.masking_output import (  # noqa: PLC0415 - loads PortAudio
         MaskingNoise,
         check_device,
     )
 
-    study, _ = read_study(setting.study)
+    study, _ = read_study(planned.study)
     noise = study.masking_noise
     if noise is None:
         return Finding(name="sound", passed=True, detail="the study has no masking noise")
@@ -260,7 +260,7 @@ def check_sound(setting: Setting) -> Finding:
     )
 
 
-CHECKS: dict[str, Callable[[Setting], Finding]] = {
+CHECKS: dict[str, Callable[[PlannedSession], Finding]] = {
     "study": check_study,
     "folder": check_folder,
     "participant": check_participant,
@@ -272,7 +272,7 @@ CHECKS: dict[str, Callable[[Setting], Finding]] = {
 NEED_STUDY = ("plate", "sound")
 
 
-def check(setting: Setting, tell: Callable[[Finding], None]) -> list[Finding]:
+def check(planned: PlannedSession, tell: Callable[[Finding], None]) -> list[Finding]:
     """Make all checks, in order; tell of each as soon as it is made.
 
     A fault of the user's or the rig's is a finding, not an error: the list is always whole.
@@ -284,7 +284,7 @@ def check(setting: Setting, tell: Callable[[Finding], None]) -> list[Finding]:
             finding = Finding(name=name, passed=False, detail="not looked at: the study has faults")
         else:
             try:
-                finding = look(setting)
+                finding = look(planned)
             except (UserError, RigError) as error:
                 finding = Finding(name=name, passed=False, detail=str(error))
         findings.append(replace(finding, name=name))

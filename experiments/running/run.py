@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from experiments.participants.base import Participant
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator
-    from experiments.session.session import Outcome
+    from experiments.session.session import RunOutcome
     from experiments.study.run_plan import RunPlan
     from hardware.clock import Clock
     from hardware.driver import PlateDriver
 
 
-def perform(
+def run_plan(
     plan: RunPlan,
     *,
     spec: str,
@@ -29,7 +29,7 @@ def perform(
     operator: Operator,
     noise: Noise | None = None,
     unblind: bool = False,
-) -> Outcome:
+) -> RunOutcome:
     """Run a plan from the journal's end to the run's.
 
     Parameters

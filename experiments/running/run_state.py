@@ -52,12 +52,12 @@ def remedy(path: Path, state: RunState) -> str:
     another = "name another participant, or a new --session or --run"
     remedies: dict[RunState, str] = {
         "running now": f"end it where it runs, or {another}",
-        "interrupted": to_go_on(path),
+        "interrupted": how_to_resume(path),
         "complete": another,
     }
     return remedies[state]
 
 
-def to_go_on(journal: Path) -> str:
+def how_to_resume(journal: Path) -> str:
     """Return the sentence that says how to go on with a run."""
     return f"To go on: slipscale resume {shlex.quote(str(journal))}"

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator, Request, State
     from experiments.session.progress import Progress
-    from experiments.session.surface_state import Stage
+    from experiments.session.surface_state import SurfaceState
     from hardware.clock import Clock
     from hardware.driver import PlateDriver
 
@@ -37,7 +37,7 @@ class Interruptions:
 
     Parameters
     ----------
-    plate, stage, participant, journal, clock, operator, noise, progress
+    plate, surface, participant, journal, clock, operator, noise, progress
         The session's.
     hold_text : str
         Asks the participant to wait.
@@ -49,7 +49,7 @@ class Interruptions:
         self,
         *,
         plate: PlateDriver,
-        stage: Stage,
+        surface: SurfaceState,
         participant: Participant,
         journal: Journal,
         clock: Clock,
@@ -60,7 +60,7 @@ class Interruptions:
         unblind: bool,
     ) -> None:
         self._plate = plate
-        self._stage = stage
+        self._surface = surface
         self._participant = participant
         self._journal = journal
         self._clock = clock
@@ -69,7 +69,7 @@ class Interruptions:
         self._progress = progress
         self._hold_text = hold_text
         self._unblind = unblind
-        self._voids = _unheard_voids(journal.records)
+        self._voids = _pending_voids(journal.records)
 
     def attempt(self, action: Callable[[], Answer]) -> Answer:
         """Do something until neither a fault nor a pause comes between."""
@@ -87,7 +87,7 @@ class Interruptions:
 
     def watch(self) -> None:
         """Look after the plate and the operator: runs at every frame of a participant's step."""
-        self._stage.check()
+        self._surface.check()
         self.watch_operator()
 
     def watch_operator(self) -> None:
@@ -102,7 +102,7 @@ class Interruptions:
         elif request.what == "stop":
             raise StopRequested("asked by the operator")
 
-    def heard(self) -> Voided:
+    def take_voids(self) -> Voided:
         """Return which trials were voided since this was last asked."""
         voided, self._voids = Voided(trials=tuple(self._voids)), []
         return voided
@@ -140,7 +140,7 @@ class Interruptions:
 
     def _hold(self) -> None:
         """Pause: silence, wait for the operator, let the step begin anew."""
-        self._stage.interrupt()
+        self._surface.interrupt()
         self._plate.silence()
         self._journal.write("pause")
         self._wait_for("paused", "go_on")
@@ -148,7 +148,7 @@ class Interruptions:
 
     def _recover(self, fault: PlateFault) -> None:
         """Silence, write down, ask whether to retry, reconnect."""
-        self._stage.quieten()
+        self._surface.shut_down()
         while True:
             self._progress.fault()
             self._journal.write("fault", code=fault.code, message=fault.message)
@@ -183,7 +183,7 @@ class Interruptions:
             self._participant.hold(self._hold_text, answered)
 
 
-def _unheard_voids(records: list[Record]) -> list[int]:
+def _pending_voids(records: list[Record]) -> list[int]:
     """Return the trials voided that the protocol has not been told of."""
     waiting: list[int] = []
     for record in records:

@@ -12,7 +12,7 @@ State = Literal["showing", "presenting", "waiting", "paused", "fault", "done"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Status:
+class SessionStatus:
     """What goes on. It holds an amplitude only where the session was told to unblind.
 
     Parameters
@@ -59,8 +59,8 @@ class Status:
 class Request:
     """What the operator asks for: to pause or go on, void a trial, retry, or stop.
 
-    ``trial`` is the one to be voided, None the one that is `Status.voidable` now: while a reason
-    is typed the session may have come to the next.
+    ``trial`` is the one to be voided, None the one that is `SessionStatus.voidable` now: while a
+    reason is typed the session may have come to the next.
     """
 
     what: Literal["pause", "go_on", "void", "retry", "stop"]
@@ -75,7 +75,7 @@ class Operator(Protocol):
     def busy(self) -> bool:
         """Whether a request is being typed: the end of a task waits for it."""
 
-    def tell(self, status: Status) -> None:
+    def tell(self, status: SessionStatus) -> None:
         """Show what goes on."""
 
     def poll(self) -> Request | None:
@@ -95,7 +95,7 @@ class UnattendedOperator:
         """Never."""
         return False
 
-    def tell(self, status: Status) -> None:
+    def tell(self, status: SessionStatus) -> None:
         """Note the state."""
         self._state = status.state
 

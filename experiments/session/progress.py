@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from experiments.protocols.steps import EndBlock, EndTrial, Present
-from experiments.session.operator import Status
+from experiments.session.operator import SessionStatus
 
 if TYPE_CHECKING:
     from experiments.protocols.steps import Step, Trial
@@ -30,7 +30,7 @@ class Progress:
     def __init__(self, operator: Operator, clock: Clock, planned: int, voided: int = 0) -> None:
         self._operator = operator
         self._clock = clock
-        self._status = Status(state="showing", planned=planned + voided, voided=voided)
+        self._status = SessionStatus(state="showing", planned=planned + voided, voided=voided)
         self._begun_s = clock.now()
         self._done_before = 0
         self._trial: Trial | None = None  # the last whose surface was presented

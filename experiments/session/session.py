@@ -28,7 +28,7 @@ from experiments.protocols.steps import (
 from experiments.session.interruptions import Interruptions
 from experiments.session.masking import NoNoise
 from experiments.session.progress import Progress
-from experiments.session.surface_state import Stage
+from experiments.session.surface_state import SurfaceState
 from faults import UserError
 from hardware.clock import VirtualClock
 from hardware.errors import PlateFault
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from hardware.clock import Clock
     from hardware.driver import PlateDriver
 
-Outcome = Literal["complete", "stopped"]
+RunOutcome = Literal["complete", "stopped"]
 
 
 class Session:
@@ -88,12 +88,12 @@ class Session:
         self._clock = clock
         self._noise = noise or NoNoise()
         self._unblind = unblind
-        self._stage = Stage(plate, clock, self._feel)
+        self._surface = SurfaceState(plate, clock, self._feel)
         voided = sum(record.kind == "void" for record in journal.records)
         self._progress = Progress(operator, clock, planned, voided)
         self._between = Interruptions(
             plate=plate,
-            stage=self._stage,
+            surface=self._surface,
             participant=participant,
             journal=journal,
             clock=clock,
@@ -104,7 +104,7 @@ class Session:
             unblind=unblind,
         )
         self._presented_s = 0.0  # when the staged surface was, for one that is taken up again
-        self._perform: Mapping[type, Callable[[Any], Answer]] = {
+        self._actions: Mapping[type, Callable[[Any], Answer]] = {
             Instruct: self._show,
             Rest: self._show,
             Explore: self._explore,
@@ -115,7 +115,7 @@ class Session:
             EndBlock: self._end_block,
         }
 
-    def run(self) -> Outcome:
+    def run(self) -> RunOutcome:
         """Run to the end, or until somebody stops; the plate is silent afterwards.
 
         Raises
@@ -127,17 +127,17 @@ class Session:
         """
         try:
             self._loop()
-            self._stage.quieten()
+            self._surface.shut_down()
             self._journal.write("end")
         except StopRequested as request:
-            self._stage.quieten()
+            self._surface.shut_down()
             self._journal.write("stop", reason=str(request) or "asked by the participant")
             return "stopped"
         except UserError:
-            self._stage.quieten()
+            self._surface.shut_down()
             raise
         except BaseException as error:
-            self._stage.quieten()
+            self._surface.shut_down()
             self._journal.write("stop", reason=f"{type(error).__name__}: {error}")
             raise
         finally:
@@ -175,12 +175,12 @@ class Session:
                 "began the run (it is named in the journal's first line)"
             )
         if isinstance(step, Present):
-            self._stage.remember(step)
+            self._surface.remember(step)
             self._presented_s = begun.time_s
         elif isinstance(step, Explore):
-            self._stage.explored(step)
+            self._surface.explored(step)
         elif isinstance(step, Silence):
-            self._stage.forget()
+            self._surface.forget()
         return answer_from(done.data["answer"])
 
     def _take_up(self, step: Step) -> None:
@@ -191,10 +191,10 @@ class Session:
         self._journal.write("take_up", virtual=virtual is not None)
         # A resumed pilot goes on as if it had never stopped: nobody felt the wait, and a texture,
         # which changes with time, is explored at the time at which it was.
-        if virtual and self._stage.broken:
+        if virtual and self._surface.broken:
             virtual.set(self._presented_s)
         if not isinstance(step, Silence):
-            self._between.attempt(lambda: self._mend(step))
+            self._between.attempt(lambda: self._restore(step))
         if virtual:
             virtual.set(began_s)
 
@@ -204,7 +204,7 @@ class Session:
         """Carry out a step, however often it takes, and write down its answer."""
         self._journal.write("begin", step=number, what=step_record(step))
         self._progress.begins(step)
-        answer = self._between.attempt(lambda: self._perform[type(step)](step))
+        answer = self._between.attempt(lambda: self._actions[type(step)](step))
         self._journal.write("done", step=number, answer=answer_record(answer))
         return answer
 
@@ -217,13 +217,13 @@ class Session:
         self._noise.start()
         amplitude_um_pp = step.surface.amplitude_um_pp if self._unblind else None
         self._progress.tell("presenting", amplitude_um_pp=amplitude_um_pp)
-        return self._stage.present(step)
+        return self._surface.present(step)
 
     def _explore(self, step: Explore) -> Reply:
-        self._mend(step)
+        self._restore(step)
         reply = self._feel(step)
-        self._stage.confirm()
-        self._stage.explored(step)
+        self._surface.confirm()
+        self._surface.explored(step)
         return reply
 
     def _feel(self, step: Explore) -> Reply:
@@ -232,11 +232,11 @@ class Session:
         return self._participant.perform(step, self._between.watch)
 
     def _ask(self, step: Ask) -> Reply:
-        self._mend(step)
+        self._restore(step)
         self._wait()
         reply = self._participant.perform(step, self._between.watch)
         try:
-            self._stage.confirm()
+            self._surface.confirm()
         except PlateFault:
             # The surface had gone while the answer was given: kept, but never as an answer.
             self._journal.write("discarded", name=step.name, answer=answer_record(reply))
@@ -244,29 +244,29 @@ class Session:
         return reply
 
     def _silence(self, _step: Silence) -> None:
-        self._stage.strike()
+        self._surface.silence()
 
     def _end_trial(self, _step: EndTrial) -> Voided:
         self._between.watch_operator()
-        return self._between.heard()
+        return self._between.take_voids()
 
     def _end_block(self, step: EndBlock) -> Voided:
         self._show(step.screen)
         self._between.await_reason()
-        return self._between.heard()
+        return self._between.take_voids()
 
-    def _mend(self, step: Step) -> None:
+    def _restore(self, step: Step) -> None:
         """Have a broken surface presented and explored again before the step."""
-        if self._stage.broken:
+        if self._surface.broken:
             self._noise.start()
             self._progress.tell("presenting")
-            made = self._stage.mend()
+            made = self._surface.restore()
             trial = step.trial.number if step.trial else None
             self._journal.write("represented", trial=trial, answer=answer_record(made))
 
     def _wait(self) -> None:
         """Tell the operator that the participant is at work."""
-        amplitude_um_pp = self._stage.amplitude_um_pp if self._unblind else None
+        amplitude_um_pp = self._surface.amplitude_um_pp if self._unblind else None
         self._progress.tell("waiting", amplitude_um_pp=amplitude_um_pp)
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from hardware.driver import PlateDriver
 
 
-class Stage:
+class SurfaceState:
     """What the participant should be feeling, and whether the plate makes it now.
 
     Parameters
@@ -70,7 +70,7 @@ class Stage:
         """Note that the participant has explored the surface."""
         self._explored = step
 
-    def mend(self) -> Presented | None:
+    def restore(self) -> Presented | None:
         """Make the staged surface again where it is broken, and have it explored again."""
         present, explored = self._present, self._explored
         if present is None or self._standing:
@@ -104,7 +104,7 @@ class Stage:
         if self._standing:
             self._plate.check()
 
-    def strike(self) -> None:
+    def silence(self) -> None:
         """Silence the plate; nothing is staged any more."""
         self._plate.silence()
         self.forget()
@@ -117,7 +117,7 @@ class Stage:
         """Note that the surface is about to be lost, or is; it stays staged."""
         self._standing = False
 
-    def quieten(self) -> None:
+    def shut_down(self) -> None:
         """Silence the plate on the way out, whatever state the line is in."""
         self.interrupt()
         try:

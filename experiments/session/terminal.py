@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Self, TextIO
 from rich.live import Live
 from rich.text import Text
 
-from experiments.session.operator import Request, Status
+from experiments.session.operator import Request, SessionStatus
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -84,7 +84,7 @@ class TerminalOperator:
         self._console = console
         self._read_key = read_key
         self._retries = retries
-        self._status = Status(state="showing")
+        self._status = SessionStatus(state="showing")
         self._reason: str | None = None  # being typed
         self._voiding: Trial | None = None  # the trial that it is about
         self._stopping = False  # asked for, not yet confirmed
@@ -95,7 +95,7 @@ class TerminalOperator:
         """Whether a reason is being typed."""
         return self._reason is not None
 
-    def tell(self, status: Status) -> None:
+    def tell(self, status: SessionStatus) -> None:
         """Show what goes on."""
         self._status = status
         self._draw()

@@ -8,7 +8,7 @@ import pytest
 from experiments.journal.journal import Journal
 from experiments.journal.run_record import elapsed_s, read_plan
 from experiments.participants.simulated import SimulatedParticipant
-from experiments.running.run import perform
+from experiments.running.run import run_plan
 from experiments.session.operator import UnattendedOperator
 from experiments.study.file import study_text
 from experiments.study.run_plan import RunPlan
@@ -53,7 +53,7 @@ class Laboratory:
         self.plate = open_plate(spec or self.spec, clock=self.clock, seed=plan.seed)
         with journal, self.plate:
             self.person = (person or self.simulated)(plan)
-            return perform(
+            return run_plan(
                 plan,
                 spec=spec or self.spec,
                 plate=self.plate,

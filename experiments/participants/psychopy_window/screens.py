@@ -32,7 +32,7 @@ CARET = "|"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Outcome:
+class ScreenResult:
     """How a screen ended."""
 
     value: Value = None
@@ -48,13 +48,13 @@ class Screen(Protocol):
     def scene(self, elapsed_s: float) -> Scene:
         """Return what to show ``elapsed_s`` after the screen came up."""
 
-    def press(self, character: str, elapsed_s: float) -> Outcome | None:
+    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
         """Take a character; return the outcome if it ended the screen."""
 
     def erase(self) -> None:
         """Take back the last character."""
 
-    def expire(self, elapsed_s: float) -> Outcome | None:
+    def expire(self, elapsed_s: float) -> ScreenResult | None:
         """Return the outcome if the time alone ended the screen."""
 
 
@@ -68,19 +68,19 @@ class Waiting:
         self._minimum_s = minimum_s
         self._maximum_s = maximum_s
 
-    def press(self, character: str, elapsed_s: float) -> Outcome | None:
+    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
         """End on the space bar, at the earliest after the minimum."""
         if character == SPACE and elapsed_s >= self._minimum_s:
-            return Outcome()
+            return ScreenResult()
         return None
 
     def erase(self) -> None:
         """Nothing is typed here."""
 
-    def expire(self, elapsed_s: float) -> Outcome | None:
+    def expire(self, elapsed_s: float) -> ScreenResult | None:
         """End when the maximum is over."""
         if self._maximum_s is not None and elapsed_s >= self._maximum_s:
-            return Outcome(timed_out=True)
+            return ScreenResult(timed_out=True)
         return None
 
     def wait_s(self, elapsed_s: float) -> int:
@@ -183,14 +183,14 @@ class Asking:
         left = remaining(self._limit_s, elapsed_s, self._texts, y=0.415)
         return (prompt, *self._body(), *said, scene.hint(self._hint), *left)
 
-    def press(self, character: str, elapsed_s: float) -> Outcome | None:
+    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
         """Take a character; end when the entry is an answer given in time."""
         if self.expire(elapsed_s):
             return None
         verdict = self._entry.press(character)
         self._notice = ""
         if isinstance(verdict, entry.Accepted):
-            return Outcome(value=verdict.value)
+            return ScreenResult(value=verdict.value)
         if isinstance(verdict, entry.Refused):
             self._notice = self._texts[verdict.reason].format(**verdict.blanks)
             if verdict.entry:
@@ -202,10 +202,10 @@ class Asking:
         self._notice = ""
         self._entry.erase()
 
-    def expire(self, elapsed_s: float) -> Outcome | None:
+    def expire(self, elapsed_s: float) -> ScreenResult | None:
         """End when the time limit is over."""
         if self._limit_s is not None and elapsed_s >= self._limit_s:
-            return Outcome(timed_out=True)
+            return ScreenResult(timed_out=True)
         return None
 
     def _number(self) -> Scene:

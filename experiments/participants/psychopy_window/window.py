@@ -10,7 +10,12 @@ from experiments.participants.psychopy_window import scene
 from experiments.participants.psychopy_window.display import Display
 from experiments.participants.psychopy_window.entry import ENTER
 from experiments.participants.psychopy_window.keyboard import Key, Keyboard
-from experiments.participants.psychopy_window.screens import Outcome, Screen, Stopping, screen_for
+from experiments.participants.psychopy_window.screens import (
+    Screen,
+    ScreenResult,
+    Stopping,
+    screen_for,
+)
 from experiments.protocols.steps import Reply
 
 if TYPE_CHECKING:
@@ -185,7 +190,7 @@ class PsychoPyWindow:
             self._show(screen.scene(self._clock.now() - onset_s))
 
 
-def hand_over(key: Key, screen: Screen, elapsed_s: float) -> Outcome | None:
+def hand_over(key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:
     """Give a key to a screen, unless it came too early or from a key that is just held down."""
     if key.kind == "escape" or elapsed_s < 0:
         return None
@@ -198,7 +203,7 @@ def hand_over(key: Key, screen: Screen, elapsed_s: float) -> Outcome | None:
 
 
 def reply(
-    screen: Screen, outcome: Outcome, onset_s: float, elapsed_s: float | None, source: str
+    screen: Screen, outcome: ScreenResult, onset_s: float, elapsed_s: float | None, source: str
 ) -> Reply:
     """Return the reply that a screen's outcome makes."""
     return Reply(

@@ -11,7 +11,7 @@ import pytest
 import slipscale
 from experiments.journal.run_record import read_plan
 from experiments.running.pilot import pilot_plans, run_pilot
-from experiments.running.preflight import Setting, check
+from experiments.running.preflight import PlannedSession, check
 from experiments.study.file import study_text
 from faults import UserError
 from slipscale import main
@@ -179,14 +179,14 @@ def test_a_participant_who_has_a_run_is_refused_by_its_journal(capsys, tmp_path)
 
 
 def test_check_is_always_a_whole_list_and_gives_the_remedy(display, tmp_path):
-    setting = Setting(study="biet2007", plate="mock", out=tmp_path, full_screen=False)
-    found = {finding.name: finding for finding in check(setting, lambda _: None)}
+    planned = PlannedSession(study="biet2007", plate="mock", out=tmp_path, full_screen=False)
+    found = {finding.name: finding for finding in check(planned, lambda _: None)}
     assert list(found) == ["study", "folder", "participant", "plate", "sound", "display"]
     assert [name for name, f in found.items() if f.passed is False] == []
     assert "2.3" in found["plate"].detail
 
 
-def test_check_of_a_broken_room_tells_every_fault(capsys, tmp_path, monkeypatch):
+def test_check_of_a_broken_setting_tells_every_fault(capsys, tmp_path, monkeypatch):
     monkeypatch.delenv("DISPLAY", raising=False)
     small(tmp_path / "data")
     bad = tmp_path / "bad.toml"
@@ -207,8 +207,8 @@ def test_check_tells_of_noise_that_would_clip_and_where_it_would_not(tmp_path, r
     def sound(level_db):
         text = study_text("biet2007").replace("level_db = -20.0", f"level_db = {level_db}")
         path.write_text(text.replace("required = false", f"required = {required}"))
-        setting = Setting(study=str(path), plate="mock", out=tmp_path)
-        return next(f for f in check(setting, lambda _: None) if f.name == "sound")
+        planned = PlannedSession(study=str(path), plate="mock", out=tmp_path)
+        return next(f for f in check(planned, lambda _: None) if f.name == "sound")
 
     loud = sound(-3.0)
     assert loud.passed is False
@@ -218,8 +218,8 @@ def test_check_tells_of_noise_that_would_clip_and_where_it_would_not(tmp_path, r
 
 
 def test_check_refuses_a_label_that_run_would_refuse(tmp_path):
-    setting = Setting(study="biet2007", plate="mock", out=tmp_path, participant="../me")
-    finding = next(f for f in check(setting, lambda _: None) if f.name == "participant")
+    planned = PlannedSession(study="biet2007", plate="mock", out=tmp_path, participant="../me")
+    finding = next(f for f in check(planned, lambda _: None) if f.name == "participant")
     assert finding.passed is False
     assert "letters and digits only" in finding.detail
 

@@ -16,8 +16,8 @@ from experiments.journal.journal import Journal
 from experiments.journal.run_record import read_plan
 from experiments.participants.scripted import ScriptedParticipant
 from experiments.protocols.steps import Ask, Explore
-from experiments.running.preflight import CHECKS, Setting
-from experiments.running.run import perform
+from experiments.running.preflight import CHECKS, PlannedSession
+from experiments.running.run import run_plan
 from experiments.session.operator import UnattendedOperator
 from experiments.study.run_plan import RunPlan
 from faults import UserError
@@ -163,7 +163,7 @@ def run_session(board, fault, phase, folder, *, study=STUDY, seed=1):
     plate = open_plate(spec, clock=clock)
     person = Participant(board, fault, phase, clock)
     with Journal.create(path, clock) as journal, plate:
-        outcome = perform(
+        outcome = run_plan(
             plan,
             spec=spec,
             plate=plate,
@@ -255,8 +255,8 @@ def test_a_board_that_never_comes_back_stops_the_session_resumable(tmp_path):
 
 
 def test_the_check_before_a_session_tells_of_the_plate_and_leaves_it_silent(board, tmp_path):
-    setting = Setting(study="biet2007", plate=f"serial:{board.port}", out=tmp_path)
-    finding = CHECKS["plate"](setting)
+    planned = PlannedSession(study="biet2007", plate=f"serial:{board.port}", out=tmp_path)
+    finding = CHECKS["plate"](planned)
     assert finding.passed
     assert "slipscale-plate-1 EMULATED-1" in finding.detail
     assert finding.detail.endswith("; plays textures")
@@ -265,10 +265,10 @@ def test_the_check_before_a_session_tells_of_the_plate_and_leaves_it_silent(boar
 
 def test_the_check_tells_that_a_board_with_older_firmware_plays_no_textures(tmp_path):
     with EmulatorProcess("--fault", "old_firmware") as board:
-        setting = Setting(study="biet2007", plate=f"serial:{board.port}", out=tmp_path)
-        assert CHECKS["plate"](setting).detail.endswith("; plays no textures")
+        planned = PlannedSession(study="biet2007", plate=f"serial:{board.port}", out=tmp_path)
+        assert CHECKS["plate"](planned).detail.endswith("; plays no textures")
         with pytest.raises(UserError, match=r"'T1': the board's firmware \(1\.0\) holds one ampl"):
-            CHECKS["plate"](replace(setting, study="textures_demo"))
+            CHECKS["plate"](replace(planned, study="textures_demo"))
 
 
 @pytest.mark.parametrize(
@@ -280,6 +280,6 @@ def test_the_check_tells_that_a_board_with_older_firmware_plays_no_textures(tmp_
     ],
 )
 def test_a_plate_that_is_not_in_order_is_a_finding_with_its_remedy(tmp_path, plate, said):
-    setting = Setting(study="biet2007", plate=plate, out=tmp_path)
+    planned = PlannedSession(study="biet2007", plate=plate, out=tmp_path)
     with pytest.raises((PlateFault, UserError), match=re.escape(said)):
-        CHECKS["plate"](setting)
+        CHECKS["plate"](planned)

@@ -3,7 +3,7 @@
 import pytest
 
 from experiments.protocols.steps import Present
-from experiments.session.surface_state import Stage
+from experiments.session.surface_state import SurfaceState
 from hardware.backends.mock import MockPlate
 from hardware.clock import VirtualClock
 from hardware.errors import NotReached
@@ -16,13 +16,13 @@ AMPLITUDES_UM_PP = (0.0, 0.5, 1.2, 2.3)
 
 
 def staged(amplitude_um_pp, limits=None, noise_um=0.0):
-    """Return a stage on which a surface stands, and its plate."""
+    """Return a surface on which a surface stands, and its plate."""
     clock = VirtualClock()
     plate = MockPlate(clock=clock, limits=limits, twin=Twin(noise_um=noise_um))
     plate.connect()
-    stage = Stage(plate, clock, lambda _: None)
-    stage.present(Present(surface=VirtualSurface(amplitude_um_pp=amplitude_um_pp)))
-    return stage, plate
+    surface = SurfaceState(plate, clock, lambda _: None)
+    surface.present(Present(surface=VirtualSurface(amplitude_um_pp=amplitude_um_pp)))
+    return surface, plate
 
 
 def drift(plate, amplitude_um_pp):
@@ -38,18 +38,18 @@ def test_what_would_not_be_presented_is_not_taken_for_the_surface_later(amplitud
     allowed = max(limits.tolerance * amplitude_um_pp, limits.tolerance_um)
     if amplitude_um_pp + side * allowed < 0:
         side = 1
-    stage, plate = staged(amplitude_um_pp)
+    surface, plate = staged(amplitude_um_pp)
     drift(plate, amplitude_um_pp + 0.9 * side * allowed)
-    stage.confirm()
+    surface.confirm()
     drift(plate, amplitude_um_pp + 1.1 * side * allowed)
     with pytest.raises(NotReached, match="is measured"):
-        stage.confirm()
+        surface.confirm()
 
 
 def test_the_tolerance_is_the_plates_own():
-    stage, plate = staged(1.2, PlateLimits(tolerance=0.2))
+    surface, plate = staged(1.2, PlateLimits(tolerance=0.2))
     drift(plate, 1.2 * 1.15)
-    stage.confirm()
+    surface.confirm()
 
 
 @pytest.mark.parametrize(
@@ -58,20 +58,20 @@ def test_the_tolerance_is_the_plates_own():
 def test_a_reading_breaks_a_surface_only_where_the_plate_knows_what_it_does(
     monkeypatch, kind, believed
 ):
-    stage, plate = staged(1.2)
+    surface, plate = staged(1.2)
     gone = Readback(amplitude_um_pp=None if kind == "none" else 0.3, kind=kind, time_s=0.0)
     monkeypatch.setattr(plate, "read_back", lambda: gone)
     if believed:
         with pytest.raises(NotReached):
-            stage.confirm()
+            surface.confirm()
     else:
-        stage.confirm()
+        surface.confirm()
 
 
 def test_a_vibrometers_noise_alone_never_breaks_a_surface():
     """A fifth of the tolerance, in a whole session's readings."""
     for amplitude_um_pp in AMPLITUDES_UM_PP:
-        stage, plate = staged(amplitude_um_pp, noise_um=PlateLimits().tolerance_um / 5)
+        surface, plate = staged(amplitude_um_pp, noise_um=PlateLimits().tolerance_um / 5)
         for _ in range(500):
             plate.clock.sleep(0.1)
-            stage.confirm()
+            surface.confirm()

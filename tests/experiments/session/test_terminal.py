@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from experiments.protocols.steps import Trial
-from experiments.session.operator import Request, Status
+from experiments.session.operator import Request, SessionStatus
 from experiments.session.terminal import Keys, TerminalOperator
 
 GLISSE = "glissé"
@@ -28,7 +28,7 @@ def operator(*keys, width=80, terminal=True, retries=0):
 def asked(state, *keys, retries=0):
     """Return what is asked for when ``keys`` are pressed in a state, but for the polls between."""
     who, _ = operator(*keys, retries=retries)
-    who.tell(Status(state=state, voidable=THIRD))
+    who.tell(SessionStatus(state=state, voidable=THIRD))
     return [request for _ in range(len(keys) + 1) if (request := who.poll())]
 
 
@@ -81,10 +81,10 @@ def test_a_reason_is_needed_and_escape_takes_it_all_back():
 
 def test_a_fault_does_not_swallow_the_reason_being_typed():
     who, _ = operator("v", "a", "b", "\r")
-    who.tell(Status(state="waiting", voidable=THIRD))
+    who.tell(SessionStatus(state="waiting", voidable=THIRD))
     who.poll()
     who.poll()
-    who.tell(Status(state="fault", message="unplugged"))
+    who.tell(SessionStatus(state="fault", message="unplugged"))
     assert "ab" not in who.lines().plain
     who.poll()
     assert "unplugged" in who.lines().plain
@@ -94,10 +94,10 @@ def test_a_fault_does_not_swallow_the_reason_being_typed():
 
 def test_the_trial_voided_is_the_one_at_v_however_long_the_reason_takes():
     who, _ = operator("v", "a", "\r")
-    who.tell(Status(state="waiting", trial=3, voidable=THIRD))
+    who.tell(SessionStatus(state="waiting", trial=3, voidable=THIRD))
     who.poll()
     assert who.busy
-    who.tell(Status(state="waiting", trial=4, voidable=FOURTH))
+    who.tell(SessionStatus(state="waiting", trial=4, voidable=FOURTH))
     assert "void trial 3 because" in who.lines().plain
     who.poll()
     assert who.poll() == Request(what="void", reason="a", trial=THIRD)
@@ -106,7 +106,7 @@ def test_the_trial_voided_is_the_one_at_v_however_long_the_reason_takes():
 
 def test_where_nothing_can_be_voided_no_reason_is_asked_for():
     who, _ = operator("v", "p")
-    who.tell(Status(state="showing"))
+    who.tell(SessionStatus(state="showing"))
     assert who.poll() == Request(what="void")
     assert who.poll() == Request(what="pause")
 
@@ -114,7 +114,7 @@ def test_where_nothing_can_be_voided_no_reason_is_asked_for():
 def test_the_lines_tell_what_goes_on_and_what_the_keys_do():
     who, _ = operator()
     who.tell(
-        Status(
+        SessionStatus(
             state="waiting", task="magnitudeestimation", trial=3, total=8, done=2, planned=12,
             time_left_s=125.0, faults=1, voided=2, message="trial 2 will be repeated",
         )
@@ -124,16 +124,16 @@ def test_the_lines_tell_what_goes_on_and_what_the_keys_do():
                   "trial 2 will be repeated", "p pause"):  # fmt: skip
         assert words in said
     assert "µm" not in said
-    who.tell(Status(state="waiting", amplitude_um_pp=2.3))
+    who.tell(SessionStatus(state="waiting", amplitude_um_pp=2.3))
     assert "2.3 µm p-p" in who.lines().plain
-    who.tell(Status(state="done"))
+    who.tell(SessionStatus(state="done"))
     assert "pause" not in who.lines().plain
 
 
 def test_no_line_breaks_in_a_terminal_of_the_usual_width():
     who, _ = operator()
     who.tell(
-        Status(
+        SessionStatus(
             state="presenting", task="magnitudeestimation", trial=30, total=128, done=122,
             planned=212, time_left_s=7384.0, faults=10, voided=12, amplitude_um_pp=1.2345,
         )
@@ -145,9 +145,9 @@ def test_without_a_terminal_nothing_is_written_but_the_end():
     who, shown = operator(terminal=False)
     with who:
         for number in range(50):
-            who.tell(Status(state="waiting", trial=number))
+            who.tell(SessionStatus(state="waiting", trial=number))
         assert shown.getvalue() == ""
-        who.tell(Status(state="done"))
+        who.tell(SessionStatus(state="done"))
     assert "done" in shown.getvalue()
     assert shown.getvalue().endswith("\n")
     assert "\x1b" not in shown.getvalue()

@@ -10,9 +10,9 @@ from experiments.journal.serialisation import step_record, surface_from
 from experiments.protocols.base import load_protocol
 from experiments.protocols.steps import Explore, Present
 from experiments.running import lab_session
-from experiments.running.lab_session import Room, plan_run
-from experiments.running.preflight import Setting, check_plate
-from experiments.session.surface_state import Stage
+from experiments.running.lab_session import Setting, make_plan
+from experiments.running.preflight import PlannedSession, check_plate
+from experiments.session.surface_state import SurfaceState
 from experiments.study.file import parse_study, study_text
 from faults import UserError
 from hardware.backends.mock import MockPlate
@@ -189,7 +189,7 @@ def test_a_texture_that_has_gone_is_noticed_even_where_it_reaches_down_to_zero(d
     clock = VirtualClock()
     plate = MockPlate(clock=clock)
     plate.connect()
-    stage = Stage(plate, clock, lambda _: None)
+    stage = SurfaceState(plate, clock, lambda _: None)
     steady = Grating(spatial_period_mm=2.5, mean_um_pp=1.2, depth_um_pp=depth_um_pp, label="T1")
     stage.present(Present(surface=steady))
     for _ in range(50):
@@ -209,14 +209,14 @@ def rigid(monkeypatch):
 
 @pytest.mark.usefixtures("rigid")
 def test_a_plate_that_cannot_modulate_is_found_out_before_the_session(tmp_path):
-    setting = Setting(study="textures_demo", plate="mock", out=tmp_path)
+    planned = PlannedSession(study="textures_demo", plate="mock", out=tmp_path)
     with pytest.raises(UserError, match="cannot present the texture 'T1'"):
-        check_plate(setting)
-    plan = plan_run("textures_demo", participant="01")
+        check_plate(planned)
+    plan = make_plan("textures_demo", participant="01")
     with pytest.raises(UserError, match="cannot present the texture 'T1'"):
-        lab_session.begin(tmp_path, plan, Room(plate="mock"))
+        lab_session.begin(tmp_path, plan, Setting(plate="mock"))
     assert not plan.journal_path(tmp_path).exists()
 
 
 def test_check_of_a_plate_that_can_modulate_finds_nothing(tmp_path):
-    assert check_plate(Setting(study="textures_demo", plate="mock", out=tmp_path)).passed
+    assert check_plate(PlannedSession(study="textures_demo", plate="mock", out=tmp_path)).passed

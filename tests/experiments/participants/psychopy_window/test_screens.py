@@ -5,7 +5,7 @@ import pytest
 from experiments.languages.texts import languages, load_texts
 from experiments.participants.psychopy_window import scene
 from experiments.participants.psychopy_window.keyboard import Key, claim
-from experiments.participants.psychopy_window.screens import Outcome, Stopping, screen_for
+from experiments.participants.psychopy_window.screens import ScreenResult, Stopping, screen_for
 from experiments.participants.psychopy_window.window import hand_over
 from experiments.protocols.steps import (
     Ask,
@@ -43,7 +43,7 @@ def test_exploring_says_how_long_it_lasts_at_least(elapsed_s, said):
 def test_the_space_bar_works_from_the_minimum_on():
     screen = screen_for(Explore(text="Stroke.", minimum_s=5.0), TEXTS)
     assert screen.press(" ", 4.99) is None
-    assert screen.press(" ", 5.0) == Outcome()
+    assert screen.press(" ", 5.0) == ScreenResult()
 
 
 def test_the_countdown_runs_from_full_to_empty():
@@ -52,7 +52,7 @@ def test_the_countdown_runs_from_full_to_empty():
     assert filled(screen.scene(7.5)) == 0.25
     assert "3 s left" in words(screen.scene(7.5))
     assert screen.expire(9.99) is None
-    assert screen.expire(10.0) == Outcome(timed_out=True)
+    assert screen.expire(10.0) == ScreenResult(timed_out=True)
 
 
 def test_without_a_maximum_nothing_counts_down():
@@ -72,7 +72,7 @@ def test_an_answer_given_in_time_counts_and_a_late_one_does_not():
     screen = screen_for(NUMBER, TEXTS)
     screen.press("7", 9.0)
     assert screen.press("\r", 10.0) is None
-    assert screen.press("\r", 9.99) == Outcome(value=7.0)
+    assert screen.press("\r", 9.99) == ScreenResult(value=7.0)
 
 
 def test_a_wrong_entry_is_explained_until_the_next_key():
@@ -150,10 +150,10 @@ def test_a_held_key_neither_answers_nor_hands_in_an_entry():
     number = screen_for(NUMBER, TEXTS)
     hand_over(Key("character", "7", 1.0, repeated=True), number, 1.0)
     assert hand_over(Key("character", "\r", 1.0, repeated=True), number, 1.0) is None
-    assert hand_over(Key("character", "\r", 1.0), number, 1.0) == Outcome(value=7.0)
+    assert hand_over(Key("character", "\r", 1.0), number, 1.0) == ScreenResult(value=7.0)
 
 
 def test_a_key_from_before_the_screen_is_no_answer_to_it():
     screen = screen_for(YES_NO, TEXTS)
     assert hand_over(Key("character", "y", 1.0), screen, -0.001) is None
-    assert hand_over(Key("character", "y", 1.0), screen, 0.001) == Outcome(value=True)
+    assert hand_over(Key("character", "y", 1.0), screen, 0.001) == ScreenResult(value=True)
