@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from psychopy.hardware.base import BaseDevice
 from serial.tools.list_ports import comports
 
-from hardware.address import patient
+from hardware.address import without_session_watchdog
 from hardware.clock import SystemClock
 from hardware.registry import open_plate
 from stimuli.surface import VirtualSurface
@@ -42,7 +42,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
 
     def __init__(self, spec: str = "mock") -> None:
         self.spec = spec
-        self._plate = open_plate(patient(spec), clock=SystemClock())
+        self._plate = open_plate(without_session_watchdog(spec), clock=SystemClock())
         self._plate.connect()
         # PsychoPy does not close devices when a script ends, or ends badly.
         atexit.register(self.close)

@@ -68,13 +68,15 @@ def calibration(text: str) -> Calibration:
     return read_calibration(Path(text))
 
 
-def patient(spec: str) -> str:
+def without_session_watchdog(spec: str) -> str:
     """Return a SPEC whose heartbeat does not ask whether its session still checks the plate.
 
     For calibration, where a person reads an instrument meanwhile, and for scripts of others.
 
-    >>> patient("serial:COM3"), patient("serial:COM3,attention=9"), patient("mock")
-    ('serial:COM3,attention=0', 'serial:COM3,attention=9', 'mock')
+    >>> without_session_watchdog("serial:COM3")
+    'serial:COM3,attention=0'
+    >>> without_session_watchdog("serial:COM3,attention=9"), without_session_watchdog("mock")
+    ('serial:COM3,attention=9', 'mock')
     """
     if spec.startswith("serial:") and "attention=" not in spec:
         return f"{spec},attention=0"

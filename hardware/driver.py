@@ -52,13 +52,13 @@ class PlateDriver(ABC):
         After `connect`: what the operator should know (calibration old, or of another plate).
     modulator : Modulator or None
         How fast plate and line follow a texture; None: this backend cannot modulate.
-    rigid : str
+    why_not_modulated : str
         Why it cannot.
     """
 
     name: ClassVar[str]
     modulator: Modulator | None = None
-    rigid: str = "it holds one amplitude at a time"
+    why_not_modulated: str = "it holds one amplitude at a time"
 
     def __init__(
         self,
@@ -93,7 +93,7 @@ class PlateDriver(ABC):
         self._on_time.command(self.clock.now(), vibrates=False)
         return self.identity
 
-    def admit(self, surface: Surface) -> Loop | None:
+    def check_supported(self, surface: Surface) -> Loop | None:
         """Return what the plate plays to make a texture, None for a plain surface; do nothing.
 
         Raises
@@ -110,7 +110,7 @@ class PlateDriver(ABC):
         if self.modulator is None:
             raise UserError(
                 f"plate: backend '{self.name}' cannot present the texture '{surface.label}': "
-                f"{self.rigid}; present it on a plate that modulates, "
+                f"{self.why_not_modulated}; present it on a plate that modulates, "
                 "or take the textures out of the study"
             )
         for each in loop.amplitudes_um_pp:
@@ -129,13 +129,14 @@ class PlateDriver(ABC):
         OverLimit
             The amplitude or the duty is outside the limits; the plate was left as it was.
         UserError
-            A texture that this backend cannot play, see `admit`; the plate was left as it was.
+            A texture that this backend cannot play, see `check_supported`; the plate was left as
+            it was.
         NotReached
             The plate measures another amplitude than commanded; it was silenced.
         PlateFault
             Any other fault of the rig; the plate was silenced.
         """
-        loop = self.admit(surface)
+        loop = self.check_supported(surface)
         amplitude_um_pp = loop.mean_um_pp if loop else surface.amplitude_um_pp
         if amplitude_um_pp > 0:
             self._check_duty()

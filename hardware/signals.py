@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 # Whoever presses Ctrl-C twice, or closes the terminal (which sends several signals), must not
 # interrupt what silences the plate. No longer: an exception can be lost in a library's callback,
 # and a session must never become unstoppable.
-DEAF_S = 2.0
+IGNORED_S = 2.0
 ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")  # the last two are Unix' and Windows' own
 
 
@@ -32,17 +32,17 @@ class EndedBySignal(KeyboardInterrupt):
 def signals_raise() -> Iterator[None]:
     """Turn signals that end the program into `EndedBySignal` inside the block.
 
-    For `DEAF_S` after the first, others are let pass: the plate is being silenced.
+    For `IGNORED_S` after the first, others are ignored: the plate is being silenced.
     Only the main thread may call this.
     """
-    heard_s = -math.inf
+    first_s = -math.inf
 
     def handle(number: int, _: FrameType | None) -> None:
-        nonlocal heard_s
+        nonlocal first_s
         now_s = time.monotonic()
-        if now_s - heard_s < DEAF_S:
+        if now_s - first_s < IGNORED_S:
             return
-        heard_s = now_s
+        first_s = now_s
         raise EndedBySignal(signal.Signals(number).name)
 
     numbers = [getattr(signal, name) for name in ENDINGS if hasattr(signal, name)]

@@ -25,11 +25,11 @@ _GAPS = (
 
 def fig8() -> Outcome:
     """Return the half wave that deflects by 1.5 µm at 15 V, Section III-B."""
-    from hardware.plate.beam import Section  # noqa: PLC0415 - see ITEMS
+    from hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
         published="8.2",
-        ours=Section.printed().half_wave_for_amplitude_mm(1.5, 15.0),
+        ours=BeamSection.printed().half_wave_for_amplitude_mm(1.5, 15.0),
         unit="mm",
         reason="equation (37) with Table II's d31; Appendix B's constants would give another",
     )
@@ -37,11 +37,11 @@ def fig8() -> Outcome:
 
 def neutral_line() -> Outcome:
     """Return the neutral line's ordinate over h_p."""
-    from hardware.plate.beam import Section  # noqa: PLC0415 - see ITEMS
+    from hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
         published=None,
-        ours=Section.printed().neutral_ratio,
+        ours=BeamSection.printed().neutral_ratio,
         unit="z0/h_p",
         reason="equation (42) with α = 1.81, β = 2; not printed",
     )
@@ -49,11 +49,11 @@ def neutral_line() -> Outcome:
 
 def fig9_analytic() -> Outcome:
     """Return the half wave of the paper's beam at 25 kHz, Section III-B."""
-    from hardware.plate.beam import Section  # noqa: PLC0415 - see ITEMS
+    from hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
         published="14.75",
-        ours=Section.printed().half_wave_for_frequency_mm(25_000),
+        ours=BeamSection.printed().half_wave_for_frequency_mm(25_000),
         unit="mm",
         reason=(
             "equation (38) over 2π with Table II throughout; 14.73 needs Appendix B's "
@@ -65,11 +65,11 @@ def fig9_analytic() -> Outcome:
 
 def fig9_timoshenko() -> Outcome:
     """Return the half wave of Timoshenko's beam at 25 kHz, which the paper lacks."""
-    from hardware.plate.beam import Section  # noqa: PLC0415 - see ITEMS
+    from hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
         published=None,
-        ours=Section.plane_strain().timoshenko_half_wave_mm(25_000),
+        ours=BeamSection.plane_strain().timoshenko_half_wave_mm(25_000),
         unit="mm",
         reason="ours: plane strain, shear and rotary inertia; explains most of the gap to FE",
     )
@@ -178,24 +178,24 @@ def fig13_amplitude() -> Outcome:
 
 def draw_fig8() -> Any:
     """Return Fig. 8."""
-    from hardware.plate.beam import Section  # noqa: PLC0415
+    from hardware.plate.beam import BeamSection  # noqa: PLC0415
     from hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
 
-    return figures.deflection_figure(Section.printed())
+    return figures.deflection_figure(BeamSection.printed())
 
 
 def draw_fig9() -> Any:
     """Return Fig. 9, with Timoshenko's beam and the measured plate."""
-    from hardware.plate.beam import Section  # noqa: PLC0415
+    from hardware.plate.beam import BeamSection  # noqa: PLC0415
     from hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from hardware.plate.geometry import Layout  # noqa: PLC0415
     from hardware.plate.paper_study import HALF_WAVES_MM, half_wave_frequency_hz  # noqa: PLC0415
 
     return figures.frequency_figure(
-        Section.printed(),
-        Section.plane_strain(),
+        BeamSection.printed(),
+        BeamSection.plane_strain(),
         {h: half_wave_frequency_hz(Layout.half_wave(h)) / 1e3 for h in HALF_WAVES_MM},
-        least_mm=Section.printed().half_wave_for_amplitude_mm(1.5, 15.0),
+        least_mm=BeamSection.printed().half_wave_for_amplitude_mm(1.5, 15.0),
         measured=(83 / 8, 30.5),
     )
 

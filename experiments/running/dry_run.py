@@ -55,6 +55,6 @@ def surfaces(plan: RunPlan) -> list[Surface]:
 
 
 def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
-    """Raise what `PlateDriver.admit` raises if the plate could not present all of a run."""
+    """Raise what `PlateDriver.check_supported` raises if the plate could not present all of a run."""
     for surface in surfaces(plan):
-        plate.admit(surface)
+        plate.check_supported(surface)

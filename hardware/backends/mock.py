@@ -27,7 +27,7 @@ from hardware.driver import PlateDriver
 from hardware.errors import FAULTS, ConnectionLost
 from hardware.fault_injection import Injection, Schedule, parse_injections
 from hardware.limits import PlateLimits
-from hardware.plate.dynamics import Finger, Resonator
+from hardware.plate.dynamics import FingerLoad, Resonator
 from hardware.plate.twin import OFF, SETTLING_TIME_CONSTANTS, Drive, Twin
 from hardware.records import PlateIdentity, Presentation, Readback
 from stimuli.modulation import Modulator, along_edge
@@ -110,7 +110,7 @@ class MockPlate(PlateDriver):
         return self.twin.amplitude_um_pp(self.clock.now())
 
     def _connect(self) -> PlateIdentity:
-        self._hear("connect")
+        self._note_command("connect")
         self._connected = True
         self._set(OFF)
         return PlateIdentity(
@@ -118,7 +118,7 @@ class MockPlate(PlateDriver):
         )
 
     def _drive(self, amplitude_um_pp: float) -> Presentation:
-        self._hear("present", amplitude_um_pp)
+        self._note_command("present", amplitude_um_pp)
         begun_s = self.clock.now()
         from_um_pp = self.twin.drive.target_um_pp or 0.0
         frequency_hz = self.twin.resonator.resonance_hz
@@ -142,34 +142,34 @@ class MockPlate(PlateDriver):
         self._settle()
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
-        self._hear("present")
+        self._note_command("present")
         self._set(Drive(frequency_hz=frequency_hz, voltage_v=voltage_v))
         self._settle()
         return self._measure()
 
     def _read_back(self) -> Readback:
-        self._hear("read_back")
+        self._note_command("read_back")
         return self._measure()
 
     def _silence(self) -> None:
         if self._connected:
-            self._hear("silence")
+            self._note_command("silence")
             self._set(OFF)
 
     def _check(self) -> None:
-        self._suffer(self._schedule.due("check", everywhere=False))
+        self._raise_ordered(self._schedule.due("check", everywhere=False))
         self._require_line()
 
     def _close(self) -> None:
         self._connected = False
 
-    def _hear(self, name: str, amplitude_um_pp: float | None = None) -> None:
+    def _note_command(self, name: str, amplitude_um_pp: float | None = None) -> None:
         self.log.append(Command(self.clock.now(), name, amplitude_um_pp))
-        self._suffer(self._schedule.due(name))
+        self._raise_ordered(self._schedule.due(name))
         if name != "connect":
             self._require_line()
 
-    def _suffer(self, faults: list[str]) -> None:
+    def _raise_ordered(self, faults: list[str]) -> None:
         for code in faults:
             if code == ConnectionLost.code:
                 self._set(OFF)
@@ -207,7 +207,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
     twin = Twin(
         seed=seed,
         resonator=Resonator(quality_factor=options.get("q", Resonator().quality_factor)),
-        finger=Finger(loss=options.get("finger", 0.0)),
+        finger=FingerLoad(loss=options.get("finger", 0.0)),
         voltage_limit_v=limits.voltage_v,
         **({"noise_um": options["noise"]} if "noise" in options else {}),
     )

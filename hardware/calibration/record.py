@@ -7,7 +7,6 @@ whole; what is wrong in it is told at once, with the place.
 from __future__ import annotations
 
 import hashlib
-import json
 import tomllib
 from datetime import date
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -30,13 +29,13 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 VoltageConvention = Literal["V peak", "V peak-to-peak", "V RMS"]
 
 
-class Record(BaseModel):
+class CalibrationTable(BaseModel):
     """A part of the file: frozen, without unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class Device(Record):
+class Device(CalibrationTable):
     """Which plate: what its backend and ``*IDN?`` said."""
 
     backend: str
@@ -46,7 +45,7 @@ class Device(Record):
     firmware: str = ""
 
 
-class Made(Record):
+class Provenance(CalibrationTable):
     """When, by whom, with what, and under which circumstances."""
 
     date: date
@@ -57,14 +56,14 @@ class Made(Record):
     finger: bool = False
 
 
-class Drive(Record):
+class DriveChain(CalibrationTable):
     """How volts are meant: the convention, and what follows the generator."""
 
     voltage_convention: VoltageConvention = "V peak"
     amplifier_gain: Positive = 1.0
 
 
-class Resonance(Record):
+class Resonance(CalibrationTable):
     """The fitted resonance; ``_ci95`` are half widths of 95 % confidence intervals."""
 
     frequency_hz: Positive
@@ -74,7 +73,7 @@ class Resonance(Record):
     residual_um: NotNegative
 
 
-class Gain(Record):
+class Gain(CalibrationTable):
     """The fitted line through the origin at resonance: µm p-p per volt."""
 
     um_pp_per_v: Positive
@@ -84,7 +83,7 @@ class Gain(Record):
     amplitude_max_um_pp: Positive
 
 
-class Point(Record):
+class Point(CalibrationTable):
     """One reading of the vibrometer."""
 
     sweep: Literal["coarse", "fine", "voltage"]
@@ -93,12 +92,12 @@ class Point(Record):
     amplitude_um_pp: NotNegative
 
 
-class Calibration(Record):
+class Calibration(CalibrationTable):
     """What relates volts to micrometres for one plate."""
 
     device: Device
-    made: Made
-    drive: Drive
+    made: Provenance
+    drive: DriveChain
     resonance: Resonance
     gain: Gain
     points: tuple[Point, ...]
@@ -173,18 +172,10 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 
 def to_toml(calibration: Calibration) -> str:
     """Return the file's text; reading it gives an equal calibration."""
-    tables = calibration.model_dump(exclude_none=True)
-    points = tables.pop("points")
-    blocks = [_block(f"[{name}]", values) for name, values in tables.items()]
-    blocks += [_block("[[points]]", values) for values in points]
-    return "# A plate's calibration: see docs/calibration.md\n\n" + "\n".join(blocks)
+    import tomlkit  # noqa: PLC0415 - only who writes a file needs it
 
-
-def _block(head: str, values: dict[str, Any]) -> str:
-    return "\n".join([head, *(f"{key} = {_value(each)}" for key, each in values.items()), ""])
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, (bool, str)):
-        return json.dumps(value, ensure_ascii=False)  # TOML's strings and booleans are JSON's
-    return repr(value) if isinstance(value, float) else str(value)
+    document = tomlkit.document()
+    document.add(tomlkit.comment("A plate's calibration: see docs/calibration.md"))
+    document.add(tomlkit.nl())
+    document.update(calibration.model_dump(exclude_none=True))
+    return tomlkit.dumps(document)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hardware.calibration.fit import fit_gain, fit_resonance
-from hardware.calibration.record import Calibration, Device, Drive, Made, Point
+from hardware.calibration.record import Calibration, Device, DriveChain, Point, Provenance
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -82,7 +82,7 @@ def there_and_back(steps: Iterable[float]) -> list[float]:
 
 
 def calibration_from(
-    points: Sequence[Point], *, device: Device, made: Made, drive: Drive
+    points: Sequence[Point], *, device: Device, made: Provenance, drive: DriveChain
 ) -> Calibration:
     """Fit all of a calibration's points.
 

@@ -61,7 +61,7 @@ def run(arguments: Namespace) -> int:
     """Measure or read, fit, write the file and its plot."""
     # SciPy, pydantic and matplotlib load here: `slipscale plate --help` stays instant.
     from hardware.calibration.plot import draw  # noqa: PLC0415
-    from hardware.calibration.record import Device, Drive, Made, write_calibration  # noqa: PLC0415
+    from hardware.calibration.record import Device, DriveChain, Provenance, write_calibration  # noqa: PLC0415
     from hardware.calibration.sweep import SweepPlan, calibration_from  # noqa: PLC0415
 
     _check_out(arguments.out)
@@ -78,7 +78,7 @@ def run(arguments: Namespace) -> int:
     calibration = calibration_from(
         points,
         device=device,
-        made=Made(
+        made=Provenance(
             date=datetime.now(tz=UTC).date(),
             by=arguments.by,
             instrument=arguments.instrument,
@@ -86,7 +86,7 @@ def run(arguments: Namespace) -> int:
             point=arguments.point,
             finger=arguments.finger,
         ),
-        drive=Drive(
+        drive=DriveChain(
             voltage_convention=arguments.voltage_convention,
             amplifier_gain=arguments.amplifier_gain,
         ),
@@ -119,7 +119,7 @@ def _check_out(path: Path) -> None:
 
 
 def _measure(arguments: Namespace, plan: SweepPlan) -> tuple[Device, tuple[Point, ...]]:
-    from hardware.address import patient  # noqa: PLC0415
+    from hardware.address import without_session_watchdog  # noqa: PLC0415
     from hardware.calibration.record import Device  # noqa: PLC0415
     from hardware.calibration.sweep import sweep  # noqa: PLC0415
     from hardware.clock import Clock, SystemClock, VirtualClock  # noqa: PLC0415
@@ -127,7 +127,7 @@ def _measure(arguments: Namespace, plan: SweepPlan) -> tuple[Device, tuple[Point
     from hardware.signals import silent_on_signals  # noqa: PLC0415
 
     clock: Clock = VirtualClock() if arguments.plate.startswith("mock") else SystemClock()
-    plate = open_plate(patient(arguments.plate), clock=clock, seed=arguments.seed)
+    plate = open_plate(without_session_watchdog(arguments.plate), clock=clock, seed=arguments.seed)
     with silent_on_signals(plate):
         identity = plate.connect()
         read = prompted if arguments.prompt else read_back

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from argparse import REMAINDER, ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import ArgumentParser, Namespace
 from importlib import import_module
+from typing import Any
 
 # name: (module that holds it, what it does)
 SUBCOMMANDS: dict[str, tuple[str, str]] = {
@@ -14,28 +15,34 @@ SUBCOMMANDS: dict[str, tuple[str, str]] = {
 }
 
 
+class _LoadedWhenCalled(ArgumentParser):
+    """A subcommand's parser that imports the subcommand's module when it first has to parse."""
+
+    loads: tuple[str, str] | None = None  # module, subcommand
+
+    def parse_known_args(self, *arguments: Any, **options: Any) -> Any:
+        if self.loads:
+            (module, name), self.loads = self.loads, None
+            fill, call = import_module(module).COMMANDS[name]
+            fill(self)
+            self.set_defaults(call=call)
+        return super().parse_known_args(*arguments, **options)
+
+
 def add_arguments(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale plate``: what follows the subcommand is its own."""
-    parser.usage = "slipscale plate SUBCOMMAND [ARGUMENT ...]"
-    parser.formatter_class = RawDescriptionHelpFormatter
-    lines = [f"  {name:<9}  {purpose}" for name, (_, purpose) in SUBCOMMANDS.items()]
-    parser.epilog = "\n".join(
-        ["subcommands:", *lines, "", "slipscale plate SUBCOMMAND --help says more."]
+    """Fill the parser of ``slipscale plate``."""
+    subcommands = parser.add_subparsers(
+        metavar="SUBCOMMAND", required=True, parser_class=_LoadedWhenCalled
     )
-    parser.add_argument("subcommand", choices=[*SUBCOMMANDS], metavar="SUBCOMMAND")
-    parser.add_argument("rest", nargs=REMAINDER, metavar="ARGUMENT")
+    for name, (module, purpose) in SUBCOMMANDS.items():
+        described = purpose[0].upper() + purpose[1:]
+        subcommand = subcommands.add_parser(name, help=purpose, description=described)
+        subcommand.loads = (module, name)
 
 
 def run(arguments: Namespace) -> int:
-    """Load the subcommand and run it."""
-    name = arguments.subcommand
-    module, purpose = SUBCOMMANDS[name]
-    parser = ArgumentParser(
-        prog=f"slipscale plate {name}", description=purpose[0].upper() + purpose[1:]
-    )
-    fill, call = import_module(module).COMMANDS[name]
-    fill(parser)
-    return int(call(parser.parse_args(arguments.rest)))
+    """Run the subcommand that was parsed."""
+    return int(arguments.call(arguments))
 
 
 COMMANDS = {"plate": (add_arguments, run)}

@@ -32,7 +32,7 @@ SAFE_VOLTAGE_V = PlateLimits().voltage_v  # the driver's limit, over the paper's
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Section:
+class BeamSection:
     """A ceramic layer (0 < z < h_p) glued without loss under a resonator (h_p < z < h_p + h_i).
 
     Parameters
@@ -130,7 +130,7 @@ class Section:
     def neutral_ratio(self) -> float:
         """Neutral line f0 = z0/h_p: equation (42), from ∫ T dz = 0 (printed (41): ∫ S·T dz).
 
-        >>> round(Section.printed().neutral_ratio, 4)
+        >>> round(BeamSection.printed().neutral_ratio, 4)
         1.6755
         """
         a, b = self.alpha, self.beta
@@ -203,7 +203,7 @@ class Section:
     def half_wave_for_amplitude_mm(self, amplitude_um_peak: float, voltage_v: float) -> float:
         """Return the half wave whose dynamic deflection is ``amplitude_um_peak``, mm.
 
-        >>> round(Section.printed().half_wave_for_amplitude_mm(1.5, 15), 1)  # printed: 8.2
+        >>> round(BeamSection.printed().half_wave_for_amplitude_mm(1.5, 15), 1)  # printed: 8.2
         8.2
         """
         wanted = float(positive("amplitude_um_peak", amplitude_um_peak, "µm peak"))

@@ -63,7 +63,7 @@ class Resonator:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Finger:
+class FingerLoad:
     """What a fingertip on the plate adds.
 
     Parameters
@@ -84,7 +84,7 @@ class Finger:
             raise UserError("finger: detuning_hz is not finite")
 
 
-NO_FINGER = Finger()
+NO_FINGER = FingerLoad()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,11 +170,11 @@ class Conditions:
 
 
 def conditions(
-    resonator: Resonator, *, temperature_c: float | None = None, finger: Finger = NO_FINGER
+    resonator: Resonator, *, temperature_c: float | None = None, finger: FingerLoad = NO_FINGER
 ) -> Conditions:
     """Return the resonator at a temperature (its reference by default), with or without a finger.
 
-    >>> round(conditions(Resonator(), finger=Finger(loss=1 / 300)).quality_factor, 6)
+    >>> round(conditions(Resonator(), finger=FingerLoad(loss=1 / 300)).quality_factor, 6)
     50.0
     """
     at_c = resonator.reference_temperature_c if temperature_c is None else temperature_c

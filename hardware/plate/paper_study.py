@@ -7,8 +7,10 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.optimize import root_scalar
 
-from hardware.plate.beam import Section
+from faults import UserError
+from hardware.plate.beam import BeamSection
 from hardware.plate.geometry import DEFAULT, HALF_WAVE, Density, Layout
 from hardware.plate.vibration import Modes, modes, response_um
 from stimuli.quantities import MILLI, positive
@@ -24,11 +26,12 @@ HALF_WAVES_MM = (9.0, 10.0, 11.0, 12.0, 14.0, 16.0, 20.0)  # Section III-C-1
 MODE_COUNT = 12  # modes superposed; with 36, Fig. 12's peak moves by 0.01 %
 _NEAR_MODES = 8
 _TOLERANCE_MM = 1e-6
+_ITERATIONS_MAX = 20  # some six suffice for Fig. 9
 
 
 def half_wave_modes(layout: Layout, density: Density = HALF_WAVE) -> Modes:
     """Return the modes of a half-wave section around its bending resonance."""
-    near = Section.plane_strain(
+    near = BeamSection.plane_strain(
         layout.ceramic,
         layout.resonator,
         ceramic_thickness_mm=layout.ceramic_thickness_mm,
@@ -52,20 +55,34 @@ def half_wave_frequency_hz(layout: Layout, density: Density = HALF_WAVE) -> floa
 def half_wave_for_frequency_mm(
     frequency_hz: float, width_mm: float = 49.0, density: Density = HALF_WAVE
 ) -> float:
-    """Return the half wave whose section resonates at a frequency, by the secant method, mm."""
+    """Return the half wave whose section resonates at a frequency, by the secant method, mm.
+
+    Raises
+    ------
+    UserError
+        The method does not converge: no half wave near the beam's resonates at that frequency.
+    """
     wanted = float(positive("frequency_hz", frequency_hz, "Hz"))
 
     def excess(half_wave_mm: float) -> float:
         section = Layout.half_wave(half_wave_mm, width_mm)
         return float(np.log(half_wave_frequency_hz(section, density) / wanted))
 
-    first = Section.plane_strain().half_wave_for_frequency_mm(wanted)
-    second = 0.97 * first
-    low, high = excess(first), excess(second)
-    while abs(second - first) > _TOLERANCE_MM:
-        first, second, low = second, second - high * (second - first) / (high - low), high
-        high = excess(second)
-    return second
+    first = BeamSection.plane_strain().half_wave_for_frequency_mm(wanted)
+    found = root_scalar(
+        excess,
+        method="secant",
+        x0=first,
+        x1=0.97 * first,
+        xtol=_TOLERANCE_MM,
+        maxiter=_ITERATIONS_MAX,
+    )
+    if not found.converged:
+        raise UserError(
+            f"half wave for {wanted:g} Hz: not found in {_ITERATIONS_MAX} iterations of the secant "
+            f"method, which began at {first:.3g} mm; expected a frequency of the paper's Fig. 9"
+        )
+    return float(found.root)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

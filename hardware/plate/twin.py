@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hardware.plate.dynamics import NO_FINGER, Conditions, Finger, Resonator, conditions
+from hardware.plate.dynamics import NO_FINGER, Conditions, FingerLoad, Resonator, conditions
 
 if TYPE_CHECKING:
     from stimuli.modulation import Loop
@@ -25,7 +25,7 @@ FIRST_READ_PERIODS = 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Room:
+class Surroundings:
     """Where the plate stands.
 
     Parameters
@@ -74,9 +74,9 @@ class Twin:
         Of the room's temperature and the vibrometer's noise.
     resonator : Resonator
         The plate's resonance at its reference temperature.
-    finger : Finger
+    finger : FingerLoad
         What rests on it.
-    room : Room
+    surroundings : Surroundings
         Its surroundings.
     noise_um : float
         Standard deviation of a vibrometer reading in µm.
@@ -89,14 +89,14 @@ class Twin:
         *,
         seed: int = 0,
         resonator: Resonator | None = None,
-        finger: Finger = NO_FINGER,
-        room: Room | None = None,
+        finger: FingerLoad = NO_FINGER,
+        surroundings: Surroundings | None = None,
         noise_um: float = 0.005,
         voltage_limit_v: float = 16.5,
     ) -> None:
         self.resonator = resonator or Resonator()
         self.finger = finger
-        self.room = room or Room()
+        self.surroundings = surroundings or Surroundings()
         self.noise_um = noise_um
         self.voltage_limit_v = voltage_limit_v
         self._seed = seed & WORD
@@ -113,8 +113,12 @@ class Twin:
             math.sin(2 * math.pi * now_s / period_s + phase)
             for period_s, phase in zip(TEMPERATURE_PERIODS_S, self._phases, strict=True)
         ]
-        warm_up_k = self.room.warm_up_k * -math.expm1(-now_s / self.room.warm_up_s)
-        return self.room.temperature_c + warm_up_k + self.room.wander_k * sum(waves) / len(waves)
+        warm_up_k = self.surroundings.warm_up_k * -math.expm1(-now_s / self.surroundings.warm_up_s)
+        return (
+            self.surroundings.temperature_c
+            + warm_up_k
+            + self.surroundings.wander_k * sum(waves) / len(waves)
+        )
 
     def conditions(self, now_s: float) -> Conditions:
         """Return resonance, Q and gain at a time."""

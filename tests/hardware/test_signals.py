@@ -32,7 +32,7 @@ def test_a_second_signal_does_not_interrupt_what_silences_the_plate(clock):
             try:
                 signal.raise_signal(signal.SIGINT)
             finally:
-                clock[0] += 0.9 * signals.DEAF_S
+                clock[0] += 0.9 * signals.IGNORED_S
                 signal.raise_signal(signal.SIGINT)
                 signal.raise_signal(signal.SIGTERM)
                 done.append("silenced")
@@ -47,4 +47,4 @@ def test_a_session_that_goes_on_all_the_same_can_be_ended_again(clock):
         for _ in range(2):
             with pytest.raises(EndedBySignal):
                 signal.raise_signal(signal.SIGTERM)
-            clock[0] += 1.1 * signals.DEAF_S
+            clock[0] += 1.1 * signals.IGNORED_S

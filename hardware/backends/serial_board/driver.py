@@ -105,7 +105,7 @@ class SerialBoard(PlateDriver):
         identity = _identity(link.greet(), self.port)
         self._learn_lists(link, identity.firmware)
         link.ask("*RST")
-        self._heed(_parsed(wire.parse_limits, link.ask("LIM?")))
+        self._narrow_limits(_parsed(wire.parse_limits, link.ask("LIM?")))
         self._attend()
         self._stop_heart.clear()
         self._heart = Thread(target=self._beat, args=(link,), name="plate heartbeat", daemon=True)
@@ -206,11 +206,15 @@ class SerialBoard(PlateDriver):
             lists = _parsed(wire.parse_list_limits, link.ask("LIST:LIM?"))
         except NotKnown:
             self.modulator = None
-            self.rigid = f"the board's firmware ({firmware}) holds one amplitude at a time"
+            self.why_not_modulated = (
+                f"the board's firmware ({firmware}) holds one amplitude at a time"
+            )
             return
         if lists.points < STEPS_MAX:
             self.modulator = None
-            self.rigid = f"the board has room for {lists.points} amplitudes, not for {STEPS_MAX}"
+            self.why_not_modulated = (
+                f"the board has room for {lists.points} amplitudes, not for {STEPS_MAX}"
+            )
             return
         plate = self.calibration.resonance if self.calibration else None
         self.modulator = Modulator(
@@ -220,7 +224,7 @@ class SerialBoard(PlateDriver):
             shortest_edge_s=lists.edge_ms / 1000,
         )
 
-    def _heed(self, board: wire.BoardLimits) -> None:
+    def _narrow_limits(self, board: wire.BoardLimits) -> None:
         """Narrow the limits to the board's."""
         ours = self.limits
         self.limits = replace(

@@ -12,7 +12,7 @@ from stimuli.surface import pp_from_peak
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hardware.plate.beam import Section
+    from hardware.plate.beam import BeamSection
     from hardware.plate.paper_study import Harmonic
     from hardware.plate.vibration import Modes
 
@@ -21,7 +21,7 @@ MODE_EXAGGERATION = 0.06  # height of the drawn mode, as a share of the plate's 
 
 @styled
 def deflection_figure(
-    section: Section, voltage_v: float = 15.0, wanted_um_peak: float = 1.5
+    section: BeamSection, voltage_v: float = 15.0, wanted_um_peak: float = 1.5
 ) -> Any:
     """Return Fig. 8: dynamic deflection against half wave length."""
     figure, axes = canvas()
@@ -49,8 +49,8 @@ def deflection_figure(
 
 @styled
 def frequency_figure(
-    printed: Section,
-    wide: Section,
+    printed: BeamSection,
+    wide: BeamSection,
     numerical_khz: Mapping[float, float] | None = None,
     *,
     floor_hz: float = 25_000.0,
@@ -61,7 +61,7 @@ def frequency_figure(
 
     Parameters
     ----------
-    printed, wide : Section
+    printed, wide : BeamSection
         The paper's section and the plane-strain one.
     numerical_khz : mapping of float to float, optional
         Finite-element frequencies in kHz by half wave in mm.

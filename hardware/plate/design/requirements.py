@@ -74,7 +74,7 @@ class Ceramic(_Table):
     full: FullConstants = FullConstants()
 
 
-class Resonator(_Table):
+class PassivePlate(_Table):
     """The passive plate."""
 
     name: str = COPPER_BERYLLIUM.name
@@ -90,7 +90,7 @@ class Brief(_Table):
     title: str = "Biet 2007"
     requirements: Requirements = Requirements()
     ceramic: Ceramic = Ceramic()
-    resonator: Resonator = Resonator()
+    resonator: PassivePlate = PassivePlate()
 
 
 def read(path: Path) -> Brief:

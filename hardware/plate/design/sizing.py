@@ -12,7 +12,7 @@ import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from hardware.plate.beam import Section
+from hardware.plate.beam import BeamSection
 from hardware.plate.geometry import Layout
 from hardware.plate.materials import BeamCeramic, Isotropic, Piezoceramic
 from stimuli import reynolds, squeeze_film
@@ -164,7 +164,7 @@ def design(brief: Brief) -> Design:
     )
 
 
-def sections(brief: Brief) -> tuple[Section, Section]:
+def sections(brief: Brief) -> tuple[BeamSection, BeamSection]:
     """Return the brief's beam sections: as the paper's, and in plane strain from full matrices."""
     resonator, ceramic = resonator_of(brief), ceramic_of(brief)
     thickness = {
@@ -178,8 +178,8 @@ def sections(brief: Brief) -> tuple[Section, Section]:
         density_kg_m3=brief.ceramic.density_kg_m3,
         quality_factor=brief.ceramic.quality_factor,
     )
-    printed = Section.printed(beam, resonator, shear_pa=ceramic.shear_xz_pa, **thickness)
-    return printed, Section.plane_strain(ceramic, resonator, **thickness)
+    printed = BeamSection.printed(beam, resonator, shear_pa=ceramic.shear_xz_pa, **thickness)
+    return printed, BeamSection.plane_strain(ceramic, resonator, **thickness)
 
 
 def resonator_of(brief: Brief) -> Isotropic:

@@ -13,10 +13,10 @@ from hardware.backends.function_generator import FunctionGenerator
 from hardware.calibration.record import (
     Calibration,
     Device,
-    Drive,
+    DriveChain,
     Gain,
-    Made,
     Point,
+    Provenance,
     Resonance,
     write_calibration,
 )
@@ -32,8 +32,8 @@ RESOURCE = "TCPIP0::generator::inst0::INSTR"
 def calibration(**drive):
     return Calibration(
         device=Device(backend="scpi", serial="MY50000042"),
-        made=Made(date=dt.date(2026, 11, 21), by="a test", instrument="none"),
-        drive=Drive(**drive),
+        made=Provenance(date=dt.date(2026, 11, 21), by="a test", instrument="none"),
+        drive=DriveChain(**drive),
         resonance=Resonance(
             frequency_hz=30_480.0,
             frequency_ci95_hz=1,

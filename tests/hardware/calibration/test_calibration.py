@@ -1,21 +1,25 @@
 import csv
 import datetime as dt
 import math
+import tomllib
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 from scipy import stats
 
 import slipscale
 from faults import UserError
 from hardware.backends.mock import MockPlate
-from hardware.calibration.fit import fit_gain, fit_resonance
+from hardware.calibration.fit import fit_gain, fit_resonance, response
 from hardware.calibration.record import (
     OLD_DAYS,
+    Calibration,
     Device,
-    Drive,
-    Made,
+    DriveChain,
     Point,
+    Provenance,
     read_calibration,
     to_toml,
     write_calibration,
@@ -25,12 +29,12 @@ from hardware.cli.calibrate import CSV_COLUMNS, read_back
 from hardware.clock import VirtualClock
 from hardware.errors import OverLimit
 from hardware.plate.dynamics import Resonator
-from hardware.plate.twin import Room, Twin
+from hardware.plate.twin import Surroundings, Twin
 from hardware.records import PlateIdentity
 from hardware.registry import open_plate
 from stimuli.surface import VirtualSurface
 
-STEADY = Room(warm_up_k=0, wander_k=0)
+STEADY = Surroundings(warm_up_k=0, wander_k=0)
 
 
 def calibrated(twin):
@@ -40,8 +44,8 @@ def calibrated(twin):
     return calibration_from(
         points,
         device=Device(backend="mock", serial="twin"),
-        made=Made(date=dt.date(2026, 11, 21), by="a test", instrument="the twin's own"),
-        drive=Drive(),
+        made=Provenance(date=dt.date(2026, 11, 21), by="a test", instrument="the twin's own"),
+        drive=DriveChain(),
     )
 
 
@@ -55,7 +59,7 @@ def test_the_stated_uncertainties_cover_the_truth_as_often_as_they_say():
     seeds = 200
     misses = np.zeros(3, int)
     for seed in range(seeds):
-        found = calibrated(Twin(seed=seed, room=STEADY))
+        found = calibrated(Twin(seed=seed, surroundings=STEADY))
         resonance, gain = found.resonance, found.gain
         misses += [
             abs(resonance.frequency_hz - 30_500) > resonance.frequency_ci95_hz,
@@ -74,7 +78,7 @@ def test_a_plate_in_a_room_that_warms_is_recovered_too(calibration):
 
 
 def test_another_plate_is_found_where_it_is():
-    twin = Twin(room=STEADY, resonator=Resonator(resonance_hz=31_200, quality_factor=180))
+    twin = Twin(surroundings=STEADY, resonator=Resonator(resonance_hz=31_200, quality_factor=180))
     resonance = calibrated(twin).resonance
     assert resonance.frequency_hz == pytest.approx(31_200, abs=3)
     assert resonance.quality_factor == pytest.approx(180, rel=0.05)
@@ -90,6 +94,14 @@ def test_the_file_is_read_as_it_was_written(calibration, tmp_path):
     assert read_calibration(path) == calibration
 
 
+@given(st.text(st.characters(exclude_categories=["Cs"])))
+@example("\x7f")
+def test_any_text_in_a_file_is_read_as_it_was_written(calibration, text):
+    made = calibration.made.model_copy(update={"by": text})
+    named = calibration.model_copy(update={"made": made})
+    assert Calibration.model_validate(tomllib.loads(to_toml(named))) == named
+
+
 def test_a_driver_refuses_what_was_not_calibrated(tmp_path):
     plate = MockPlate(clock=VirtualClock(), twin=Twin())
     plate.connect()
@@ -98,8 +110,8 @@ def test_a_driver_refuses_what_was_not_calibrated(tmp_path):
     narrow = calibration_from(
         points,
         device=Device(backend="mock", serial="twin"),
-        made=Made(date=dt.date(2026, 11, 21), by="a test", instrument="the twin's own"),
-        drive=Drive(),
+        made=Provenance(date=dt.date(2026, 11, 21), by="a test", instrument="the twin's own"),
+        drive=DriveChain(),
     )
     path = tmp_path / "plate.toml"
     write_calibration(narrow, path)
@@ -156,6 +168,30 @@ def points(sweep_name, frequencies, amplitude):
     ]
 
 
+def test_a_resonance_has_three_parameters_and_a_gain_one():
+    """Residuals are divided by readings less parameters: by hand, on seven scattered readings."""
+    noise = np.array([3, -2, 4, -1, -4, 2, -3]) * 1e-3
+    hz = np.linspace(30_000, 31_000, 7)
+    clean = response(hz, 30_500, 60, 0.15)
+    scattered = points("fine", hz, dict(zip(hz, clean + noise, strict=True)).get)
+    peak = fit_resonance(scattered)
+    found = peak.resonance
+    left = (
+        clean
+        + noise
+        - response(hz, found.frequency_hz, found.quality_factor, peak.height_um_pp_per_v)
+    )
+    assert found.residual_um == pytest.approx(math.sqrt(left @ left / (7 - 3)), rel=1e-9)
+    volts = np.arange(1.0, 8.0)
+    line = [
+        Point(sweep="voltage", frequency_hz=3e4, voltage_v=v, amplitude_um_pp=um)
+        for v, um in zip(volts, 0.15 * volts + noise, strict=True)
+    ]
+    gain = fit_gain(line)
+    left = 0.15 * volts + noise - gain.um_pp_per_v * volts
+    assert gain.residual_um == pytest.approx(math.sqrt(left @ left / (7 - 1)), rel=1e-9)
+
+
 def test_a_sweep_beside_the_resonance_is_refused():
     beside = points(
         "coarse",
@@ -199,7 +235,7 @@ def test_a_file_that_cannot_be_written_is_told_before_anything_is_measured(
 
 
 def test_readings_typed_at_a_prompt_give_the_calibration(tmp_path, monkeypatch, capsys):
-    truth = Twin(room=STEADY, noise_um=0)
+    truth = Twin(surroundings=STEADY, noise_um=0)
 
     def type_it(prompt):
         hz, volts = (float(word.split()[0]) for word in prompt.split(":")[0].split(","))

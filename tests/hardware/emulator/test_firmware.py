@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from hardware.backends.serial_board import protocol as wire
 from hardware.emulator.firmware import Board
-from hardware.plate.dynamics import Finger
+from hardware.plate.dynamics import FingerLoad
 from hardware.plate.twin import Twin
 from stimuli.modulation import Loop
 
@@ -173,7 +173,7 @@ def test_a_busy_board_does_not_run_commands_nor_feed_its_watchdog(bench):
 
 
 def test_a_plate_whose_voltage_does_not_suffice_says_so():
-    bench = Bench(finger=Finger(loss=1 / 300))
+    bench = Bench(finger=FingerLoad(loss=1 / 300))
     bench.present(2.3)
     status = bench.status()
     assert status.state == "SAT"
@@ -280,7 +280,7 @@ def test_what_silences_a_plate_silences_a_list(bench, why):
 
 
 def test_ridges_for_which_the_voltage_does_not_suffice_are_told():
-    bench = Bench(finger=Finger(loss=1 / 150))
+    bench = Bench(finger=FingerLoad(loss=1 / 150))
     bench.play(SQUARE)
     bench.wait(0.1)
     status = bench.status()

@@ -14,7 +14,7 @@ import pytest
 
 from hardware.backends.serial_board import protocol as wire
 from hardware.emulator.firmware import Board
-from hardware.plate.twin import Room, Twin
+from hardware.plate.twin import Surroundings, Twin
 from stimuli.modulation import DEFAULT_MODULATOR, Loop
 from stimuli.texture import Grating
 
@@ -51,7 +51,7 @@ def answers(lines):
 
 def emulated(lines):
     """Replay the host's side of a transcript on the emulated board, its plate without drift."""
-    twin = Twin(room=Room(warm_up_k=0, wander_k=0), noise_um=0)
+    twin = Twin(surroundings=Surroundings(warm_up_k=0, wander_k=0), noise_um=0)
     board, now_ms, heard = Board(twin, boot=42), 0, []
     for line in lines:
         if line[0] == ".":
@@ -174,7 +174,7 @@ def test_the_firmware_drives_what_a_loop_says(firmware, wave):
 def test_firmware_and_emulated_board_make_the_same_of_a_list(firmware, wave):
     loop = WAVES[wave]
     _, made = on_the_plate(firmware([*playing(1, loop), "= 400"], str(TIME_CONSTANT_MS)))
-    twin = Twin(room=Room(warm_up_k=0, wander_k=0))
+    twin = Twin(surroundings=Surroundings(warm_up_k=0, wander_k=0))
     board, now_ms, emulated_um_pp = Board(twin, boot=1), 0, []
     for line in [*playing(1, loop), ". 400"]:
         if line[0] == ">":

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from faults import UserError
-from hardware.plate.beam import Section
+from hardware.plate.beam import BeamSection
 
-PAPER = Section.printed()
+PAPER = BeamSection.printed()
 sections = st.builds(
     lambda beta, alpha: dataclasses.replace(
         PAPER,
@@ -68,7 +68,7 @@ def test_the_published_14_75_mm_needs_two_sources_at_once():
 )
 def test_half_wave_frequencies_of_an_independent_calculation(half_wave, euler, timoshenko):
     assert float(PAPER.frequency_hz(half_wave)) / 1e3 == pytest.approx(euler, abs=0.006)
-    wide = Section.plane_strain()
+    wide = BeamSection.plane_strain()
     found = float(wide.timoshenko_frequency_hz(half_wave)) / 1e3
     assert found == pytest.approx(timoshenko, abs=0.006)
 

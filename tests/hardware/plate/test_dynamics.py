@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from faults import UserError
-from hardware.plate.dynamics import Finger, Resonator, conditions
+from hardware.plate.dynamics import FingerLoad, Resonator, conditions
 
 PLATE = conditions(Resonator())
 RESONANCE_HZ = 30_500.0
@@ -80,7 +80,7 @@ def test_two_steps_are_one_long_step(first, second, voltage_v, detuning_hz):
 
 
 def test_a_finger_that_brings_q_from_60_to_50_needs_18_v_for_the_published_amplitude():
-    touched = conditions(Resonator(), finger=Finger(loss=1 / 300))
+    touched = conditions(Resonator(), finger=FingerLoad(loss=1 / 300))
     assert touched.quality_factor == pytest.approx(50)
     assert 2.3 / abs(touched.response_um_pp_per_v(30_500)) == pytest.approx(18)
 
@@ -98,4 +98,4 @@ def test_an_impossible_resonator_is_refused_with_its_value(value):
 
 def test_a_finger_cannot_feed_energy_in():
     with pytest.raises(UserError, match="loss"):
-        Finger(loss=-0.1)
+        FingerLoad(loss=-0.1)

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from hardware.plate.dynamics import Finger
-from hardware.plate.twin import OFF, Drive, Room, Twin
+from hardware.plate.dynamics import FingerLoad
+from hardware.plate.twin import OFF, Drive, Surroundings, Twin
 
 
 def test_at_the_papers_voltage_and_resonance_the_twin_vibrates_with_the_papers_amplitude():
-    twin = Twin(room=Room(warm_up_k=0, wander_k=0))
+    twin = Twin(surroundings=Surroundings(warm_up_k=0, wander_k=0))
     twin.set_drive(Drive(frequency_hz=30_500, voltage_v=15), 0.0)
     assert twin.amplitude_um_pp(1.0) == pytest.approx(2.3)
 
@@ -20,7 +20,7 @@ def test_vibration_dies_away_when_the_drive_is_off():
 
 
 def test_a_held_amplitude_needs_more_voltage_under_a_finger_until_there_is_none_left():
-    light, heavy = Twin(finger=Finger(loss=1 / 3000)), Twin(finger=Finger(loss=1 / 300))
+    light, heavy = Twin(finger=FingerLoad(loss=1 / 3000)), Twin(finger=FingerLoad(loss=1 / 300))
     for twin in (light, heavy):
         twin.set_drive(Drive(target_um_pp=2.3), 0.0)
     assert light.amplitude_um_pp(1.0) == pytest.approx(2.3)
@@ -49,7 +49,10 @@ def test_seeds_differ():
 
 
 def test_temperature_warms_up_and_stays_within_its_bounds():
-    twin = Twin(seed=5, room=Room(temperature_c=22, warm_up_k=2, warm_up_s=1_200, wander_k=0.5))
+    twin = Twin(
+        seed=5,
+        surroundings=Surroundings(temperature_c=22, warm_up_k=2, warm_up_s=1_200, wander_k=0.5),
+    )
     temperatures = np.array([twin.temperature_c(t) for t in np.linspace(0, 20_000, 500)])
     assert temperatures[-100:].mean() == pytest.approx(24, abs=0.3)
     assert np.all((temperatures > 21.4) & (temperatures < 24.6))

@@ -7,7 +7,8 @@ from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from faults import UserError
-from hardware.plate.beam import Section
+from hardware.plate import paper_study
+from hardware.plate.beam import BeamSection
 from hardware.plate.finite_elements import assemble
 from hardware.plate.geometry import HALF_WAVE, QUICK, Density, Layout
 from hardware.plate.materials import P1_91, BeamCeramic, Isotropic, Piezoceramic
@@ -41,7 +42,7 @@ def steel_strip(length_mm, width_mm=8.0):
 
 def mindlin_strip_hz(length_mm):
     """Return the exact frequency of an infinitely wide Mindlin plate, κ = 5/6 (3 mm of steel)."""
-    one = Section.plane_strain(PASSIVE, STEEL)
+    one = BeamSection.plane_strain(PASSIVE, STEEL)
     return float(one.timoshenko_frequency_hz(length_mm))
 
 
@@ -89,8 +90,19 @@ def test_half_wave_at_25_khz_lies_below_the_published_reading():
     assert half_wave_for_frequency_mm(25_000, density=coarse) == pytest.approx(13.38, abs=0.04)
 
 
+def test_a_search_that_does_not_converge_ends_with_a_sentence(monkeypatch):
+    """The excess exp(l / 0.3 mm) has no zero: each step is as long as the one before."""
+    monkeypatch.setattr(
+        paper_study,
+        "half_wave_frequency_hz",
+        lambda section, _: 25_000 * math.exp(math.exp((section.length_mm - 13) / 0.3)),
+    )
+    with pytest.raises(UserError, match="half wave for 25000 Hz: not found in 20 iterations"):
+        half_wave_for_frequency_mm(25_000)
+
+
 def test_timoshenko_in_plane_strain_explains_the_numerical_curve():
-    wide = Section.plane_strain()
+    wide = BeamSection.plane_strain()
     for half_wave in (9.0, 12.0, 20.0):
         numerical = half_wave_frequency_hz(Layout.half_wave(half_wave))
         assert float(wide.timoshenko_frequency_hz(half_wave)) == pytest.approx(numerical, rel=0.016)
@@ -226,7 +238,7 @@ def test_static_deflection_is_that_of_the_composite_beam():
         density_kg_m3=7410.0,
         quality_factor=60.0,
     )
-    expected = float(Section.printed(ceramic).static_deflection_um(length_mm, voltage_v))
+    expected = float(BeamSection.printed(ceramic).static_deflection_um(length_mm, voltage_v))
     assert found == pytest.approx(expected, rel=0.02)
 
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from figure_style import save
-from hardware.plate.beam import Section
+from hardware.plate.beam import BeamSection
 from hardware.plate.design import figures
 from hardware.plate.geometry import QUICK
 from hardware.plate.paper_study import harmonic, prototype_modes
@@ -14,7 +14,7 @@ def found():
 
 
 def test_deflection_figure_says_the_shortest_half_wave(tmp_path):
-    figure = figures.deflection_figure(Section.printed())
+    figure = figures.deflection_figure(BeamSection.printed())
     path = tmp_path / "fig8.svg"
     save(figure, path)
     assert "8.20 mm" in path.read_text(encoding="utf-8")
@@ -22,7 +22,11 @@ def test_deflection_figure_says_the_shortest_half_wave(tmp_path):
 
 def test_frequency_figure_shades_between_amplitude_and_frequency():
     figure = figures.frequency_figure(
-        Section.printed(), Section.plane_strain(), {10.0: 42.9}, least_mm=8.2, measured=(10.4, 30.5)
+        BeamSection.printed(),
+        BeamSection.plane_strain(),
+        {10.0: 42.9},
+        least_mm=8.2,
+        measured=(10.4, 30.5),
     )
     axes = figure.axes[0]
     assert "admissible" in [text.get_text() for text in axes.texts]
@@ -31,7 +35,7 @@ def test_frequency_figure_shades_between_amplitude_and_frequency():
 
 def test_frequency_figure_shades_nothing_where_nothing_is_admissible():
     figure = figures.frequency_figure(
-        Section.printed(), Section.plane_strain(), least_mm=18.0, floor_hz=25_000
+        BeamSection.printed(), BeamSection.plane_strain(), least_mm=18.0, floor_hz=25_000
     )
     assert "admissible" not in [text.get_text() for text in figure.axes[0].texts]
 
@@ -54,5 +58,5 @@ def test_harmonic_figure_names_peak_and_convention(found):
 
 def test_same_figure_gives_the_same_svg(tmp_path):
     for name in ("a.svg", "b.svg"):
-        save(figures.deflection_figure(Section.printed()), tmp_path / name)
+        save(figures.deflection_figure(BeamSection.printed()), tmp_path / name)
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
