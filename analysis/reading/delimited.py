@@ -18,8 +18,9 @@ import pandas as pd
 from analysis.reading.rows import Lines, complain, split
 from analysis.reading.trial_tables import FREE_TEXT
 from experiments.dataset.schema import MISSING as NO_VALUE
-from experiments.study.validation_errors import sentence
 from faults import UserError
+from faults.toml_lines import Lines as TomlLines
+from faults.validation import faults_in, sentences
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -245,5 +246,5 @@ def faults_of(error: ValidationError, text: str, within: tuple[str, ...] = ()) -
 
     ``within`` is the table that was validated, where it was not the whole text.
     """
-    faults = [((*within, *fault["loc"]), dict(fault)) for fault in error.errors()]
-    return "; ".join(said for _, said in sorted(sentence(text, *fault) for fault in faults))
+    faults = [((*within, *place), fault) for place, fault in faults_in(error)]
+    return "; ".join(said for _, said in sentences(faults, TomlLines(text).of))

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import re
-import tomllib
 import unicodedata
 from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 
-from analysis.reading.delimited import faults_of, read_bytes
 from analysis.statistics.omnibus import Result, reason
-from faults import UserError
+from faults.toml_file import read_toml
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -132,13 +130,7 @@ def load_codebook(path: Path = SHIPPED) -> Codebook:
     UserError
         The file cannot be read or is not a code book; says every fault.
     """
-    try:
-        text = read_bytes(path).decode("utf-8-sig")
-        return Codebook.model_validate(tomllib.loads(text))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise UserError(f"{path}: not a TOML file ({error})") from error
-    except ValidationError as error:
-        raise UserError(f"{path}: not a code book: {faults_of(error, text)}") from error
+    return read_toml(path, Codebook)
 
 
 def code_reports(changes: pd.DataFrame, book: Codebook) -> Result:

@@ -6,20 +6,13 @@ What a study may say is `experiments.study.model.Study`.
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-from pydantic import ValidationError
 
 from experiments.study.model import Study
-from experiments.study.validation_errors import Faults, sentence
 from faults import UserError
-
-if TYPE_CHECKING:
-    from experiments.study.validation_errors import Fault
+from faults.toml_file import parse_toml
 
 
 @lru_cache(maxsize=16)
@@ -38,21 +31,7 @@ def parse_study(text: str, source: str) -> Study:
     UserError
         One message that lists every fault with its line or key and what was expected.
     """
-    try:
-        table = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{source} is not TOML: {error}") from None
-    try:
-        return Study.model_validate(table)
-    except ValidationError as error:
-        faults: list[Fault] = []
-        for fault in error.errors():
-            inner = fault.get("ctx", {}).get("error")
-            faults += inner.faults if isinstance(inner, Faults) else [(fault["loc"], dict(fault))]
-        lines = sorted({sentence(text, place, fault) for place, fault in faults})
-        many = "a fault" if len(lines) == 1 else f"{len(lines)} faults"
-        found = "".join(f"\n  {words}" for _, words in lines)
-        raise UserError(f"{source} has {many}:{found}") from None
+    return parse_toml(text, source, Study)
 
 
 def shipped_studies() -> list[str]:

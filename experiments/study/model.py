@@ -42,15 +42,16 @@ from experiments.protocols.base import (
     protocol_names,
 )
 from experiments.study.analysis_choices import AnalysisChoices
-from experiments.study.validation_errors import refuse
 from faults import UserError
+from faults.validation import refuse
 from hardware.limits import PlateLimits
 from stimuli.texture import Grating, Waveform
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from experiments.study.validation_errors import Fault, Place
+    from faults.toml_lines import Place
+    from faults.validation import Fault
 
 
 # Columns of participants.tsv that Slipscale fills itself.

@@ -144,7 +144,7 @@ def test_an_edited_code_book_is_used_and_a_wrong_one_is_named(tmp_path):
     path.write_text('title = "Mine"\n[categories.velvet]\nstems = ["velvet"]\nbare = "unclear"\n')
     assert load_codebook(path).code("Velvety") == ["velvet"]
     path.write_text('title = "Mine"\n[categories.velvet]\nstem = ["velvet"]\n')
-    with pytest.raises(UserError, match=r"book.toml.*stems.*stem"):
+    with pytest.raises(UserError, match=r"(?s)book.toml.*stems.*stem"):
         load_codebook(path)
 
 

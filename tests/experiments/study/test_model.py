@@ -6,7 +6,6 @@ from hypothesis import strategies as st
 
 from experiments.study.file import parse_study, read_study, shipped_studies
 from experiments.study.model import Study
-from experiments.study.validation_errors import line_of
 from faults import UserError
 
 BAD = """
@@ -218,17 +217,3 @@ def test_no_such_study_names_the_shipped_ones():
 def test_no_text_whatever_ends_in_a_traceback(text):
     with contextlib.suppress(UserError):
         assert isinstance(parse_study(text, "any.toml"), Study)
-
-
-def test_lines_are_found_in_repeated_and_nested_tables():
-    text = "a = 1\n[[tasks]]\nx = 1\n[[tasks]]\nx = 2\n[texts.en]\ny = 3\n"
-    assert line_of(text, ("tasks", 1, "x")) == 5
-    assert line_of(text, ("texts", "en", "y")) == 7
-    assert line_of(text, ("tasks", 1, "missing")) == 4
-    assert line_of(text, ("texts",)) == 6
-    assert line_of(text, ("elsewhere",)) == 0
-
-
-def test_words_in_a_long_text_are_not_taken_for_keys():
-    text = 'a = """\nb = 1\n[c]\n"""\nb = 2\n'
-    assert line_of(text, ("b",)) == 5

@@ -1,0 +1,163 @@
+"""Where the keys of a TOML text stand: the line of every key, table and list item.
+
+`tomllib` tells no lines of what it could read. The text was read by it before, so it is known to
+be valid, and finding the keys needs no more than its words and its brackets.
+"""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from dataclasses import dataclass, field
+
+# Where in the file: keys, and numbers in lists, from 0.
+Place = tuple[str | int, ...]
+
+TOKEN = re.compile(
+    r"""
+    (?P<comment>\#[^\n]*)
+  | (?P<long>\"{3}(?:\\.|[^\\])*?\"{3,5} | '{3}.*?'{3,5})
+  | (?P<word>"(?:\\.|[^"\\\n])*" | '[^'\n]*' | [^\s\[\]{},=\#"'.]+)
+  | (?P<sign>[\[\]{},=.\n])
+    """,
+    re.VERBOSE | re.DOTALL,
+)
+
+
+class Lines:
+    r"""The lines of a valid TOML text.
+
+    Examples
+    --------
+    >>> Lines("a = 1\n[[tasks]]\nb = [\n 2,\n 3]").of(("tasks", 0, "b", 1))
+    5
+    """
+
+    def __init__(self, text: str) -> None:
+        self._exact: dict[Place, int] = {}
+        self._below: dict[Place, int] = {}
+        for place, line in _Reader().places(text):
+            self._exact.setdefault(place, line)
+            for length in range(len(place)):
+                self._below.setdefault(place[:length], line)
+
+    def of(self, place: Place) -> int:
+        """Return the line of a place, or of the table it belongs in, or of what it holds; or 0."""
+        for length in range(len(place), 0, -1):
+            if place[:length] in self._exact:
+                return self._exact[place[:length]]
+        return self._below.get(place, 0) if place else 0
+
+
+@dataclass(slots=True)
+class _Value:
+    """A list or an inline table that is still open."""
+
+    place: Place
+    item: int | None = None  # of a list: the item that comes next
+
+
+@dataclass(slots=True)
+class _Reader:
+    """Reads tokens; knows the table, the open brackets, and whether a key or a value comes next."""
+
+    table: Place = ()
+    last_item: dict[Place, int] = field(default_factory=dict)  # of each array of tables
+    opened: list[_Value] = field(default_factory=list)
+    key: list[str] = field(default_factory=list)
+    key_line: int = 0
+    header: int = 0  # brackets that opened it
+    in_value: bool = False
+    here: Place = ()
+
+    def places(self, text: str) -> list[tuple[Place, int]]:
+        """Return every place with its line, in the order of the text."""
+        found: list[tuple[Place, int]] = []
+        line = 1
+        for token in TOKEN.finditer(text):
+            kind, said = token.lastgroup or "", token[0]
+            if kind == "comment":
+                continue
+            if self.in_value:
+                if place := self._value(kind, said):
+                    found.append((place, line))
+            elif place := self._key(kind, said, line):
+                found.append((place, self.key_line))
+            line += said.count("\n")
+        return found
+
+    def _key(self, kind: str, said: str, line: int) -> Place:
+        """Take a token where a key may stand; return the place of what it completes."""
+        if kind == "word":
+            self.key_line = line
+            self.key.append(_unquoted(said))
+        elif said == "[":
+            self.header += 1
+        elif said == "]":
+            self.header -= 1
+            if self.key:
+                return self._open_table(is_item=self.header == 1)
+        elif said == "=":
+            base = self.opened[-1].place if self.opened else self.table
+            self.here = (*base, *self._taken())
+            self.in_value = True
+            return self.here
+        elif said == "}":
+            self._close()
+        return ()
+
+    def _value(self, kind: str, said: str) -> Place:
+        """Take a token of a value; return the place of a list item that begins with it."""
+        begins = kind in ("word", "long") or said in ("[", "{")
+        place: Place = ()
+        if begins and self.opened and self.opened[-1].item is not None:
+            self.here = place = (*self.opened[-1].place, self.opened[-1].item)
+        if said == "[":
+            self.opened.append(_Value(self.here, 0))
+        elif said == "{":
+            self.opened.append(_Value(self.here))
+            self.in_value = False
+        elif said in ("]", "}"):
+            self._close()
+        elif said == ",":
+            self._next()
+        elif said == "\n" and not self.opened:
+            self.in_value = False
+        return place
+
+    def _next(self) -> None:
+        """Go on behind a comma: in a list with the next item, in an inline table with a key."""
+        top = self.opened[-1]
+        if top.item is None:
+            self.in_value = False
+        else:
+            top.item += 1
+
+    def _close(self) -> None:
+        self.opened.pop()
+        self.in_value = True
+
+    def _taken(self) -> list[str]:
+        """Return the words of the key, and begin the next."""
+        words, self.key = self.key, []
+        return words
+
+    def _open_table(self, *, is_item: bool) -> Place:
+        """Return the place of the table that a header opens."""
+        *outer, name = self._taken()
+        place: Place = ()
+        for word in outer:
+            place = (*place, word)
+            if place in self.last_item:
+                place = (*place, self.last_item[place])
+        place = (*place, name)
+        if is_item:
+            self.last_item[place] = self.last_item.get(place, -1) + 1
+            place = (*place, self.last_item[place])
+        self.table = place
+        return place
+
+
+def _unquoted(word: str) -> str:
+    """Return a key without its quotation marks."""
+    return next(iter(tomllib.loads(f"{word} = 0"))) if word[0] in "\"'" else word
