@@ -49,18 +49,47 @@ class Targets:
 def targets(column: Column) -> Targets:
     """Return what the ratings of `column` must meet."""
     sums = admissible_sums(column)
-    if not sums:
-        return Targets((), grim=False, grimmer=False, reason=_grim_reason(column))
     pairs = [(s, q) for s in sums for q in admissible_squares(column, s)]
-    if not pairs:
-        return Targets((), grim=True, grimmer=False, reason=_grimmer_reason(column))
-    wanted = []
-    for total, squares in pairs:
-        wish = _wanted(column, Moments(column.n, total, squares))
-        if wish is not None:
-            wanted.append(wish)
-    reason = "" if wanted else "no rating on the scale gives the printed extremes or median"
-    return Targets(tuple(wanted), grim=True, grimmer=True, reason=reason)
+    wanted = [_wanted(column, Moments(column.n, total, squares)) for total, squares in pairs]
+    possible = tuple(wish for wish in wanted if wish is not None)
+    reason = impossible(column)
+    if not reason and not possible:
+        if not sums:
+            reason = _grim_reason(column)
+        elif not pairs:
+            reason = _grimmer_reason(column)
+        else:
+            reason = "no rating on the scale gives the printed extremes or median"
+    return Targets(() if reason else possible, grim=bool(sums), grimmer=bool(pairs), reason=reason)
+
+
+# A smaller number and a larger one, as printed.
+ORDERED = (
+    ("observed_minimum", "observed_maximum"),
+    ("observed_minimum", "median"),
+    ("median", "observed_maximum"),
+    ("observed_minimum", "mean"),
+    ("mean", "observed_maximum"),
+)
+
+
+def impossible(column: Column) -> str:
+    """Return what no ratings on the scale can have, however rounded; empty if there is nothing."""
+    low, high = column.scale.minimum, column.scale.maximum
+    found = []
+    for name in ("mean", "median", "observed_minimum", "observed_maximum"):
+        printed = getattr(column, name)
+        if printed and not low - printed.unit < printed.value < high + printed.unit:
+            found.append(f"{name} {printed.text} lies outside the scale, {low} to {high}")
+    for name in ("sd", "maximum_deviation"):
+        printed = getattr(column, name)
+        if printed and printed.value - printed.unit >= high - low:
+            found.append(f"{name} {printed.text} is impossible on a scale from {low} to {high}")
+    for smaller, larger in ORDERED:
+        a, b = getattr(column, smaller), getattr(column, larger)
+        if a and b and a.value - a.unit >= b.value + b.unit:
+            found.append(f"{smaller} {a.text} and {larger} {b.text} contradict each other")
+    return "; ".join(found)
 
 
 def admissible_sums(column: Column) -> range:

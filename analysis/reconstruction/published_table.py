@@ -1,49 +1,102 @@
-"""A published table as data: scale and columns, read from TOML or CSV, validated whole."""
+"""A published table as data: scale and columns, read from TOML or CSV, validated whole.
+
+What is refused here is what cannot be understood. A number that no ratings can have, such as a
+mean outside the scale, is a finding and not a mistake of the user: `constraints.targets` answers
+it.
+"""
 
 from __future__ import annotations
 
 import csv
-import tomllib
-from dataclasses import dataclass, fields
+import io
+from dataclasses import dataclass
 from fractions import Fraction
-from math import inf
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
-from analysis.reconstruction.rounding import RULES, Printed
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    InstanceOf,
+    ValidationError,
+    field_validator,
+    model_validator,
+)
+
+from analysis.reconstruction.rounding import Printed, plain_decimal
 from faults import UserError
+from faults.toml_file import parse_toml
+from faults.validation import complaint, faults_in, sentences
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
-CONVENTIONS = ("sample", "population")
+    from faults.toml_lines import Place
+    from faults.validation import Fault
+
+Convention = Literal["sample", "population"]
+CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
 SHIPPED = Path(__file__).parent.parent / "published"
+# Names of a CSV header that begin so are keys of the scale.
+SCALE = "scale_"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Scale:
+def _printed(value: object) -> Printed:
+    return value if isinstance(value, Printed) else Printed(_text(value))
+
+
+def _exact(value: object) -> Fraction:
+    """Return a number such as 1, 0.5 or 1/3 as a fraction."""
+    if isinstance(value, Fraction):
+        return value
+    try:
+        top, _, bottom = _text(value).partition("/")
+        return Fraction(plain_decimal(top)) / Fraction(plain_decimal(bottom or "1"))
+    except (ValueError, ZeroDivisionError):
+        raise ValueError("expected a number such as 1, 0.5 or 1/3") from None
+
+
+def _text(value: object) -> str:
+    """Return what stands for a number as text; no number is made of lists, tables and dates."""
+    return str(value) if isinstance(value, str | int) else ""
+
+
+Exact = Annotated[InstanceOf[Fraction], BeforeValidator(_exact)]
+AsPrinted = Annotated[InstanceOf[Printed], BeforeValidator(_printed)]
+
+
+class _Record(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Scale(_Record):
     """The values that a rating can take: from `minimum` to `maximum` in steps of `step`.
 
     Raises
     ------
-    UserError
+    ValueError
         The step does not divide the scale, or the scale is empty.
     """
 
-    minimum: Fraction = Fraction(0)
-    maximum: Fraction
-    step: Fraction = Fraction(1)
+    minimum: Exact = Fraction(0)
+    maximum: Exact
+    step: Exact = Fraction(1)
 
-    def __post_init__(self) -> None:
+    @model_validator(mode="after")
+    def _whole_steps(self) -> Scale:
         if self.step <= 0:
-            raise UserError(f"scale: step is {self.step}, expected a number above 0")
+            raise ValueError(f"step is {self.step}, expected a number above 0")
         if self.maximum <= self.minimum:
-            raise UserError(f"scale: maximum {self.maximum} is not above minimum {self.minimum}")
+            raise ValueError(f"maximum {self.maximum} is not above minimum {self.minimum}")
         if (self.maximum - self.minimum) % self.step:
-            raise UserError(
-                f"scale: step {self.step} does not divide the scale from {self.minimum} to "
+            raise ValueError(
+                f"step {self.step} does not divide the scale from {self.minimum} to "
                 f"{self.maximum}; expected a whole number of steps"
             )
+        return self
 
     @property
     def steps(self) -> int:
@@ -55,9 +108,8 @@ class Scale:
         return self.minimum + steps * self.step
 
 
-@dataclass(frozen=True, kw_only=True)
-class Column:
-    """One column of a published table, numbers as printed.
+class Summary(_Record):
+    """The numbers of one column, as printed; the scale apart.
 
     Parameters
     ----------
@@ -67,8 +119,6 @@ class Column:
         Number of ratings, 2 or more.
     mean, sd : Printed
         Mean and standard deviation; decimals count.
-    scale : Scale
-        What a rating can be.
     sd_convention : {"sample", "population"}
         Whether the standard deviation divides by n - 1 or by n.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
@@ -81,65 +131,32 @@ class Column:
         The middle rating, or the mean of the two middle ones.
     amplitude_um_pp : float, optional
         Of the vibration, µm peak to peak; for the exponents.
-
-    Raises
-    ------
-    UserError
-        An entry is impossible or contradicts another.
     """
 
-    label: str
-    n: int
-    mean: Printed
-    sd: Printed
+    label: str = ""
+    n: Annotated[int, Field(ge=2, le=1_000_000)]
+    mean: AsPrinted
+    sd: AsPrinted
+    sd_convention: Convention = "sample"
+    rounding: Literal["nearest", "half_up", "half_even", "truncated"] = "nearest"
+    maximum_deviation: AsPrinted | None = None
+    observed_minimum: AsPrinted | None = None
+    observed_maximum: AsPrinted | None = None
+    median: AsPrinted | None = None
+    amplitude_um_pp: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+
+    @field_validator("sd", "maximum_deviation")
+    @classmethod
+    def _not_negative(cls, printed: Printed | None) -> Printed | None:
+        if printed and printed.value < 0:
+            raise ValueError("expected 0 or more")
+        return printed
+
+
+class Column(Summary):
+    """One column of a published table: its numbers, and ``scale``, what a rating can be."""
+
     scale: Scale
-    sd_convention: str = "sample"
-    rounding: str = "nearest"
-    maximum_deviation: Printed | None = None
-    observed_minimum: Printed | None = None
-    observed_maximum: Printed | None = None
-    median: Printed | None = None
-    amplitude_um_pp: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.n < 2:  # noqa: PLR2004 - a standard deviation needs two
-            raise self._fault(f"n is {self.n}, expected 2 or more")
-        if self.sd_convention not in CONVENTIONS:
-            raise self._fault(
-                f"sd_convention is '{self.sd_convention}', expected {' or '.join(CONVENTIONS)}"
-            )
-        if self.rounding not in RULES:
-            raise self._fault(f"rounding is '{self.rounding}', expected one of {', '.join(RULES)}")
-        if self.amplitude_um_pp is not None and not 0 <= self.amplitude_um_pp < inf:
-            raise self._fault(f"amplitude_um_pp is {self.amplitude_um_pp}, expected 0 or more")
-        low, high = self.scale.minimum, self.scale.maximum
-        for name in ("mean", "median", "observed_minimum", "observed_maximum"):
-            printed = getattr(self, name)
-            if printed and not low - printed.unit < printed.value < high + printed.unit:
-                raise self._fault(f"{name} {printed.text} lies outside the scale, {low} to {high}")
-        for name in ("sd", "maximum_deviation"):
-            printed = getattr(self, name)
-            if printed and not 0 <= printed.value <= high - low:
-                raise self._fault(
-                    f"{name} {printed.text} is impossible on a scale from {low} to {high}"
-                )
-        self._check_order()
-
-    def _check_order(self) -> None:
-        """Refuse a mean or a median outside the observed extremes."""
-        for smaller, larger in (
-            ("observed_minimum", "observed_maximum"),
-            ("observed_minimum", "median"),
-            ("median", "observed_maximum"),
-            ("observed_minimum", "mean"),
-            ("mean", "observed_maximum"),
-        ):
-            a, b = getattr(self, smaller), getattr(self, larger)
-            if a and b and a.value - a.unit >= b.value + b.unit:
-                raise self._fault(f"{smaller} {a.text} and {larger} {b.text} contradict each other")
-
-    def _fault(self, what: str) -> UserError:
-        return UserError(f"column '{self.label}': {what}")
 
 
 @dataclass(frozen=True)
@@ -150,12 +167,12 @@ class PublishedTable:
     columns: tuple[Column, ...]
 
 
-# The keys of a column that hold a printed number, a word or a whole number.
-PRINTED = ("mean", "sd", "maximum_deviation", "observed_minimum", "observed_maximum", "median")
-WORDS = ("label", "sd_convention", "rounding")
-SCALE = tuple(field.name for field in fields(Scale))
-AMPLITUDE = "amplitude_um_pp"
-NEEDED = ("n", "mean", "sd")
+class _File(_Record):
+    """A table as its TOML file has it."""
+
+    title: str = ""
+    scale: Scale
+    column: Annotated[tuple[Summary, ...], Field(min_length=1)]
 
 
 def read(path: Path) -> PublishedTable:
@@ -164,7 +181,7 @@ def read(path: Path) -> PublishedTable:
     Raises
     ------
     UserError
-        No such table, it cannot be read, or an entry is wrong.
+        No such table, it cannot be read, or entries are wrong: every fault, each with its line.
     """
     shipped = SHIPPED / f"{path}.toml"
     if not path.exists() and path.name == str(path) and shipped.exists():
@@ -176,97 +193,100 @@ def read(path: Path) -> PublishedTable:
         raise UserError(
             f"{path}: cannot be read ({error}); expected a TOML or CSV file, or one of: {names}"
         ) from None
-    try:
-        return from_csv(text, path.stem) if path.suffix.lower() == ".csv" else from_toml(text)
-    except UserError as error:
-        raise UserError(f"{path}: {error}") from None
+    if path.suffix.lower() == ".csv":
+        return from_csv(text, str(path), title=path.stem)
+    return from_toml(text, str(path))
 
 
-def from_toml(text: str) -> PublishedTable:
+def from_toml(text: str, source: str = "the table") -> PublishedTable:
     """Read a table from TOML text: ``[scale]`` and one ``[[column]]`` each."""
-    try:
-        # A bare number keeps its printed decimals: 12.50 stays "12.50".
-        content = tomllib.loads(text, parse_float=str)
-    except tomllib.TOMLDecodeError as error:
-        raise UserError(f"not TOML: {error}") from None
-    unknown = set(content) - {"title", "scale", "column"}
-    if unknown:
-        raise UserError(f"unknown key '{min(unknown)}'; expected title, scale or column")
-    scale, columns = content.get("scale"), content.get("column")
-    if not isinstance(scale, dict):
-        raise UserError("no [scale]; expected its minimum, maximum and step")
-    if not isinstance(columns, list) or not columns:
-        raise UserError("no [[column]]; expected at least one with n, mean and sd")
-    common = _scale(scale)
+    # A bare number keeps its printed decimals: 12.50 stays "12.50".
+    file = parse_toml(text, source, _File, parse_float=str)
     return PublishedTable(
-        str(content.get("title", "")),
-        tuple(_column(entry, common, place) for place, entry in enumerate(columns, 1)),
+        file.title,
+        tuple(_column(entry, file.scale, place) for place, entry in enumerate(file.column, 1)),
     )
 
 
-def from_csv(text: str, title: str = "") -> PublishedTable:
+def _column(entry: Summary, scale: Scale, place: int) -> Column:
+    given = {name: getattr(entry, name) for name in entry.model_fields_set}
+    return Column(**{"label": f"column {place}", **given, "scale": scale})
+
+
+def from_csv(text: str, source: str = "the table", title: str = "") -> PublishedTable:
     """Read a table from CSV text: one row a column of the published table.
 
     The header names ``label``, ``n``, ``mean``, ``sd``, ``scale_minimum``, ``scale_maximum``
-    and what else a TOML column has; empty cells are absent.
+    and what else a TOML column has; empty cells are absent. Cells are parted by commas, or by
+    semicolons or tabs where the header has these.
     """
-    rows = list(csv.DictReader(text.splitlines()))
-    if not rows:
-        raise UserError("no rows; expected a header and one row a column")
+    try:
+        rows = list(_rows(text))
+    except csv.Error as error:
+        raise UserError(f"{source} is not CSV: {error}") from None
+    if len(rows) < 2:  # noqa: PLR2004 - the header and a row
+        raise UserError(f"{source} has no rows; expected a header and one row a column")
+    (first, header), *rows = rows
+    names = [name.strip() for name in header]
+    told = [(first, f"line {first}, {words}") for words in _wrong_names(names)]
     columns = []
-    for place, row in enumerate(rows, 1):
-        if None in row or None in row.values():
-            raise UserError(f"row {place}: expected as many cells as the header has")
-        entry = {key.strip(): cell.strip() for key, cell in row.items() if cell.strip()}
-        scale = {name: entry.pop(f"scale_{name}") for name in SCALE if f"scale_{name}" in entry}
-        columns.append(_column(entry, _scale(scale), place))
+    for place, (line, cells) in enumerate(rows, 1):
+        if len(cells) != len(names):
+            counts = f"expected {len(names)} cells, as the header has, found {len(cells)}"
+            told.append((line, f"line {line}: {counts}"))
+            continue
+        entry = {name: c.strip() for name, c in zip(names, cells, strict=True) if c.strip()}
+        try:
+            columns.append(_from_row(entry, place))
+        except ValidationError as error:
+            told += sentences(_of_row(error, names), partial(_line, line))
+    if told:
+        raise complaint(source, told)
     return PublishedTable(title, tuple(columns))
 
 
-def _scale(entry: Mapping[str, Any]) -> Scale:
-    unknown = set(entry) - set(SCALE)
-    if unknown:
-        raise UserError(f"scale: unknown key '{min(unknown)}'; expected {', '.join(SCALE)}")
-    if "maximum" not in entry:
-        raise UserError("scale: maximum is missing; expected the largest possible rating")
-    numbers = {}
-    for name, value in entry.items():
-        try:
-            numbers[name] = Fraction(str(value))
-        except (ValueError, ZeroDivisionError):
-            raise UserError(
-                f"scale: {name} is '{value}', expected a number such as 1, 0.5 or 1/3"
-            ) from None
-    return Scale(**numbers)
+def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield the rows that are not empty, each with the line that it ends on."""
+    header = text.partition("\n")[0]
+    # Where decimals have commas, cells are parted by something else.
+    delimiter = next((sign for sign in ";\t" if sign in header), ",")
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
+    for cells in reader:
+        if any(cell.strip() for cell in cells):
+            yield reader.line_num, cells
 
 
-def _column(entry: Mapping[str, Any], scale: Scale, place: int) -> Column:
-    label = str(entry.get("label", f"column {place}"))
-    known = ("n", AMPLITUDE, *PRINTED, *WORDS)
-    unknown = set(entry) - set(known)
-    if unknown:
-        raise UserError(
-            f"column '{label}': unknown key '{min(unknown)}'; expected {', '.join(known)}"
-        )
+def _line(line: int, _place: Place) -> int:
+    """Return the line of a row: all its cells stand there."""
+    return line
+
+
+def _wrong_names(names: list[str]) -> Iterator[str]:
+    """Yield what is wrong with a header's names."""
+    for name in dict.fromkeys(names):
+        if name not in KNOWN:
+            yield f"{name or 'a column without a name'}: expected one of {', '.join(KNOWN)}"
+        elif names.count(name) > 1:
+            yield f"{name}: is there {names.count(name)} times; expected it once"
     for name in NEEDED:
-        if name not in entry:
-            raise UserError(f"column '{label}': {name} is missing")
-    values: dict[str, Any] = {name: str(entry[name]) for name in WORDS if name in entry}
-    for name in PRINTED:
-        if name in entry:
-            try:
-                values[name] = Printed(str(entry[name]).strip())
-            except ValueError as error:
-                raise UserError(f"column '{label}': {name}: {error}") from None
-    try:
-        n = int(str(entry["n"]))
-    except ValueError:
-        raise UserError(f"column '{label}': n is '{entry['n']}', expected a whole number") from None
-    if AMPLITUDE in entry:
-        try:
-            values[AMPLITUDE] = float(entry[AMPLITUDE])
-        except ValueError:
-            raise UserError(
-                f"column '{label}': {AMPLITUDE} is '{entry[AMPLITUDE]}', expected a number"
-            ) from None
-    return Column(**{**values, "label": label, "n": n, "scale": scale})
+        if name not in names:
+            yield f"{name}: is missing"
+
+
+def _from_row(entry: Mapping[str, str], place: int) -> Column:
+    own = {name: cell for name, cell in entry.items() if name in Summary.model_fields}
+    scale = {name: entry[SCALE + name] for name in Scale.model_fields if SCALE + name in entry}
+    return Column.model_validate({"label": f"column {place}", **own, "scale": scale})
+
+
+def _of_row(error: ValidationError, names: list[str]) -> Iterator[Fault]:
+    """Yield the faults of a row in the header's words; what the header lacks is told there."""
+    for place, fault in faults_in(error):
+        of_scale = place[0] == "scale" and len(place) > 1
+        name = f"{SCALE}{place[1]}" if of_scale else str(place[0])
+        if name in names or fault["type"] != "missing":
+            yield (name,), fault
+
+
+KNOWN = (*Summary.model_fields, *(SCALE + name for name in Scale.model_fields))
+NEEDED = ("n", "mean", "sd", f"{SCALE}maximum")

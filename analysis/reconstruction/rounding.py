@@ -6,8 +6,8 @@ decided by the rule and never by a floating-point error.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
 from fractions import Fraction
 from math import ceil, floor
 
@@ -74,6 +74,29 @@ RULES = {
 }
 
 
+# Longer ones are no measurement, and fractions of them no number to compute with.
+DECIMAL = re.compile(r"[+-]?(\d{1,15}(\.\d{0,15})?|\.\d{1,15})", re.ASCII)
+
+
+def plain_decimal(text: str) -> str:
+    """Return a decimal number with a hyphen and a point, as papers may print neither.
+
+    >>> plain_decimal(" \u22120,50 ")
+    '-0.50'
+
+    Raises
+    ------
+    ValueError
+        It is no decimal number, or one of more than 15 digits on a side of the point.
+    """
+    found = text.strip().replace("\N{MINUS SIGN}", "-")
+    if found.count(",") == 1 and "." not in found:
+        found = found.replace(",", ".")
+    if not DECIMAL.fullmatch(found):
+        raise ValueError("expected a decimal number such as 12.75")
+    return found
+
+
 @dataclass(frozen=True)
 class Printed:
     """A number as printed: its decimals count.
@@ -89,23 +112,17 @@ class Printed:
     text: str
 
     def __post_init__(self) -> None:
-        try:
-            finite = Decimal(self.text).is_finite()
-        except InvalidOperation:
-            finite = False
-        if not finite:
-            raise ValueError(f"'{self.text}' is not a decimal number")
+        object.__setattr__(self, "text", plain_decimal(self.text))
 
     @property
     def value(self) -> Fraction:
         """The printed number itself, exact."""
-        return Fraction(Decimal(self.text))
+        return Fraction(self.text)
 
     @property
     def unit(self) -> Fraction:
         """One in the last printed place."""
-        exponent = Decimal(self.text).as_tuple().exponent
-        return Fraction(10) ** int(exponent)
+        return Fraction(1, 10 ** len(self.text.partition(".")[2]))
 
     def values(self, rule: str) -> Interval:
         """Return the exact values that `rule` prints so."""

@@ -66,5 +66,5 @@ class Solutions:
 
     def under(self, sd_convention: str, rounding: str) -> Solutions:
         """Return the solutions under another convention and rounding rule."""
-        column = replace(self.column, sd_convention=sd_convention, rounding=rounding)
-        return replace(self, column=column)
+        other = {"sd_convention": sd_convention, "rounding": rounding}
+        return replace(self, column=self.column.model_copy(update=other))
