@@ -55,6 +55,6 @@ def surfaces(plan: RunPlan) -> list[Surface]:
 
 
 def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
-    """Raise what `PlateDriver.check_supported` raises if the plate could not present all of a run."""
+    """Raise `PlateDriver.check_supported`'s fault if the plate could not present a surface."""
     for surface in surfaces(plan):
         plate.check_supported(surface)
