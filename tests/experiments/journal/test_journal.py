@@ -2,13 +2,23 @@ import json
 import multiprocessing
 import os
 import sys
+import zlib
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from experiments.journal.journal import Journal, Record, decode, encode, read_records
+from experiments.journal import journal as module
+from experiments.journal.journal import (
+    Journal,
+    Record,
+    decode,
+    encode,
+    has_begun,
+    is_being_written,
+    read_records,
+)
 from faults import UserError
 from hardware.clock import VirtualClock
 
@@ -33,6 +43,26 @@ def test_what_is_encoded_comes_back(data, number):
     assert decode(line, number) == record
     assert line.count(b"\n") == 1
     json.loads(line)  # one object of plain JSON a line: other programs can read it
+
+
+def test_a_line_is_compact_json_in_plain_letters_with_the_checksum_last():
+    line = encode(
+        Record(number=3, time_s=0.25, kind="done", data={"words": "glissé", "of": [1, 2]})
+    )
+    body = '{"n":3,"t":0.25,"kind":"done","words":"glissé","of":[1,2]'
+    # Computed by zlib's crc32 of the object without its checksum.
+    assert line.decode() == f'{body},"crc":"{zlib.crc32((body + "}").encode()):08x}"}}\n'
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_a_number_that_json_does_not_know_is_never_written(value):
+    with pytest.raises(ValueError, match="JSON"):
+        encode(Record(number=0, time_s=0.0, kind="done", data={"value": value}))
+
+
+def test_data_may_hold_a_checksum_of_their_own():
+    record = Record(number=0, time_s=0.0, kind="done", data={"a": {"b": 1, "crc": "0"}})
+    assert decode(encode(record), 0) == record
 
 
 @given(st.data())
@@ -85,17 +115,109 @@ def test_lines_in_another_order_missing_or_repeated_are_refused(tmp_path, order,
         read_records(path)
 
 
+@pytest.mark.parametrize("damaged", [b"{}\n", b'{"n":2,"crc":"00000000"}\n'])
+def test_a_last_line_that_is_whole_but_wrong_is_refused_not_cut_off(tmp_path, damaged):
+    path = written(tmp_path / "a.jsonl", "header", "begin")
+    path.write_bytes(path.read_bytes() + damaged)
+    with pytest.raises(UserError, match=r"line 3: damaged .*the checksum does not fit"):
+        read_records(path)
+
+
 def test_a_foreign_file_is_refused(tmp_path):
     path = tmp_path / "notes.txt"
     path.write_text("hello\nworld\n")
-    with pytest.raises(UserError, match="line 1: damaged or not a journal"):
+    with pytest.raises(UserError, match="line 1: damaged or not a journal") as refusal:
         read_records(path)
+    assert str(refusal.value).endswith(
+        "expected one record of JSON a line, as the session wrote it"
+    )
+
+
+@pytest.mark.parametrize("kind, form", [("header", 2), ("done", 1)])
+def test_a_journal_of_another_form_is_refused(tmp_path, kind, form):
+    path = tmp_path / "a.jsonl"
+    path.write_bytes(encode(Record(number=0, time_s=0.0, kind=kind, data={"format": form})))
+    with pytest.raises(UserError, match=rf"journal {path}: expected a Slipscale journal of format"):
+        read_records(path)
+
+
+@pytest.mark.parametrize("touch", [read_records, lambda path: Journal.reopen(path, None)])
+def test_a_journal_that_is_not_there_is_named(tmp_path, touch):
+    path = tmp_path / "a.jsonl"
+    with pytest.raises(UserError, match=rf"journal {path}: No such file"):
+        touch(path)
+
+
+def test_where_no_folder_can_be_made_the_journal_is_named(tmp_path):
+    (tmp_path / "file").write_text("")
+    path = tmp_path / "file" / "a.jsonl"
+    with pytest.raises(UserError, match=rf"journal {path}: "):
+        Journal.create(path, None)
+    assert not has_begun(path)
+
+
+def test_where_nobody_may_look_the_journal_is_named(tmp_path):
+    path = tmp_path / ("a" * 300)  # too long a name for any file system
+    with pytest.raises(UserError, match=rf"journal {path}: "):
+        has_begun(path)
+
+
+def test_a_journal_has_begun_with_its_first_byte(tmp_path):
+    path = tmp_path / "a.jsonl"
+    assert not has_begun(path)
+    path.write_bytes(b"")
+    assert not has_begun(path)
+    path.write_bytes(b"{")
+    assert has_begun(path)
+
+
+def test_a_journal_is_being_written_as_long_as_it_is_open(tmp_path):
+    path = tmp_path / "a.jsonl"
+    assert not is_being_written(path)
+    with Journal.create(path, VirtualClock()) as journal:
+        journal.write("header", format=1)
+        assert is_being_written(path)
+    assert not is_being_written(path)
+
+
+def test_records_are_dated_by_the_clock_and_numbered_from_0(tmp_path):
+    clock = VirtualClock()
+    with Journal.create(tmp_path / "a.jsonl", clock) as journal:
+        journal.write("header", format=1)
+        clock.sleep(2.5)
+        journal.write("done")
+    records, _ = read_records(tmp_path / "a.jsonl")
+    assert [(record.number, record.time_s) for record in records] == [(0, 0.0), (1, 2.5)]
+
+
+def test_a_journal_is_read_again_only_where_a_record_was_not_finished(tmp_path, monkeypatch):
+    """Else each record would cost as much as all before it."""
+    readings = []
+    monkeypatch.setattr(
+        module, "read_records", lambda path: readings.append(1) or read_records(path)
+    )
+    with Journal.create(tmp_path / "a.jsonl", VirtualClock()) as journal:
+        for _ in range(3):
+            journal.write("header", format=1)
+        assert readings == []
+    with Journal.reopen(tmp_path / "a.jsonl", VirtualClock()) as journal:
+        for _ in range(3):
+            journal.write("done")
+    assert readings == [1]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="only there can a folder be synchronised")
+def test_a_new_file_s_name_is_durable_before_the_first_record(tmp_path, monkeypatch):
+    synchronised = []
+    monkeypatch.setattr(os, "fsync", lambda file: synchronised.append(os.fstat(file).st_ino))
+    with Journal.create(tmp_path / "a.jsonl", VirtualClock()):
+        assert synchronised == [tmp_path.stat().st_ino]
 
 
 def test_an_existing_run_is_never_overwritten_and_is_named(tmp_path):
     path = written(tmp_path / "a.jsonl", "header")
     before = path.read_bytes()
-    with pytest.raises(UserError, match=str(path)):
+    with pytest.raises(UserError, match=rf"{path}; .*go on with it: slipscale resume$"):
         Journal.create(path, VirtualClock())
     assert path.read_bytes() == before
 
@@ -137,7 +259,7 @@ def test_a_full_disk_is_one_sentence_and_leaves_the_journal_whole(tmp_path, monk
             raise OSError(28, "No space left on device")
 
         monkeypatch.setattr(os, "fsync", full)
-        with pytest.raises(UserError, match="No space left on device"):
+        with pytest.raises(UserError, match=r"No space left on device.*then slipscale resume$"):
             journal.write("done", value=1)
     assert [record.kind for record in read_records(path)[0]] == ["header"]
 
@@ -163,10 +285,36 @@ def test_a_full_disk_is_one_sentence_and_costs_only_the_line_that_had_no_room(tm
     assert [record.kind for record in read_records(path)[0]] == ["header", "done"]
 
 
+def test_a_disk_that_is_gone_is_the_same_one_sentence(tmp_path, monkeypatch):
+    """Neither can the record be written then, nor what is half written be cut off."""
+    journal = Journal.create(tmp_path / "a.jsonl", VirtualClock())
+
+    class Gone:
+        def tell(self):
+            return 0
+
+        def write(self, _line):
+            raise OSError(5, "Input/output error")
+
+        truncate = write
+
+    stream = journal._stream
+    monkeypatch.setattr(journal, "_stream", Gone())
+    with pytest.raises(UserError, match="Input/output error"):
+        journal.write("header", format=1)
+    stream.close()
+
+
 def test_a_journal_that_never_began_leaves_no_file(tmp_path):
-    path = tmp_path / "sub-01" / "a.jsonl"
+    path = tmp_path / "sourcedata" / "sub-01" / "a.jsonl"
     Journal.create(path, VirtualClock()).close()
-    assert list(tmp_path.iterdir()) == []
+    assert list(tmp_path.rglob("*")) == [tmp_path / "sourcedata"]
+
+
+def test_a_journal_that_never_began_leaves_others_as_they_were(tmp_path):
+    other = written(tmp_path / "b.jsonl", "header")
+    Journal.create(tmp_path / "a.jsonl", VirtualClock()).close()
+    assert list(tmp_path.iterdir()) == [other]
 
 
 @pytest.mark.parametrize("reached", [0, 10, None], ids=["nothing", "a part", "all"])
