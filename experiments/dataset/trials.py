@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from experiments.protocols.steps import Value
 
 # What an event between a trial's beginning and its end leaves on its row. A pilot that was taken
-# up again leaves nothing: in its virtual time nobody waited.
+# up again leaves nothing: in its virtual time there was no wait.
 EVENT_FLAGS: dict[str, str] = {
     "fault": FAULT,
     "pause": PAUSED,

@@ -66,7 +66,7 @@ def decode(line: bytes, number: int) -> Record:
 
 
 def has_begun(path: Path) -> bool:
-    """Return whether a journal is there and holds anything; UserError where nobody may look."""
+    """Return whether a journal holds anything; UserError where that cannot be found out."""
     try:
         return path.stat().st_size > 0
     except (FileNotFoundError, NotADirectoryError):
@@ -127,7 +127,7 @@ class Journal:
     Parameters
     ----------
     path : Path
-        The file. `create` makes it, `reopen` goes on with it.
+        The file. `create` makes it, `reopen` continues it.
     clock : Clock
         Dates the records.
 
@@ -174,7 +174,7 @@ class Journal:
 
     @classmethod
     def reopen(cls, path: Path, clock: Clock) -> Self:
-        """Go on with an interrupted journal, without its torn last line if it has one."""
+        """Continue an interrupted journal, without its torn last line if it has one."""
         try:
             stream = path.open("r+b", buffering=0)
         except OSError as error:
@@ -210,14 +210,14 @@ class Journal:
                 self._cut(whole)
             raise UserError(
                 f"journal {self.path}: cannot write ({error.strerror}); "
-                "all responses until now are on disk: make room, then slipscale resume"
+                "all responses until now are on disk: free some space, then slipscale resume"
             ) from None
         self.records.append(record)
         self._unfinished = False
         return record
 
     def _take_stock(self) -> None:
-        """Find out what reached the disk, and go on after it."""
+        """Find out what reached the disk, and continue after it."""
         self.records[:], length = read_records(self.path)
         self._cut(length)
 

@@ -24,7 +24,7 @@ PACKAGES = ("slipscale", "numpy", "psychopy")
 def header(
     plan: RunPlan, plate: PlateDriver, spec: str, answered_by: str, masking: str
 ) -> dict[str, Any]:
-    """Return the journal's first record: all that is needed to go on, or to analyse, without us."""
+    """Return the journal's first record: all that is needed to resume or to analyse."""
     return {
         "format": FORMAT,
         **asdict(plan),
@@ -81,7 +81,7 @@ def dataset_of(path: Path, plan: RunPlan) -> Path:
 
 
 def is_mock(spec: str) -> bool:
-    """Return whether a plate exists only as its physics: nobody feels anything there."""
+    """Return whether a plate is simulated: a finger would feel nothing."""
     return spec.partition(":")[0] == "mock"
 
 

@@ -21,7 +21,7 @@ ANSWERS: dict[str, Callable[..., Answer]] = {
     "Presented": Presented,
     "Voided": Voided,
 }
-# Words may be mended between versions without making a run unresumable.
+# Texts may be corrected between versions; a run can still be resumed.
 WORDS = ("text", "title", "question")
 
 

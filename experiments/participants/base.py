@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from experiments.protocols.steps import ParticipantStep, Reply
 
 # Called at every frame while a participant reads, explores or answers. It checks the plate and
-# the operator and may raise (a plate fault, a pause, a stop): the participant's side lets the
-# exception pass and must be able to start the same step anew afterwards.
+# the operator and may raise (a plate fault, a pause, a stop): a participant class lets
+# the exception pass and must be able to start the same step again afterwards.
 Watch = Callable[[], None]
 
 Kind = Literal["person", "simulated", "scripted"]
@@ -44,7 +44,7 @@ class Participant(Protocol):
         """
 
     def hold(self, text: str, until: Callable[[], bool]) -> None:
-        """Show ``text`` (the operator paused, or the rig is being mended) until ``until()``."""
+        """Show ``text`` (the operator paused, or the rig is being repaired) until ``until()``."""
 
     def __enter__(self) -> Self: ...
 

@@ -52,7 +52,7 @@ VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
 }
 READING_S = 4.0
 # The plate reads a fraction of a micrometre differently from moment to moment; a finger does not
-# tell 2.298 from 2.302 µm, and answers must not hang on the last digit.
+# tell 2.298 from 2.302 µm, and answers must not depend on the last digit.
 FELT_DIGITS = 2
 # A texture changes under the finger: it is felt at so many moments of the stroke, and rated as
 # the mean. A plain surface is the same at each.

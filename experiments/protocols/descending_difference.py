@@ -145,19 +145,19 @@ class _Run(Repeating[_Step]):
         yield Silence()
 
     def trial(
-        self, what: _Step, number: int, repeats: int | None
+        self, condition: _Step, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
         """Yield one step; return the numbers of the trials voided meanwhile."""
         trial = Trial(
             task=TASK,
             number=number,
             total=self.total,
-            factors={"series": what.series, "step": what.step},
+            factors={"series": condition.series, "step": condition.step},
             repeats=repeats,
         )
         # The surface before is felt already, unless a fault, a pause or a void came between.
-        lead_in = (Present(surface=self.context.surface(what.before)), self.explore("start"))
-        yield Present(surface=self.context.surface(what.after), trial=trial, lead_in=lead_in)
+        lead_in = (Present(surface=self.context.surface(condition.before)), self.explore("start"))
+        yield Present(surface=self.context.surface(condition.after), trial=trial, lead_in=lead_in)
         yield self.explore("explore", trial)
         yield from self.questions(trial)
         voided = yield EndTrial(trial=trial)

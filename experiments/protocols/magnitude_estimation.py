@@ -191,7 +191,7 @@ class _Run(Repeating[_Presentation]):
         yield Silence()
 
     def trial(
-        self, what: _Presentation, number: int, repeats: int | None
+        self, condition: _Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
         """Yield one trial; return the numbers of the trials to be repeated."""
         options, texts = self.options, self.context.texts
@@ -199,11 +199,11 @@ class _Run(Repeating[_Presentation]):
             task=TASK,
             number=number,
             total=self.total,
-            phase=what.phase,
-            factors={"block": what.block, "modulus": options.modulus},
+            phase=condition.phase,
+            factors={"block": condition.block, "modulus": options.modulus},
             repeats=repeats,
         )
-        yield Present(surface=what.surface, trial=trial)
+        yield Present(surface=condition.surface, trial=trial)
         yield options.explore(texts["magnitude_estimation.explore"], trial)
         if options.exploration_maximum_s is not None:
             yield Silence(trial=trial)

@@ -1,4 +1,4 @@
-"""The trials of a task, counted: one that does not hold comes again under a number of its own."""
+"""The trials of a task, counted: one that is voided comes again under a number of its own."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
     from experiments.languages.texts import Texts
     from experiments.protocols.steps import Answer, Rest, Step, Steps
 
-What = TypeVar("What")
+Condition = TypeVar("Condition")
 
 
-class Repeating(ABC, Generic[What]):
+class Repeating(ABC, Generic[Condition]):
     """The trials of a task, block by block.
 
-    ``What`` is whatever makes a trial (surface, block, phase, ...); a repetition has the same,
+    ``Condition`` is what makes a trial (surface, block, phase, ...); a repetition has the same,
     whenever it comes.
 
     Parameters
@@ -32,11 +32,11 @@ class Repeating(ABC, Generic[What]):
     def __init__(self, total: int) -> None:
         self.total = total
         self.number = 0
-        self._known: dict[int, What] = {}
+        self._known: dict[int, Condition] = {}
 
     @abstractmethod
     def trial(
-        self, what: What, number: int, repeats: int | None
+        self, condition: Condition, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
         """Yield one trial; return the numbers of the trials to be repeated."""
 
@@ -52,30 +52,30 @@ class Repeating(ABC, Generic[What]):
         """Yield what comes after the last of some trials: nothing, by default."""
         yield from ()
 
-    def block(self, whats: Iterable[What]) -> Steps:
+    def block(self, conditions: Iterable[Condition]) -> Steps:
         """Yield a block's trials, and at its end those to be repeated."""
-        yield from self._trials(deque((what, None) for what in whats))
+        yield from self._trials(deque((condition, None) for condition in conditions))
 
     def close(self, screen: Callable[[], Instruct | Rest]) -> Steps:
         """Yield the screen that follows a block; repeat what is voided while it is shown.
 
         The screen is shown again after that: it tells where the participant stands.
         """
-        while isinstance(heard := (yield EndBlock(screen=screen())), Voided) and heard.trials:
-            yield from self._trials(self._again(heard.trials))
+        while isinstance(reply := (yield EndBlock(screen=screen())), Voided) and reply.trials:
+            yield from self._trials(self._again(reply.trials))
 
-    def _trials(self, queue: deque[tuple[What, int | None]]) -> Steps:
+    def _trials(self, queue: deque[tuple[Condition, int | None]]) -> Steps:
         yield from self.start()
         while queue:
-            what, repeats = queue.popleft()
+            condition, repeats = queue.popleft()
             self.number += 1
-            self._known[self.number] = what
-            queue += self._again((yield from self.trial(what, self.number, repeats)))
+            self._known[self.number] = condition
+            queue += self._again((yield from self.trial(condition, self.number, repeats)))
             yield from self.between()
         yield from self.finish()
 
-    def _again(self, numbers: Iterable[int]) -> deque[tuple[What, int | None]]:
-        again: deque[tuple[What, int | None]] = deque()
+    def _again(self, numbers: Iterable[int]) -> deque[tuple[Condition, int | None]]:
+        again: deque[tuple[Condition, int | None]] = deque()
         again.extend((self._known[number], number) for number in numbers)
         self.total += len(again)
         return again

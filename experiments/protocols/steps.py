@@ -13,8 +13,8 @@ step          what the session does                                  reply
 `Ask`         asks a question                                        `Reply`
 `Silence`     stops the plate                                        None
 `Rest`        shows a break screen with the progress                 `Reply`
-`EndTrial`    closes a trial; hears which trials the operator voided `Voided`
-`EndBlock`    shows the screen after a block; hears likewise         `Voided`
+`EndTrial`    closes a trial; is told which trials were voided       `Voided`
+`EndBlock`    shows the screen after a block; is told likewise       `Voided`
 ============  =====================================================  ==============
 """
 

@@ -131,7 +131,7 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
             f"feels; it was on {last_plate(records)}"
         )
     began = datetime.fromisoformat(records[0].data["started_utc"])
-    # The session's time goes on from its beginning, the interruption included.
+    # The session's time counts from its beginning, the interruption included.
     clock = SystemClock(max((datetime.now(UTC) - began).total_seconds(), elapsed_s(records)))
     return _conduct(dataset, plan, setting, Journal.reopen(path, clock), clock)
 
@@ -186,7 +186,7 @@ def _leave(
     error: BaseException | None,
     _trace: TracebackType | None,
 ) -> None:
-    """Build the data set; after an error say how to go on, and let nothing hide that error."""
+    """Build the data set; after an error say how to resume, and do not hide that error."""
     if not journal.records:
         return
     try:

@@ -94,14 +94,14 @@ def check_folder(planned: PlannedSession) -> Finding:
             name="folder",
             passed=False,
             detail=f"{folder}: {error.strerror}",
-            remedy="choose a folder on a local disk with --out, or mend its permissions",
+            remedy="choose a folder on a local disk with --out, or correct its permissions",
         )
     if free_mb < ENOUGH_MB:
         return Finding(
             name="folder",
             passed=False,
             detail=f"{folder}: {free_mb} MB free",
-            remedy=f"make room: at least {ENOUGH_MB} MB",
+            remedy=f"free some space: at least {ENOUGH_MB} MB",
         )
     held = mode_of(folder)
     wanted = "pilot" if planned.pilot or is_mock(planned.plate) else "participant"

@@ -1,7 +1,7 @@
-"""What comes between a session's steps: the operator's wishes, and the rig's faults.
+"""What can interrupt a session's steps: the operator's requests, and the rig's faults.
 
-It knows neither the protocol nor its steps: only that something is under way which may have to
-be begun again once the pause is over or the rig is mended.
+It knows neither the protocol nor its steps: only that an action is being carried out, which may
+have to be started again after a pause or once the rig works again.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class _Paused(Exception):
 
 
 class Interruptions:
-    """Looks after the operator and the rig while a session's steps are carried out.
+    """Watches the operator and the rig while a session's steps are carried out.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Interruptions:
         self._voids = _pending_voids(journal.records)
 
     def attempt(self, action: Callable[[], Answer]) -> Answer:
-        """Do something until neither a fault nor a pause comes between."""
+        """Carry out an action, again and again until no fault and no pause interrupts it."""
         paused = False
         while True:
             try:
@@ -86,7 +86,7 @@ class Interruptions:
                 paused = True
 
     def watch(self) -> None:
-        """Look after the plate and the operator: runs at every frame of a participant's step."""
+        """Check the plate and the operator: runs at every frame of a participant's step."""
         self._surface.check()
         self.watch_operator()
 
@@ -103,7 +103,7 @@ class Interruptions:
             raise StopRequested("asked by the operator")
 
     def take_voids(self) -> Voided:
-        """Return which trials were voided since this was last asked."""
+        """Return the trials voided since the last call, and forget them."""
         voided, self._voids = Voided(trials=tuple(self._voids)), []
         return voided
 
@@ -184,7 +184,7 @@ class Interruptions:
 
 
 def _pending_voids(records: list[Record]) -> list[int]:
-    """Return the trials voided that the protocol has not been told of."""
+    """Return the voided trials that the protocol has not been told about."""
     waiting: list[int] = []
     for record in records:
         if record.kind == "void":

@@ -1,4 +1,4 @@
-"""Who watches over a session: what the operator is told, and what they may ask for."""
+"""The operator of a session: what they are told, and what they may ask for."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ State = Literal["showing", "presenting", "waiting", "paused", "fault", "done"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionStatus:
-    """What goes on. It holds an amplitude only where the session was told to unblind.
+    """The state of a session. It holds an amplitude only where the session was told to unblind.
 
     Parameters
     ----------
@@ -69,14 +69,14 @@ class Request:
 
 
 class Operator(Protocol):
-    """The operator's side of a session."""
+    """The operator's interface to a session."""
 
     @property
     def busy(self) -> bool:
         """Whether a request is being typed: the end of a task waits for it."""
 
     def tell(self, status: SessionStatus) -> None:
-        """Show what goes on."""
+        """Show the state."""
 
     def poll(self) -> Request | None:
         """Return what the operator asks for now, if anything. Never waits."""

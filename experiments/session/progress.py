@@ -35,7 +35,7 @@ class Progress:
         self._done_before = 0
         self._trial: Trial | None = None  # the last whose surface was presented
         self._over = False
-        self._closing = False  # the protocol will still hear of a trial that is over
+        self._closing = False  # the protocol can still repeat a trial that is over
 
     @property
     def voidable(self) -> Trial | None:
@@ -85,7 +85,7 @@ class Progress:
     def tell(
         self, state: State, *, message: str = "", amplitude_um_pp: float | None = None
     ) -> None:
-        """Tell the operator what goes on."""
+        """Tell the operator the state."""
         elapsed_s = self._clock.now() - self._begun_s
         done = self._status.done - self._done_before
         left = max(self._status.planned - self._status.done, 0)

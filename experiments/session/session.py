@@ -1,7 +1,7 @@
 """The one loop: interprets a protocol's steps against a plate, a participant and a journal.
 
-The rule that governs it: **a step is over when its answer is on disk; only then does the protocol
-hear of it.** So a crash loses at most the step in progress, and resume is the same loop with the
+The rule that governs it: **a step is over when its answer is on disk; only then is the protocol
+told of it.** So a crash loses at most the step in progress, and resume is the same loop with the
 first answers taken from the journal.
 """
 
@@ -56,8 +56,8 @@ class Session:
     steps : generator
         The protocol.
     plate, participant, journal, clock, operator
-        The world. Nothing else is touched: a session with a virtual clock, a mock plate and a
-        simulated participant can be replayed to the byte.
+        All that a session acts on. Nothing else is touched: a session with a virtual clock, a
+        mock plate and a simulated participant can be replayed to the byte.
     texts : Mapping
         For the screen that asks the participant to wait.
     planned : int
@@ -91,7 +91,7 @@ class Session:
         self._surface = SurfaceState(plate, clock, self._feel)
         voided = sum(record.kind == "void" for record in journal.records)
         self._progress = Progress(operator, clock, planned, voided)
-        self._between = Interruptions(
+        self._interruptions = Interruptions(
             plate=plate,
             surface=self._surface,
             participant=participant,
@@ -103,7 +103,7 @@ class Session:
             hold_text=texts["session.hold"],
             unblind=unblind,
         )
-        self._presented_s = 0.0  # when the staged surface was, for one that is taken up again
+        self._presented_s = 0.0  # when the wanted surface was presented, for a resumed pilot
         self._actions: Mapping[type, Callable[[Any], Answer]] = {
             Instruct: self._show,
             Rest: self._show,
@@ -167,7 +167,7 @@ class Session:
     # From the journal -----------------------------------------------------------------------
 
     def _replay(self, step: Step, begun: Record, done: Record) -> Answer:
-        """Take a step's answer from the journal; keep in mind what must stand on the plate."""
+        """Take a step's answer from the journal; note which surface must be on the plate."""
         if not same_step(begun.data["what"], step_record(step)):
             raise UserError(
                 f"journal {self._journal.path}, line {done.number + 1}: the protocol now takes "
@@ -184,17 +184,17 @@ class Session:
         return answer_from(done.data["answer"])
 
     def _take_up(self, step: Step) -> None:
-        """Go from replay to life: the surface that stood must stand again."""
+        """Go from replay to live steps: the surface that was on the plate must be there again."""
         self._progress.replayed()
         began_s = self._clock.now()
         virtual = self._clock if isinstance(self._clock, VirtualClock) else None
         self._journal.write("take_up", virtual=virtual is not None)
-        # A resumed pilot goes on as if it had never stopped: nobody felt the wait, and a texture,
+        # A resumed pilot continues as if it had never stopped: there was no wait, and a texture,
         # which changes with time, is explored at the time at which it was.
-        if virtual and self._surface.broken:
+        if virtual and self._surface.lost:
             virtual.set(self._presented_s)
         if not isinstance(step, Silence):
-            self._between.attempt(lambda: self._restore(step))
+            self._interruptions.attempt(lambda: self._restore(step))
         if virtual:
             virtual.set(began_s)
 
@@ -204,14 +204,14 @@ class Session:
         """Carry out a step, however often it takes, and write down its answer."""
         self._journal.write("begin", step=number, what=step_record(step))
         self._progress.begins(step)
-        answer = self._between.attempt(lambda: self._actions[type(step)](step))
+        answer = self._interruptions.attempt(lambda: self._actions[type(step)](step))
         self._journal.write("done", step=number, answer=answer_record(answer))
         return answer
 
     def _show(self, step: Instruct | Rest) -> Reply:
         self._noise.stop()
         self._progress.tell("showing")
-        return self._participant.perform(step, self._between.watch)
+        return self._participant.perform(step, self._interruptions.watch)
 
     def _present(self, step: Present) -> Presented:
         self._noise.start()
@@ -229,16 +229,16 @@ class Session:
     def _feel(self, step: Explore) -> Reply:
         """Have the participant stroke the plate."""
         self._wait()
-        return self._participant.perform(step, self._between.watch)
+        return self._participant.perform(step, self._interruptions.watch)
 
     def _ask(self, step: Ask) -> Reply:
         self._restore(step)
         self._wait()
-        reply = self._participant.perform(step, self._between.watch)
+        reply = self._participant.perform(step, self._interruptions.watch)
         try:
             self._surface.confirm()
         except PlateFault:
-            # The surface had gone while the answer was given: kept, but never as an answer.
+            # The surface was lost while the answer was given: the answer is recorded, never used.
             self._journal.write("discarded", name=step.name, answer=answer_record(reply))
             raise
         return reply
@@ -247,17 +247,17 @@ class Session:
         self._surface.silence()
 
     def _end_trial(self, _step: EndTrial) -> Voided:
-        self._between.watch_operator()
-        return self._between.take_voids()
+        self._interruptions.watch_operator()
+        return self._interruptions.take_voids()
 
     def _end_block(self, step: EndBlock) -> Voided:
         self._show(step.screen)
-        self._between.await_reason()
-        return self._between.take_voids()
+        self._interruptions.await_reason()
+        return self._interruptions.take_voids()
 
     def _restore(self, step: Step) -> None:
-        """Have a broken surface presented and explored again before the step."""
-        if self._surface.broken:
+        """Have a lost surface presented and explored again before the step."""
+        if self._surface.lost:
             self._noise.start()
             self._progress.tell("presenting")
             made = self._surface.restore()

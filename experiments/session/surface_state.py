@@ -1,8 +1,8 @@
-"""The surface on the plate, and whether it still stands.
+"""The surface that should be on the plate, and whether the plate makes it now.
 
-A surface that was presented stays *staged* until the protocol silences the plate. Whatever
-breaks the staging (a fault, a pause, a crash) is mended by presenting and exploring it again
-before the participant is asked anything more: no rating is taken of a surface that is not there.
+A surface that was presented stays *wanted* until the protocol silences the plate. If it is lost
+(a fault, a pause, a crash), it is presented and explored again before the participant is asked
+anything more: no rating is taken of a surface that is not there.
 """
 
 from __future__ import annotations
@@ -39,54 +39,54 @@ class SurfaceState:
         self._explore = explore
         self._present: Present | None = None
         self._explored: Explore | None = None
-        self._standing = False
+        self._made = False
         self._commanded_um_pp = 0.0
 
     @property
     def amplitude_um_pp(self) -> float | None:
-        """The amplitude staged (of a texture the largest), or None."""
+        """The amplitude wanted (of a texture the largest), or None."""
         return self._present.surface.amplitude_um_pp if self._present else None
 
     @property
-    def broken(self) -> bool:
+    def lost(self) -> bool:
         """Whether a surface should be there and is not."""
-        return self._present is not None and not self._standing
+        return self._present is not None and not self._made
 
     def present(self, step: Present) -> Presented:
-        """Make a surface, after its lead-in where that does not stand."""
+        """Make a surface, after its lead-in where the plate does not make that."""
         if step.lead_in:
             before, explore = step.lead_in
-            led_in = self._standing and self._present and self._present.surface == before.surface
+            led_in = self._made and self._present and self._present.surface == before.surface
             if not led_in:
                 self._drive(before)
                 self._explore(explore)
         return self._drive(step)
 
     def remember(self, present: Present) -> None:
-        """Note a surface that a journal says was presented; it does not stand any more."""
-        self._present, self._explored, self._standing = present, None, False
+        """Note a surface that a journal says was presented; the plate makes it no more."""
+        self._present, self._explored, self._made = present, None, False
 
     def explored(self, step: Explore) -> None:
         """Note that the participant has explored the surface."""
         self._explored = step
 
     def restore(self) -> Presented | None:
-        """Make the staged surface again where it is broken, and have it explored again."""
+        """Make the wanted surface again where it is lost, and have it explored again."""
         present, explored = self._present, self._explored
-        if present is None or self._standing:
+        if present is None or self._made:
             return None
         try:
             made = self.present(present)
             if explored:
                 self._explore(explored)
         except BaseException:
-            self._present, self._explored, self._standing = present, explored, False
+            self._present, self._explored, self._made = present, explored, False
             raise
         self._explored = explored
         return made
 
     def confirm(self) -> None:
-        """Raise a `PlateFault` unless the plate still makes the staged surface.
+        """Raise a `PlateFault` unless the plate still makes the wanted surface.
 
         The tolerance is the driver's own: what it would not take for the surface when it was
         presented is not taken for it when it was rated (docs/decisions/0022). Of a texture both
@@ -100,25 +100,25 @@ class SurfaceState:
             self._plate.limits.check_reached(self._commanded_um_pp, told.amplitude_um_pp)
 
     def check(self) -> None:
-        """Raise the plate's fault, if any, while a surface stands. Cheap."""
-        if self._standing:
+        """Raise the plate's fault, if any, while it makes a surface. Cheap."""
+        if self._made:
             self._plate.check()
 
     def silence(self) -> None:
-        """Silence the plate; nothing is staged any more."""
+        """Silence the plate; no surface is wanted any more."""
         self._plate.silence()
         self.forget()
 
     def forget(self) -> None:
-        """Note that nothing is staged."""
-        self._present, self._explored, self._standing = None, None, False
+        """Note that no surface is wanted."""
+        self._present, self._explored, self._made = None, None, False
 
     def interrupt(self) -> None:
-        """Note that the surface is about to be lost, or is; it stays staged."""
-        self._standing = False
+        """Note that the surface is about to be lost, or is; it stays wanted."""
+        self._made = False
 
     def shut_down(self) -> None:
-        """Silence the plate on the way out, whatever state the line is in."""
+        """Silence the plate, whatever state the line is in: at the end, or after a fault."""
         self.interrupt()
         try:
             self._plate.silence()
@@ -126,10 +126,10 @@ class SurfaceState:
             self._plate.close()
 
     def _drive(self, step: Present) -> Presented:
-        """Present a surface; it stands once it has settled and reads back as commanded."""
+        """Present a surface; it is there once it has settled and reads back as commanded."""
         self.forget()
         made = self._plate.present(step.surface)
-        self._present, self._standing = step, True
+        self._present, self._made = step, True
         self._commanded_um_pp = made.commanded_um_pp
         self.confirm()
         return Presented(

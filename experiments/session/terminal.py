@@ -1,7 +1,7 @@
 """The operator's terminal: a few live lines, and keys to pause, void the last trial, retry or stop.
 
 Keys are read without waiting, at every frame of the participant's screen, so the terminal never
-holds the session up; a reason for voiding is typed letter by letter while the session goes on.
+holds the session up; a reason for voiding is typed letter by letter while the session continues.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ class TerminalOperator:
         return self._reason is not None
 
     def tell(self, status: SessionStatus) -> None:
-        """Show what goes on."""
+        """Show the state."""
         self._status = status
         self._draw()
 

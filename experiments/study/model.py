@@ -117,7 +117,7 @@ class Texture(BaseModel):
     waveform : {"sine", "square", "triangle", "sawtooth"}
     finger_speed_mm_s : float
         No plate tracks the finger: the texture is played as a finger of this speed would meet
-        it. Stated in every study, for the data hang on it.
+        it. Stated in every study, because the data depend on it.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

@@ -5,12 +5,12 @@ from experiments.protocols.steps import EndBlock, EndTrial, Instruct, Trial, Voi
 class Letters(Repeating[str]):
     """A task whose trials are letters, and consist of their end."""
 
-    def trial(self, what, number, repeats):
+    def trial(self, condition, number, repeats):
         trial = Trial(
             task="t",
             number=number,
             total=self.total,
-            factors={"letter": what},
+            factors={"letter": condition},
             repeats=repeats,
         )
         answer = yield EndTrial(trial=trial)

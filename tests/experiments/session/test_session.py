@@ -339,7 +339,7 @@ def test_the_last_trial_of_a_task_can_be_voided_until_the_next_screen_is_left(
 
 
 def test_wherever_a_run_is_cut_a_voided_last_trial_is_repeated_once(laboratory, tmp_path, plan):
-    """Cut after every record from the void on: also where the protocol had not heard of it."""
+    """Cut after every record from the void on: also where the protocol had not been told."""
     whole = tmp_path / "whole"
     laboratory.folder = whole
     laboratory.run(operator=Regretful(ESTIMATES, 8))
