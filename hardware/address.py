@@ -59,6 +59,14 @@ def number(text: str) -> float:
     return value
 
 
+def positive_number(text: str) -> float:
+    """Return a finite number above 0, or raise ValueError that says what was expected."""
+    value = number(text)
+    if value <= 0:
+        raise ValueError("expected a number above 0")
+    return value
+
+
 def calibration(text: str) -> Calibration:
     """Return the calibration in a file. Raises UserError."""
     from hardware.calibration.record import (  # noqa: PLC0415 - pydantic, when needed

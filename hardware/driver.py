@@ -8,20 +8,27 @@ callers use is the same for all.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from contextlib import contextmanager, suppress
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from faults import UserError
 from hardware.errors import (
+    NotReached,
     OverLimit,
     PlateFault,
     PlateRefused,
+    StillVibrating,
+    WrongDevice,
 )
 from hardware.limits import OnTime, PlateLimits
 from stimuli.modulation import DEFAULT_MODULATOR
+
+RING_DOWN_TIME_CONSTANTS = 7  # to 0.1 % of what it was
+UNKNOWN_TIME_CONSTANT_S = 0.01  # Q = 1,000 at 30.5 kHz
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -54,10 +61,16 @@ class PlateDriver(ABC):
         How fast plate and line follow a texture; None: this backend cannot modulate.
     why_not_modulated : str
         Why it cannot.
+    amplifier_gain : float
+        Volts at the plate per volt of what is driven: 1 where the backend's volts are the plate's.
+    simulated : bool
+        No plate is there: a calibration of another one does no harm, and is only noted.
     """
 
     name: ClassVar[str]
     modulator: Modulator | None = None
+    amplifier_gain: float = 1.0
+    simulated: ClassVar[bool] = False
     why_not_modulated: str = "it holds one amplitude at a time"
 
     def __init__(
@@ -76,20 +89,27 @@ class PlateDriver(ABC):
         self.identity: PlateIdentity | None = None
         self._on_time = OnTime(window_s=self.limits.duty_window_s)
         self._fault_known = False
+        self._vibration_known = False  # that it could not be stopped has been told
 
     def connect(self) -> PlateIdentity:
         """Open the line, check who answers, leave the plate silent.
 
         After a fault, `close` and `connect` again is how one reconnects.
+
+        Raises
+        ------
+        WrongDevice
+            The calibration is of another device, plate or backend.
+        UserError
+            The calibration is too old, or dated after today.
         """
         try:
             self.identity = self._connect()
+            self.notes = self._check_calibration(self.identity)
         except BaseException:
             self.close()
             raise
-        if self.calibration is not None:
-            self.notes = self.calibration.notes(self.identity, datetime.now(tz=UTC).date())
-        self._fault_known = False
+        self._fault_known = self._vibration_known = False
         self._on_time.command(self.clock.now(), vibrates=False)
         return self.identity
 
@@ -143,15 +163,26 @@ class PlateDriver(ABC):
         with self._silent_on_fault():
             self._on_time.command(self.clock.now(), vibrates=amplitude_um_pp > 0)
             presentation = self._drive(amplitude_um_pp)
-            measured_um_pp = presentation.readback.amplitude_um_pp
-            if presentation.readback.kind == "measured" and measured_um_pp is not None:
-                self.limits.check_reached(amplitude_um_pp, measured_um_pp)
+            try:
+                self._check_reached(presentation)
+            except NotReached:
+                if amplitude_um_pp > 0:
+                    raise
+                presentation = self._after_ring_down(presentation)
+                self._check_reached(presentation)
             if loop:
                 self._play(loop)
         return presentation
 
     def excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
-        """Drive at one frequency in Hz and one voltage, settle, read back: for calibration.
+        """Drive at one frequency and one voltage, settle, read back: for calibration.
+
+        Parameters
+        ----------
+        frequency_hz : float
+            Drive frequency.
+        voltage_v : float
+            V peak at the plate, after any amplifier.
 
         Raises
         ------
@@ -177,11 +208,16 @@ class PlateDriver(ABC):
         """Stop the vibration. May be called at any time, in any state, more than once.
 
         Raises `PlateFault` when the plate did not confirm, unless a fault was raised before: that
-        one has already told that the plate may be out of reach.
+        one has already told that the plate may be out of reach. That it may still vibrate
+        (`StillVibrating`) is raised once in any case.
         """
         self._on_time.command(self.clock.now(), vibrates=False)
         try:
             self._silence()
+        except StillVibrating:
+            if not self._vibration_known:
+                self._vibration_known = self._fault_known = True
+                raise
         except PlateFault:
             if not self._fault_known:
                 self._fault_known = True
@@ -212,7 +248,10 @@ class PlateDriver(ABC):
         return self.read_back().amplitude_um_pp or 0.0
 
     def close(self) -> None:
-        """Silence, then let go of the device. Never raises a `PlateFault`."""
+        """Silence, then let go of the device.
+
+        Raises no `PlateFault` but `StillVibrating`, and that only where nobody was told before.
+        """
         self._fault_known = True
         try:
             self.silence()
@@ -234,11 +273,60 @@ class PlateDriver(ABC):
     def _silent_on_fault(self) -> Iterator[None]:
         try:
             yield
-        except BaseException as error:
+        except Exception as error:
             self._fault_known = self._fault_known or isinstance(error, PlateFault)
+            try:
+                self.silence()
+            except StillVibrating as still:
+                raise still from error
+            except PlateFault:
+                pass  # the error that is raised tells enough
+            raise
+        except BaseException:  # somebody ends the session: `close` tells if the plate vibrates
             with suppress(PlateFault):
                 self.silence()
+            self._vibration_known = False
             raise
+
+    def _check_reached(self, presentation: Presentation) -> None:
+        """Raise `NotReached` when a sensor measures another amplitude than was commanded."""
+        measured_um_pp = presentation.readback.amplitude_um_pp
+        if presentation.readback.kind == "measured" and measured_um_pp is not None:
+            self.limits.check_reached(presentation.commanded_um_pp, measured_um_pp)
+
+    def _after_ring_down(self, presentation: Presentation) -> Presentation:
+        """Wait until a plate that was just switched off has stopped by itself, and read again.
+
+        A plate rings: a backend that commands 0 µm directly after a silence may find it moving.
+        The wait follows from the plate's own Q, so that one that is really driven stays a fault.
+        """
+        wait_s = RING_DOWN_TIME_CONSTANTS * self._time_constant_s()
+        self.clock.sleep(wait_s)
+        return replace(
+            presentation,
+            readback=self._read_back(),
+            settle_time_s=presentation.settle_time_s + wait_s,
+        )
+
+    def _time_constant_s(self) -> float:
+        """Return the plate's, by its calibration; without one that of a plate that rings long."""
+        if self.calibration is None:
+            return UNKNOWN_TIME_CONSTANT_S
+        resonance = self.calibration.resonance
+        return resonance.quality_factor / (math.pi * resonance.frequency_hz)
+
+    def _check_calibration(self, identity: PlateIdentity) -> tuple[str, ...]:
+        """Return what the operator should know of the calibration; raise if it is of no use."""
+        if self.calibration is None:
+            return ()
+        today = datetime.now(tz=UTC).date()
+        other = self.calibration.mismatches(identity, backend=self.name)
+        if self.simulated:
+            return (*other, *self.calibration.notes(today))
+        if other:
+            raise WrongDevice("; ".join(other))
+        self.calibration.check_date(today)
+        return self.calibration.notes(today)
 
     def _check_duty(self) -> None:
         duty = self._on_time.duty(self.clock.now())

@@ -84,6 +84,16 @@ class ConnectionLost(PlateFault):
     remedy = "Plug the plate in again; the session can reconnect."
 
 
+class StillVibrating(PlateFault):
+    """The plate could not be silenced, and nothing silences it by itself."""
+
+    code = "still_vibrating"
+    remedy = (
+        "Take the finger off and switch the drive off by hand: the generator's Output key, or the "
+        "amplifier's mains switch"
+    )
+
+
 class OverLimit(PlateFault):
     """A command outside the plate's limits; the plate was left as it was."""
 
@@ -114,6 +124,6 @@ FAULTS: dict[str, type[PlateFault]] = {
     kind.code: kind
     for kind in (
         PlateNotFound, NoPermission, WrongDevice, PlateBusy, PlateTimeout, GarbledReply,
-        PlateRefused, ConnectionLost, OverLimit, NotReached,
+        PlateRefused, ConnectionLost, StillVibrating, OverLimit, NotReached,
     )
 }  # fmt: skip

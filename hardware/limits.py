@@ -20,7 +20,7 @@ class PlateLimits:
         Largest vibration amplitude, µm peak to peak. The default leaves the paper's 2.3 µm at
         15 V (Section IV-A) in and little above.
     voltage_v : float
-        Largest drive voltage, in the convention of the calibration (15 V in the paper,
+        Largest drive voltage, V peak at the plate, after any amplifier (15 V in the paper,
         chosen "in order to avoid dangerous voltages", Section III-B).
     frequency_min_hz, frequency_max_hz : float
         The band in which the plate may be driven.
@@ -62,7 +62,7 @@ class PlateLimits:
 
     def check_voltage(self, voltage_v: float) -> None:
         """Raise `OverLimit` unless the drive voltage is finite, not negative and within bounds."""
-        _check("drive voltage", voltage_v, 0, self.voltage_v, "V")
+        _check("drive voltage", voltage_v, 0, self.voltage_v, "V peak at the plate")
 
     def check_frequency(self, frequency_hz: float) -> None:
         """Raise `OverLimit` unless the drive frequency is finite and within the band."""

@@ -1,9 +1,18 @@
 """A function generator and an amplifier: carrier at resonance, amplitude by calibration.
 
-SPEC: ``scpi:RESOURCE,calibration=FILE,gain=G`` where RESOURCE is a VISA resource
-(``USB0::0x0957::...::INSTR``) or a serial port (``/dev/ttyUSB0``), and ``gain`` the amplifier's
-voltage gain (the calibration's by default). The commands are those that Agilent's, Keysight's and
-Rigol's generators share.
+SPEC: ``scpi:RESOURCE,option=value,...`` where RESOURCE is a VISA resource
+(``USB0::0x0957::...::INSTR``) or a serial port (``/dev/ttyUSB0``), with
+
+================  ===============================================================
+``gain``          the amplifier's voltage gain; required, 1 without an amplifier,
+                  unless a calibration or a plate file says it
+``calibration``   a file written by ``slipscale plate calibrate``
+``channel``       the generator's channel, 1 or 2 (1)
+``dialect``       the make, see `generator_dialects` (by the answer to ``*IDN?``)
+================  ===============================================================
+
+**All volts in this file are V peak at the plate**, after the amplifier, but for what is sent to
+the generator, which is V peak to peak at its own output.
 
 The generator has **no watchdog**: when this computer dies the plate goes on vibrating. Use a
 hardware interlock (docs/function-generator.md). It also has no readback of the vibration, so that
@@ -14,18 +23,30 @@ from __future__ import annotations
 
 import math
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from faults import UserError
 from hardware import address as addresses
+from hardware.backends.generator_dialects import (
+    DIALECTS,
+    KEYSIGHT,
+    channel_number,
+    dialect_named,
+    dialect_of,
+    is_on,
+    number,
+    words_of,
+)
 from hardware.clock import SystemClock
 from hardware.driver import PlateDriver
 from hardware.errors import (
     ConnectionLost,
     GarbledReply,
+    PlateFault,
     PlateNotFound,
     PlateRefused,
     PlateTimeout,
+    StillVibrating,
     WrongDevice,
 )
 from hardware.records import PlateIdentity, Presentation, Readback
@@ -34,6 +55,7 @@ from stimuli.modulation import along_edge
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from hardware.backends.generator_dialects import Dialect, Item
     from hardware.calibration.record import Calibration
     from hardware.clock import Clock
     from hardware.limits import PlateLimits
@@ -45,30 +67,15 @@ SMALLEST_VPP = 0.01  # generators refuse less; 0 µm is output off
 TIMEOUT_MS = 1_000
 BAUD = 115_200  # where RESOURCE is a serial port
 AGREEMENT = 1e-3  # of a setting that is read back
-
-VPP_OF = {"V peak": 2.0, "V peak-to-peak": 1.0, "V RMS": 2 * math.sqrt(2)}
+REOPENINGS, REOPENING_PAUSE_S = 3, 0.5  # after a drop, to switch the output off
+VPP_PER_V_PEAK = 2.0
 
 OPTIONS: dict[str, Callable[[str], Any]] = {
     "calibration": addresses.calibration,
-    "gain": addresses.number,
+    "channel": channel_number,
+    "dialect": dialect_named,
+    "gain": addresses.positive_number,
 }
-
-
-class Setting(NamedTuple):
-    """A command that is set once on connecting, and what reading it back must begin with."""
-
-    header: str
-    value: str
-    reads: str
-
-
-# The load matters: a generator that believes in 50 Ω puts twice its volts on an open circuit.
-SETTINGS = (
-    Setting("FUNC", "SIN", "SIN"),
-    Setting("OUTP:LOAD", "INF", "9.9"),
-    Setting("VOLT:UNIT", "VPP", "VPP"),
-    Setting("VOLT:OFFS", "0", "+0"),
-)
 
 
 class FunctionGenerator(PlateDriver):
@@ -81,13 +88,22 @@ class FunctionGenerator(PlateDriver):
     clock : Clock
         Stamps the readbacks; the waits are the machine's.
     limits : PlateLimits
-        In the calibration's voltage convention, at the plate.
+        At the plate.
     calibration : Calibration
         Needed to present surfaces; not to `excite`.
     amplifier_gain : float
-        Volts at the plate per volt of the generator.
+        Volts at the plate per volt of the generator; by default the calibration's.
+    channel : int
+        The generator's channel, 1 or 2.
+    dialect : Dialect
+        The generator's make; by default as it answers to ``*IDN?``.
     visa_library : str
         PyVISA's backend: ``@py`` needs no vendor's library.
+
+    Raises
+    ------
+    UserError
+        No gain is known, or two that differ.
     """
 
     name = "scpi"
@@ -100,25 +116,53 @@ class FunctionGenerator(PlateDriver):
         limits: PlateLimits | None = None,
         calibration: Calibration | None = None,
         amplifier_gain: float | None = None,
+        channel: int = 1,
+        dialect: Dialect | None = None,
         visa_library: str = "@py",
     ) -> None:
         super().__init__(clock=clock, limits=limits, calibration=calibration)
         self.resource = resource if "::" in resource else f"ASRL{resource}::INSTR"
-        calibrated_gain = calibration.drive.amplifier_gain if calibration else None
-        gain = amplifier_gain or calibrated_gain or 1.0
-        if calibrated_gain is not None and not math.isclose(gain, calibrated_gain):
-            raise UserError(
-                f"plate 'scpi': gain is {gain:g}, but the calibration was made with "
-                f"{calibrated_gain:g}"
-            )
-        convention = calibration.drive.voltage_convention if calibration else "V peak"
-        self._vpp_per_v = VPP_OF[convention] / gain
+        self.amplifier_gain = _agreed_gain(amplifier_gain, calibration)
+        self._vpp_per_v = VPP_PER_V_PEAK / self.amplifier_gain
+        self._channel = channel
+        self._chosen_dialect = dialect
+        self._dialect = dialect or KEYSIGHT  # until it is known who answers
         self._visa_library = visa_library
-        self._machine = SystemClock()
+        self._machine: Clock = SystemClock()
         self._instrument: Any = None
         self._voltage_v = 0.0
+        self._may_be_on = False  # a generator was reached, and its output not confirmed off since
+        self._out_of_reach = False  # and could not be switched off; that was told
 
     def _connect(self) -> PlateIdentity:
+        self._close()
+        self._open()
+        fields = self._ask("*IDN?").split(",")
+        if len(fields) != len(PlateIdentity.__slots__):
+            raise WrongDevice(f"{self.resource}: '{','.join(fields)}' answers, no generator")
+        found = self._chosen_dialect or dialect_of(fields[0], fields[1])
+        if found is None:
+            raise WrongDevice(
+                f"{self.resource}: '{fields[0]} {fields[1]}' answers, a make that is not known; "
+                f"dialect=... makes it one of: {', '.join(DIALECTS)}"
+            )
+        self._dialect = found
+        self._may_be_on = True
+        self._switch_off()
+        self._write("*CLS")
+        for each in found.fixed:
+            self._write_item(each.item, each.value)
+            value = self._ask_item(each.item)
+            if not each.holds(value):
+                raise PlateRefused(
+                    f"{self.resource}: {self._command(each.item.ask)} is {value} after {each.value}"
+                )
+        self._no_errors()
+        return PlateIdentity(
+            manufacturer=fields[0], model=fields[1], serial=fields[2], firmware=fields[3]
+        )
+
+    def _open(self) -> None:
         # PyVISA takes a third of a second to import.
         from pymeasure.adapters import VISAAdapter  # noqa: PLC0415
         from pymeasure.instruments import Instrument, SCPIMixin  # noqa: PLC0415
@@ -126,31 +170,17 @@ class FunctionGenerator(PlateDriver):
         class Generator(SCPIMixin, Instrument):  # type: ignore[misc] # PyMeasure has no types
             """Any generator that speaks SCPI."""
 
-        self._close()
         with self._told_as_faults(opening=True):
             adapter = VISAAdapter(
                 self.resource,
                 visa_library=self._visa_library,
                 timeout=TIMEOUT_MS,
+                open_timeout=TIMEOUT_MS,
                 read_termination="\n",
                 write_termination="\n",
                 asrl={"baud_rate": BAUD},
             )
             self._instrument = Generator(adapter, "function generator")
-        self._write("OUTP 0")
-        fields = self._ask("*IDN?").split(",")
-        if len(fields) != len(PlateIdentity.__slots__):
-            raise WrongDevice(f"{self.resource}: '{','.join(fields)}' answers, no generator")
-        self._write("*CLS")
-        for each in SETTINGS:
-            self._write(f"{each.header} {each.value}")
-            answer = self._ask(f"{each.header}?")
-            if not answer.startswith(each.reads):
-                raise PlateRefused(f"{self.resource}: {each.header} is {answer} after {each.value}")
-        self._no_errors()
-        return PlateIdentity(
-            manufacturer=fields[0], model=fields[1], serial=fields[2], firmware=fields[3]
-        )
 
     def _drive(self, amplitude_um_pp: float) -> Presentation:
         if self.calibration is None:
@@ -160,9 +190,9 @@ class FunctionGenerator(PlateDriver):
             )
         begun_s = self._machine.now()
         resonance = self.calibration.resonance
-        voltage_v = self.calibration.voltage_v(amplitude_um_pp)
+        voltage_v = self.calibration.voltage_v_peak(amplitude_um_pp)
         self.limits.check_voltage(voltage_v)
-        self._set("FREQ", resonance.frequency_hz)
+        self._set(self._dialect.frequency_hz, resonance.frequency_hz)
         self._ramp(voltage_v)
         time_constant_s = resonance.quality_factor / (math.pi * resonance.frequency_hz)
         self._machine.sleep(SETTLING_TIME_CONSTANTS * time_constant_s)
@@ -174,7 +204,7 @@ class FunctionGenerator(PlateDriver):
         )
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
-        self._set("FREQ", frequency_hz)
+        self._set(self._dialect.frequency_hz, frequency_hz)
         self._ramp(voltage_v)
         self._machine.sleep(UNKNOWN_PLATE_SETTLING_S)
         return self._read_back()
@@ -183,64 +213,127 @@ class FunctionGenerator(PlateDriver):
         """Go to a voltage in small steps; below what the generator can do the output is off."""
         from_v = self._voltage_v
         if from_v == 0 and voltage_v > 0:
-            self._set("VOLT", SMALLEST_VPP)
-            self._write("OUTP 1")
+            self._set(self._dialect.voltage_vpp, SMALLEST_VPP)
+            self._may_be_on = True
+            self._write_item(self._dialect.output, self._dialect.on)
         if from_v != voltage_v:
             for step in range(1, RAMP_STEPS + 1):
                 self._voltage_v = along_edge(from_v, voltage_v, step / RAMP_STEPS)
                 vpp = max(self._voltage_v * self._vpp_per_v, SMALLEST_VPP)
-                self._write(f"VOLT {vpp:.6f}")
+                self._write_item(self._dialect.voltage_vpp, f"{vpp:.6f}")
                 self._machine.sleep(RAMP_S / RAMP_STEPS)
         if voltage_v == 0:
             self._silence()
         else:
-            self._set("VOLT", max(voltage_v * self._vpp_per_v, SMALLEST_VPP))
+            vpp = max(voltage_v * self._vpp_per_v, SMALLEST_VPP)
+            self._set(self._dialect.voltage_vpp, vpp)
 
     def _read_back(self) -> Readback:
         """Return the amplitude of the drive that is on, by the calibration."""
-        on = self._number("OUTP?") != 0
-        voltage_v = self._number("VOLT?") / self._vpp_per_v if on else 0.0
+        voltage_v = 0.0
+        if self._is_on():
+            voltage_v = self._number(self._dialect.voltage_vpp) / self._vpp_per_v
         if self.calibration is None:
             return Readback(amplitude_um_pp=None, kind="none", time_s=self.clock.now())
         return Readback(
-            amplitude_um_pp=voltage_v * self.calibration.gain.um_pp_per_v,
+            amplitude_um_pp=voltage_v * self.calibration.um_pp_per_v_peak,
             kind="applied",
             time_s=self.clock.now(),
         )
 
     def _silence(self) -> None:
-        if self._instrument is not None:
-            self._write("OUTP 0")
-            if self._number("OUTP?") != 0:
-                raise PlateRefused(f"{self.resource}: the output is still on after OUTP 0")
-            self._voltage_v = 0.0
+        if self._instrument is None and not self._may_be_on:
+            return
+        try:
+            self._switch_off()
+        except PlateFault as fault:
+            if not self._may_be_on:
+                raise
+            self._reopen_and_switch_off(fault)
+
+    def _switch_off(self) -> None:
+        self._write_item(self._dialect.output, self._dialect.off)
+        if self._is_on():
+            raise PlateRefused(f"{self.resource}: the output is still on after it was switched off")
+        self._voltage_v = 0.0
+        self._may_be_on = self._out_of_reach = False
+
+    def _reopen_and_switch_off(self, fault: PlateFault) -> None:
+        """Open the line anew, at most so many times, until the output is off."""
+        reopenings = 1 if self._out_of_reach else REOPENINGS
+        for attempt in range(reopenings):
+            if attempt:
+                self._machine.sleep(REOPENING_PAUSE_S)
+            try:
+                self._release()
+                self._open()
+                self._switch_off()
+            except PlateFault:
+                continue
+            return
+        self._out_of_reach = True
+        raise StillVibrating(
+            f"{self.resource}: the output could not be switched off ({fault.message}; tried "
+            f"{reopenings} times to open it anew), so the plate may still vibrate"
+        ) from fault
 
     def _close(self) -> None:
-        if self._instrument is not None:
-            with self._told_as_faults():
-                self._instrument.adapter.close()
-        self._instrument = None
+        self._release()
         self._voltage_v = 0.0
 
-    def _set(self, header: str, value: float) -> None:
+    def _release(self) -> None:
+        """Let go of the line."""
+        instrument, self._instrument = self._instrument, None
+        if instrument is not None:
+            with self._told_as_faults():
+                instrument.adapter.close()
+
+    def _set(self, item: Item, value: float) -> None:
         """Set a value, read it back, and look whether the generator complains."""
-        self._write(f"{header} {value:.6f}")
+        self._write_item(item, f"{value:.6f}")
         self._no_errors()
-        answer = self._number(f"{header}?")
+        answer = self._number(item)
         if not math.isclose(answer, value, rel_tol=AGREEMENT):
-            raise PlateRefused(f"{self.resource}: {header} is {answer:g} after {value:g}")
+            raise PlateRefused(
+                f"{self.resource}: {self._command(item.ask)} is {answer:g} after {value:g}"
+            )
 
     def _no_errors(self) -> None:
-        code, _, text = self._ask("SYST:ERR?").partition(",")
+        if self._dialect.error is None:
+            return
+        code, _, text = self._ask(self._dialect.error).partition(",")
         if code.strip("+ ") != "0":
             raise PlateRefused(f"{self.resource}: error {code}, {text}")
 
-    def _number(self, query: str) -> float:
+    def _is_on(self) -> bool:
+        value = self._ask_item(self._dialect.output)
+        on = is_on(value)
+        if on is None:
+            raise GarbledReply(
+                f"{self.resource}: '{value}' answers {self._command(self._dialect.output.ask)}"
+            )
+        return on
+
+    def _number(self, item: Item) -> float:
+        text = self._ask_item(item)
+        value = number(text)
+        if math.isnan(value):
+            raise GarbledReply(f"{self.resource}: '{text}' answers {self._command(item.ask)}")
+        return value
+
+    def _write_item(self, item: Item, value: str) -> None:
+        self._write(self._command(item.write, value))
+
+    def _ask_item(self, item: Item) -> str:
+        query = self._command(item.ask)
         answer = self._ask(query)
-        try:
-            return float(answer)
-        except ValueError as error:
-            raise GarbledReply(f"{self.resource}: '{answer}' answers {query}") from error
+        value = item.read(answer)
+        if value is None:
+            raise GarbledReply(f"{self.resource}: '{answer}' answers {query}")
+        return value
+
+    def _command(self, template: str, value: str = "") -> str:
+        return template.format(value=value, **words_of(self._dialect, self._channel))
 
     def _write(self, command: str) -> None:
         with self._told_as_faults():
@@ -270,13 +363,28 @@ class FunctionGenerator(PlateDriver):
             raise ConnectionLost(f"{self.resource}: the device went away ({error})") from error
 
 
+def _agreed_gain(given: float | None, calibration: Calibration | None) -> float:
+    """Return the amplifier's gain, which must not be guessed: it multiplies the plate's volts."""
+    calibrated = calibration.drive.amplifier_gain if calibration else None
+    if given is None and calibrated is None:
+        raise UserError(
+            "plate 'scpi': the amplifier's gain is not known; say it in the SPEC as gain=20, or "
+            "gain=1 without an amplifier"
+        )
+    if given is not None and calibrated is not None and not math.isclose(given, calibrated):
+        raise UserError(
+            f"plate 'scpi': gain is {given:g}, but the calibration was made with {calibrated:g}"
+        )
+    return given if given is not None else calibrated or 1.0
+
+
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa: ARG001 - real
     """Return a driver for a function generator: the entry point ``scpi``.
 
     Raises
     ------
     UserError
-        No resource, an unknown option, or a calibration that cannot be used.
+        No resource, an unknown option, no gain, or a calibration that cannot be used.
     """
     resource, options = addresses.split_address(address, OPTIONS)
     if not resource:
@@ -286,4 +394,6 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
         clock=clock,
         calibration=options.get("calibration"),
         amplifier_gain=options.get("gain"),
+        channel=options.get("channel", 1),
+        dialect=options.get("dialect"),
     )

@@ -79,6 +79,7 @@ class MockPlate(PlateDriver):
     """
 
     name = "mock"
+    simulated = True
 
     def __init__(
         self,

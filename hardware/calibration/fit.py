@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,6 +19,13 @@ if TYPE_CHECKING:
 
 FEWEST_POINTS = 6
 CONFIDENCE = 0.95
+EXPLAINED_MIN = 0.5  # of a frequency sweep's variance by a resonance; noise alone leaves some 0.1
+NO_RESONANCE = (
+    "frequency sweep: no resonance; the plate responds alike at all frequencies, so look whether "
+    "the vibrometer reads the plate, and sweep where its resonance is"
+)
+WEIGHTING_ROUNDS = 5
+LARGEST_WEIGHT_RATIO = 1e4
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,12 +45,12 @@ def response(
 
 
 def fit_resonance(points: Sequence[Point]) -> Peak:
-    """Fit a resonance to a frequency sweep (least squares on µm per volt).
+    """Fit a resonance to a frequency sweep (weighted least squares on µm per volt, see `_weights`).
 
     Raises
     ------
     UserError
-        Too few points, no voltage, or no peak within the sweep.
+        Too few points, no voltage, no resonance, or no peak within the sweep.
     """
     if len(points) < FEWEST_POINTS:
         raise UserError(f"frequency sweep: {len(points)} points, expected {FEWEST_POINTS} or more")
@@ -51,13 +59,15 @@ def fit_resonance(points: Sequence[Point]) -> Peak:
     if np.any(voltage_v == 0):
         raise UserError("frequency sweep: a point has no voltage")
     per_volt = np.array([each.amplitude_um_pp for each in points]) / voltage_v
+    if np.ptp(per_volt) == 0:
+        raise UserError(NO_RESONANCE)
     top = int(np.argmax(per_volt))
     # Half the height's square is lost at the band's edges: a first guess of Q.
     band = frequency_hz[per_volt > per_volt[top] / np.sqrt(2)]
     width_hz = max(float(np.ptp(band)), float(np.ptp(frequency_hz)) / len(points))
     guess = (frequency_hz[top], frequency_hz[top] / width_hz, per_volt[top])
     try:
-        best, covariance = optimize.curve_fit(response, frequency_hz, per_volt, p0=guess)
+        best, covariance = _fitted(frequency_hz, per_volt, guess)
     except RuntimeError:
         raise UserError("frequency sweep: no resonance could be fitted to the readings") from None
     resonance_hz, quality_factor, height = best[0], abs(best[1]), best[2]
@@ -67,6 +77,9 @@ def fit_resonance(points: Sequence[Point]) -> Peak:
             f"frequency sweep: no peak between {frequency_hz.min():g} and "
             f"{frequency_hz.max():g} Hz; sweep where the resonance is"
         )
+    explained = 1 - np.var(per_volt - response(frequency_hz, *best)) / np.var(per_volt)
+    if explained < EXPLAINED_MIN:
+        raise UserError(NO_RESONANCE)
     half_width = _quantile(len(points) - 3) * np.sqrt(np.diag(covariance))
     residual_um = (per_volt - response(frequency_hz, *best)) * voltage_v
     return Peak(
@@ -93,19 +106,74 @@ def fit_gain(points: Sequence[Point]) -> Gain:
         raise UserError(f"voltage sweep: {len(points)} points, expected {FEWEST_POINTS} or more")
     voltage_v = np.array([each.voltage_v for each in points])
     amplitude_um = np.array([each.amplitude_um_pp for each in points])
-    square = float(voltage_v @ voltage_v)
-    slope = float(voltage_v @ amplitude_um) / square if square else 0.0
-    if slope <= 0:
+    if not voltage_v @ amplitude_um > 0:
         raise UserError("voltage sweep: the plate does not respond to the voltage")
-    residual_um = _rms(amplitude_um - slope * voltage_v, len(points) - 1)
+    weights = np.ones_like(voltage_v)
+    for _ in range(WEIGHTING_ROUNDS):
+        square = float((weights * voltage_v) @ voltage_v)
+        slope = float((weights * voltage_v) @ amplitude_um) / square
+        left_um = amplitude_um - slope * voltage_v
+        deviation = float(np.sqrt((weights * left_um) @ left_um / (len(points) - 1)))
+        half_width = float(_quantile(len(points) - 1) * deviation / np.sqrt(square))
+        weights = _weights(slope * voltage_v, left_um, weights)
     highest_v = float(voltage_v.max())
     return Gain(
         um_pp_per_v=slope,
-        um_pp_per_v_ci95=float(_quantile(len(points) - 1) * residual_um / np.sqrt(square)),
-        residual_um=residual_um,
+        um_pp_per_v_ci95=half_width,
+        residual_um=_rms(left_um, len(points) - 1),
         voltage_max_v=highest_v,
         amplitude_max_um_pp=slope * highest_v,
     )
+
+
+def _fitted(
+    frequency_hz: NDArray[np.float64],
+    per_volt: NDArray[np.float64],
+    guess: tuple[float, float, float],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return a resonance's best parameters and their covariance. Raises RuntimeError."""
+    weights = np.ones_like(frequency_hz)
+    best = np.array(guess)
+    with warnings.catch_warnings():
+        # A covariance that cannot be estimated is infinite, and looked for by the caller.
+        warnings.simplefilter("ignore", optimize.OptimizeWarning)
+        for _ in range(WEIGHTING_ROUNDS):
+            best, covariance = optimize.curve_fit(
+                response, frequency_hz, per_volt, p0=best, sigma=1 / np.sqrt(weights)
+            )
+            fitted = response(frequency_hz, *best)
+            weights = _weights(fitted, per_volt - fitted, weights)
+    return best, covariance
+
+
+def _weights(
+    fitted: NDArray[np.float64], left: NDArray[np.float64], before: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return what each reading weighs, from what a fit left of it.
+
+    A vibrometer's noise has a part that is always there and one that grows with the reading:
+    variance = a + b·reading², fitted to the squares of the residuals, a and b not negative. Taken
+    for constant, noise of 2 % of the reading leaves a 95 % interval of the gain that covers 86 %.
+
+    Parameters
+    ----------
+    fitted, left : ndarray
+        What the fit says, and reading less fit.
+    before : ndarray
+        The weights of that fit: the squares' own scatter is as large as the variances.
+
+    Returns
+    -------
+    ndarray
+        1/variance, the largest 1.
+    """
+    terms = np.column_stack([np.ones_like(fitted), fitted**2]) * before[:, None]
+    (constant, proportional), _ = optimize.nnls(terms, left**2 * before)
+    variance = constant + proportional * fitted**2
+    if variance.max() == 0:
+        return before
+    weights = 1 / np.maximum(variance, variance.max() / LARGEST_WEIGHT_RATIO)
+    return np.asarray(weights / weights.max())
 
 
 def _quantile(freedom: int) -> float:

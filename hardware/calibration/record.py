@@ -7,8 +7,10 @@ whole; what is wrong in it is told at once, with the place.
 from __future__ import annotations
 
 import hashlib
+import json
+import math
 import tomllib
-from datetime import date
+from datetime import date, timedelta
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -21,7 +23,11 @@ if TYPE_CHECKING:
 
     from hardware.records import PlateIdentity
 
-OLD_DAYS = 180
+OLD_DAYS = 180  # older is noted
+EXPIRED_DAYS = 365  # older is refused
+MISFIT = 0.2  # of the largest reading: how far the readings may lie from resonance and gain
+CHECKSUM = "sha256"  # the file's key
+PEAK_OF = {"V peak": 1.0, "V peak-to-peak": 0.5, "V RMS": math.sqrt(2)}
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
@@ -36,9 +42,13 @@ class CalibrationTable(BaseModel):
 
 
 class Device(CalibrationTable):
-    """Which plate: what its backend and ``*IDN?`` said."""
+    """Which plate: what its backend and ``*IDN?`` said, and the plate's own number if it has one.
+
+    A board is one with its plate; behind a generator plates can be changed, and only `plate` tells.
+    """
 
     backend: str
+    plate: str = ""
     manufacturer: str = ""
     model: str = ""
     serial: str = ""
@@ -57,10 +67,18 @@ class Provenance(CalibrationTable):
 
 
 class DriveChain(CalibrationTable):
-    """How volts are meant: the convention, and what follows the generator."""
+    """How volts are meant: the convention, and what follows the generator.
+
+    All volts of the file are volts at the plate, after the amplifier.
+    """
 
     voltage_convention: VoltageConvention = "V peak"
     amplifier_gain: Positive = 1.0
+
+    @property
+    def v_peak_per_volt(self) -> float:
+        """V peak for a volt of the convention; both at the plate."""
+        return PEAK_OF[self.voltage_convention]
 
 
 class Resonance(CalibrationTable):
@@ -68,7 +86,8 @@ class Resonance(CalibrationTable):
 
     frequency_hz: Positive
     frequency_ci95_hz: NotNegative
-    quality_factor: Positive
+    # At 5,000 and 30.5 kHz a plate takes 0.4 s to settle; no tactile plate comes near.
+    quality_factor: Annotated[float, Field(gt=1, le=5_000)]
     quality_factor_ci95: NotNegative
     residual_um: NotNegative
 
@@ -93,7 +112,14 @@ class Point(CalibrationTable):
 
 
 class Calibration(CalibrationTable):
-    """What relates volts to micrometres for one plate."""
+    """What relates volts to micrometres for one plate.
+
+    Raises
+    ------
+    ValidationError
+        Values are impossible, or the readings do not follow from resonance and gain: a file whose
+        numbers were changed is refused even with a new checksum.
+    """
 
     device: Device
     made: Provenance
@@ -109,37 +135,99 @@ class Calibration(CalibrationTable):
             raise ValueError("gain.voltage_max_v lies beyond the voltages in points")
         return self
 
-    def voltage_v(self, amplitude_um_pp: float) -> float:
-        """Return the drive voltage for an amplitude in µm p-p, in the file's convention."""
-        return amplitude_um_pp / self.gain.um_pp_per_v
+    @model_validator(mode="after")
+    def _readings_follow_from_the_fit(self) -> Calibration:
+        fine = [each for each in self.points if each.sweep == "fine"]
+        coarse = [each for each in self.points if each.sweep == "coarse"]
+        linear = [each for each in self.points if each.sweep == "voltage"]
+        for readings in (fine or coarse, linear):
+            misfit = self._misfit(readings)
+            if misfit > MISFIT:
+                raise ValueError(
+                    f"the readings of the {readings[0].sweep} sweep lie {misfit:.0%} from what "
+                    f"resonance and gain say, expected up to {MISFIT:.0%}"
+                )
+        return self
+
+    def _misfit(self, readings: list[Point]) -> float:
+        """Return the RMS distance between readings and fit, as a part of the largest reading."""
+        largest_um_pp = max((each.amplitude_um_pp for each in readings), default=0.0)
+        if largest_um_pp == 0:
+            return math.inf if readings else 0.0
+        square = sum((each.amplitude_um_pp - self._expected_um_pp(each)) ** 2 for each in readings)
+        return math.sqrt(square / len(readings)) / largest_um_pp
+
+    def _expected_um_pp(self, point: Point) -> float:
+        resonance = self.resonance
+        detuning = (point.frequency_hz - resonance.frequency_hz) / resonance.frequency_hz
+        lost = math.sqrt(1 + (2 * resonance.quality_factor * detuning) ** 2)
+        return self.gain.um_pp_per_v * point.voltage_v / lost
+
+    @property
+    def um_pp_per_v_peak(self) -> float:
+        """Amplitude at resonance for one volt peak at the plate."""
+        return self.gain.um_pp_per_v / self.drive.v_peak_per_volt
+
+    def voltage_v_peak(self, amplitude_um_pp: float) -> float:
+        """Return the drive voltage for an amplitude in µm p-p, V peak at the plate."""
+        return amplitude_um_pp / self.um_pp_per_v_peak
 
     def narrow(self, limits: PlateLimits) -> PlateLimits:
-        """Return the limits, narrowed to what was calibrated: nothing is extrapolated."""
+        """Return the limits, narrowed to what was calibrated: nothing is extrapolated.
+
+        Raises
+        ------
+        UserError
+            The resonance lies outside the band in which the plate may be driven.
+        """
+        frequency_hz = self.resonance.frequency_hz
+        if not limits.frequency_min_hz <= frequency_hz <= limits.frequency_max_hz:
+            raise UserError(
+                f"calibration: the resonance of {frequency_hz:g} Hz is outside the plate's band, "
+                f"{limits.frequency_min_hz:g} to {limits.frequency_max_hz:g} Hz"
+            )
+        voltage_max_v = self.gain.voltage_max_v * self.drive.v_peak_per_volt
         values = {name: getattr(limits, name) for name in PlateLimits.__slots__}
         values["amplitude_um_pp"] = min(limits.amplitude_um_pp, self.gain.amplitude_max_um_pp)
-        values["voltage_v"] = min(limits.voltage_v, self.gain.voltage_max_v)
+        values["voltage_v"] = min(limits.voltage_v, voltage_max_v)
         return PlateLimits(**values)
 
-    def notes(self, identity: PlateIdentity, today: date) -> tuple[str, ...]:
-        """Return what the operator should know: another device, or an old calibration."""
-        found = []
-        if identity.serial != self.device.serial:
-            found.append(
-                f"the calibration belongs to plate '{self.device.serial}', "
-                f"this is '{identity.serial}'"
+    def mismatches(self, identity: PlateIdentity, *, backend: str) -> tuple[str, ...]:
+        """Return in what the device it was made on differs from the one that is there."""
+        compared = (
+            ("backend", self.device.backend, backend),
+            ("device", self.device.serial, identity.serial),
+        )
+        return tuple(
+            f"the calibration was made on {what} '{made_on}', this is '{here}'"
+            for what, made_on, here in compared
+            if made_on != here
+        )
+
+    def check_date(self, today: date) -> None:
+        """Raise `UserError` if it is too old to be used, or dated after today."""
+        made = self.made.date
+        if made > today + timedelta(days=1):  # it may be tomorrow already where it was made
+            raise UserError(
+                f"calibration: it is dated {made}, after today ({today}); set this computer's "
+                "clock, or calibrate anew"
             )
+        if (today - made).days > EXPIRED_DAYS:
+            raise UserError(
+                f"calibration: it is {(today - made).days} days old, expected up to "
+                f"{EXPIRED_DAYS}; calibrate anew"
+            )
+
+    def notes(self, today: date) -> tuple[str, ...]:
+        """Return what the operator should know: that it is old."""
         age_days = (today - self.made.date).days
         if age_days > OLD_DAYS:
-            found.append(f"the calibration is {age_days} days old; calibrate anew")
-        return tuple(found)
+            return (f"the calibration is {age_days} days old; calibrate anew",)
+        return ()
 
     def summary(self) -> dict[str, Any]:
-        """Return all but the points, and a hash of everything, ready for JSON."""
-        whole = to_toml(self).encode("utf-8")
-        return {
-            **self.model_dump(mode="json", exclude={"points"}),
-            "sha256": hashlib.sha256(whole).hexdigest(),
-        }
+        """Return all but the points, and the checksum of everything, ready for JSON."""
+        return {**self.model_dump(mode="json", exclude={"points"}), CHECKSUM: checksum(self)}
 
 
 def read_calibration(path: Path) -> Calibration:
@@ -148,7 +236,8 @@ def read_calibration(path: Path) -> Calibration:
     Raises
     ------
     UserError
-        There is no such file, it is no TOML, or values are missing or impossible: all are named.
+        There is no such file, it is no TOML, values are missing or impossible (all are named), or
+        it was changed after it was written.
     """
     try:
         content = tomllib.loads(path.read_text(encoding="utf-8"))
@@ -156,13 +245,21 @@ def read_calibration(path: Path) -> Calibration:
         raise UserError(f"calibration '{path}': {error.strerror}") from error
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise UserError(f"calibration '{path}': not a TOML file ({error})") from error
+    stated = content.pop(CHECKSUM, None)
     try:
-        return Calibration.model_validate(content)
+        calibration = Calibration.model_validate(content)
     except ValidationError as error:
         faults = "; ".join(
             f"{'.'.join(map(str, each['loc'])) or 'file'}: {each['msg']}" for each in error.errors()
         )
         raise UserError(f"calibration '{path}': {faults}") from error
+    if stated != checksum(calibration):
+        raise UserError(
+            f"calibration '{path}': its {CHECKSUM} is missing or not that of its "
+            "content, so it was changed after it was written; fit its readings anew with "
+            "slipscale plate calibrate --csv"
+        )
+    return calibration
 
 
 def write_calibration(calibration: Calibration, path: Path) -> None:
@@ -170,12 +267,19 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
     path.write_text(to_toml(calibration), encoding="utf-8")
 
 
+def checksum(calibration: Calibration) -> str:
+    """Return the SHA-256 of a calibration's content, whatever its file's layout."""
+    content = json.dumps(calibration.model_dump(mode="json", exclude_none=True), sort_keys=True)
+    return hashlib.sha256(content.encode("utf-8")).hexdigest()
+
+
 def to_toml(calibration: Calibration) -> str:
-    """Return the file's text; reading it gives an equal calibration."""
-    import tomlkit  # noqa: PLC0415 - only who writes a file needs it
+    """Return the file's text, with its checksum; reading it gives an equal calibration."""
+    import tomlkit  # noqa: PLC0415 - not needed where no calibration is
 
     document = tomlkit.document()
     document.add(tomlkit.comment("A plate's calibration: see docs/calibration.md"))
+    document.add(CHECKSUM, checksum(calibration))
     document.add(tomlkit.nl())
     document.update(calibration.model_dump(exclude_none=True))
     return tomlkit.dumps(document)

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from pydantic import ValidationError
 
+from faults import UserError
 from hardware.calibration.fit import fit_gain, fit_resonance
 from hardware.calibration.record import Calibration, Device, DriveChain, Point, Provenance
 
@@ -25,7 +27,10 @@ FINE_WIDTHS = 1.5  # resonance ± so many half-power widths
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepPlan:
-    """Where to look: centre and half span in Hz, the frequency sweep's and the largest voltage."""
+    """Where to look: centre and half span in Hz, the frequency sweep's and the largest voltage.
+
+    Volts are in the calibration's convention, at the plate.
+    """
 
     centre_hz: float = 30_500.0
     span_hz: float = 1_500.0
@@ -89,15 +94,21 @@ def calibration_from(
     Raises
     ------
     UserError
-        The points do not hold a resonance or a voltage sweep.
+        The points do not hold a resonance or a voltage sweep, or the plate changed between them.
     """
     fine = [each for each in points if each.sweep == "fine"]
     coarse = [each for each in points if each.sweep == "coarse"]
-    return Calibration(
-        device=device,
-        made=made,
-        drive=drive,
-        resonance=fit_resonance(fine or coarse).resonance,
-        gain=fit_gain([each for each in points if each.sweep == "voltage"]),
-        points=tuple(points),
-    )
+    resonance = fit_resonance(fine or coarse).resonance
+    gain = fit_gain([each for each in points if each.sweep == "voltage"])
+    try:
+        return Calibration(
+            device=device,
+            made=made,
+            drive=drive,
+            resonance=resonance,
+            gain=gain,
+            points=tuple(points),
+        )
+    except ValidationError as error:
+        told = "; ".join(each["msg"].removeprefix("Value error, ") for each in error.errors())
+        raise UserError(f"calibration: {told}") from error

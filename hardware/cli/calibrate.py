@@ -14,9 +14,10 @@ from faults import DONE, UserError
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-    from hardware.calibration.record import Device, Point
+    from hardware.calibration.record import Device, DriveChain, Point
     from hardware.calibration.sweep import SweepPlan
     from hardware.driver import PlateDriver
+    from hardware.records import Readback
 
 CSV_COLUMNS = ("sweep", "frequency_hz", "voltage_v", "amplitude_um_pp")
 
@@ -51,9 +52,22 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--voltage-convention",
         default="V peak",
         choices=["V peak", "V peak-to-peak", "V RMS"],
-        help="what the voltages are (default: V peak)",
+        help="what the voltages given and written are, at the plate (default: V peak)",
     )
-    parser.add_argument("--amplifier-gain", type=float, default=1.0, help="after the generator")
+    parser.add_argument(
+        "--amplifier-gain",
+        type=float,
+        metavar="G",
+        help="only compared: the plate's SPEC says it (scpi:RESOURCE,gain=G)",
+    )
+    parser.add_argument(
+        "--serial",
+        default="",
+        help="with --csv: the serial number of the board or generator, as slipscale check says it",
+    )
+    parser.add_argument(
+        "--plate-serial", default="", help="the plate's own number, where plates can be changed"
+    )
     parser.add_argument("--seed", type=int, default=0, help="of a simulated plate")
 
 
@@ -61,7 +75,7 @@ def run(arguments: Namespace) -> int:
     """Measure or read, fit, write the file and its plot."""
     # SciPy, pydantic and matplotlib load here: `slipscale plate --help` stays instant.
     from hardware.calibration.plot import draw  # noqa: PLC0415
-    from hardware.calibration.record import Device, DriveChain, Provenance, write_calibration  # noqa: PLC0415
+    from hardware.calibration.record import DriveChain, Provenance, write_calibration  # noqa: PLC0415
     from hardware.calibration.sweep import SweepPlan, calibration_from  # noqa: PLC0415
 
     _check_out(arguments.out)
@@ -71,10 +85,15 @@ def run(arguments: Namespace) -> int:
         sweep_voltage_v=arguments.sweep_voltage,
         max_voltage_v=arguments.max_voltage,
     )
+    plate = _open(arguments)
+    drive = DriveChain(
+        voltage_convention=arguments.voltage_convention,
+        amplifier_gain=_agreed_gain(plate, arguments.amplifier_gain),
+    )
     if arguments.csv:
-        device, points = Device(backend=arguments.plate), read_points(arguments.csv)
+        device, points = _device(plate, arguments), read_points(arguments.csv)
     else:
-        device, points = _measure(arguments, plan)
+        device, points = _measure(plate, arguments, plan, drive)
     calibration = calibration_from(
         points,
         device=device,
@@ -86,10 +105,7 @@ def run(arguments: Namespace) -> int:
             point=arguments.point,
             finger=arguments.finger,
         ),
-        drive=DriveChain(
-            voltage_convention=arguments.voltage_convention,
-            amplifier_gain=arguments.amplifier_gain,
-        ),
+        drive=drive,
     )
     picture = arguments.out.with_suffix(".png")
     try:
@@ -118,23 +134,60 @@ def _check_out(path: Path) -> None:
         raise UserError(f"--out {path}: expected a folder that can be written, got {path.parent}")
 
 
-def _measure(arguments: Namespace, plan: SweepPlan) -> tuple[Device, tuple[Point, ...]]:
+def _open(arguments: Namespace) -> PlateDriver:
+    """Return the plate's driver, not connected."""
     from hardware.address import without_session_watchdog  # noqa: PLC0415
-    from hardware.calibration.record import Device  # noqa: PLC0415
-    from hardware.calibration.sweep import sweep  # noqa: PLC0415
     from hardware.clock import Clock, SystemClock, VirtualClock  # noqa: PLC0415
     from hardware.registry import open_plate  # noqa: PLC0415
-    from hardware.signals import silent_on_signals  # noqa: PLC0415
 
     clock: Clock = VirtualClock() if arguments.plate.startswith("mock") else SystemClock()
-    plate = open_plate(without_session_watchdog(arguments.plate), clock=clock, seed=arguments.seed)
+    spec = without_session_watchdog(arguments.plate)
+    return open_plate(spec, clock=clock, seed=arguments.seed)
+
+
+def _agreed_gain(plate: PlateDriver, given: float | None) -> float:
+    """Return the gain by which the driver drives; what was given besides must not differ."""
+    if given is not None and not math.isclose(given, plate.amplifier_gain):
+        raise UserError(
+            f"--amplifier-gain {given:g}: plate '{plate.name}' drives with a gain of "
+            f"{plate.amplifier_gain:g}; the gain belongs into the plate's SPEC "
+            "(scpi:RESOURCE,gain=...), from where drive and file take it"
+        )
+    return plate.amplifier_gain
+
+
+def _device(plate: PlateDriver, arguments: Namespace) -> Device:
+    """Return which device readings from a file were taken on."""
+    from hardware.calibration.record import Device  # noqa: PLC0415
+
+    if not arguments.serial and not plate.simulated:
+        raise UserError(
+            "--csv: expected --serial as well, the serial number of the board or generator that "
+            "drove the plate; slipscale check says it"
+        )
+    return Device(backend=plate.name, plate=arguments.plate_serial, serial=arguments.serial)
+
+
+def _measure(
+    plate: PlateDriver, arguments: Namespace, plan: SweepPlan, drive: DriveChain
+) -> tuple[Device, tuple[Point, ...]]:
+    from hardware.calibration.record import Device  # noqa: PLC0415
+    from hardware.calibration.sweep import sweep  # noqa: PLC0415
+    from hardware.signals import silent_on_signals  # noqa: PLC0415
+
+    def measure(frequency_hz: float, volts: float) -> float:
+        readback = plate.excite(frequency_hz=frequency_hz, voltage_v=volts * drive.v_peak_per_volt)
+        if arguments.prompt:
+            return prompted(f"{frequency_hz:.1f} Hz, {volts:.2f} {drive.voltage_convention}")
+        return measured(plate, readback)
+
     with silent_on_signals(plate):
         identity = plate.connect()
-        read = prompted if arguments.prompt else read_back
-        points = sweep(plan, lambda frequency_hz, volts: read(plate, frequency_hz, volts))
+        points = sweep(plan, measure)
     return (
         Device(
             backend=plate.name,
+            plate=arguments.plate_serial,
             manufacturer=identity.manufacturer,
             model=identity.model,
             serial=identity.serial,
@@ -144,9 +197,8 @@ def _measure(arguments: Namespace, plan: SweepPlan) -> tuple[Device, tuple[Point
     )
 
 
-def read_back(plate: PlateDriver, frequency_hz: float, voltage_v: float) -> float:
-    """Drive, and take the plate's own measurement in µm p-p."""
-    readback = plate.excite(frequency_hz=frequency_hz, voltage_v=voltage_v)
+def measured(plate: PlateDriver, readback: Readback) -> float:
+    """Return the plate's own measurement in µm p-p."""
     if readback.kind != "measured" or readback.amplitude_um_pp is None:
         raise UserError(
             f"plate '{plate.name}' does not measure its vibration; use --prompt or --csv"
@@ -154,15 +206,11 @@ def read_back(plate: PlateDriver, frequency_hz: float, voltage_v: float) -> floa
     return readback.amplitude_um_pp
 
 
-def prompted(plate: PlateDriver, frequency_hz: float, voltage_v: float) -> float:
-    """Drive, and ask the operator for the vibrometer's reading in µm p-p."""
-    plate.excite(frequency_hz=frequency_hz, voltage_v=voltage_v)
+def prompted(drive: str) -> float:
+    """Ask the operator for the vibrometer's reading in µm p-p."""
     while True:
         try:
-            typed = input(
-                f"{frequency_hz:.1f} Hz, {voltage_v:.2f} V: "
-                "type the vibrometer's reading in µm peak to peak: "
-            )
+            typed = input(f"{drive}: type the vibrometer's reading in µm peak to peak: ")
         except EOFError:
             raise UserError("--prompt: no more readings were typed; nothing was written") from None
         reading = _reading(typed)

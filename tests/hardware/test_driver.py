@@ -1,6 +1,7 @@
 """What the interface promises for every backend, tried on one that only records."""
 
 import math
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given
@@ -105,6 +106,66 @@ def test_frequency_and_voltage_are_limited_too(plate, drive):
     with pytest.raises(OverLimit):
         plate.excite(**drive)
     assert plate.heard == before
+
+
+class Ringing(Recorder):
+    """A plate that rings down after its drive is off, as long as its Q makes it."""
+
+    def __init__(self, *, time_constant_s, **options):
+        super().__init__(**options)
+        self.time_constant_s = time_constant_s
+        self.off_s = None
+        self.measures = self.ring
+
+    def _silence(self):
+        super()._silence()
+        self.off_s = self.clock.now()
+
+    def _drive(self, amplitude_um_pp):
+        if amplitude_um_pp > 0:
+            self.off_s = None
+        return super()._drive(amplitude_um_pp)
+
+    def ring(self, commanded_um_pp):
+        if self.off_s is None:
+            return commanded_um_pp
+        return 2.3 * math.exp(-(self.clock.now() - self.off_s) / self.time_constant_s)
+
+
+@pytest.mark.parametrize("time_constant_s", [0.0006, 0.01])
+def test_no_vibration_directly_after_a_silence_waits_until_the_plate_has_rung_down(time_constant_s):
+    plate = Ringing(time_constant_s=time_constant_s)
+    plate.connect()
+    for _ in range(3):
+        plate.present(surface(2.3))
+        plate.silence()
+        made = plate.present(surface(0))
+        assert made.readback.amplitude_um_pp < plate.limits.tolerance_um
+        assert made.settle_time_s > 0
+
+
+def test_the_wait_for_a_ring_down_follows_from_the_plates_own_q():
+    calibration = SimpleNamespace(
+        resonance=SimpleNamespace(quality_factor=600, frequency_hz=30_500),
+        narrow=lambda limits: limits,
+        mismatches=lambda *_, **__: (),
+        check_date=lambda _: None,
+        notes=lambda _: (),
+    )
+    plate = Ringing(time_constant_s=600 / (math.pi * 30_500), calibration=calibration)
+    plate.connect()
+    plate.silence()
+    began_s = plate.clock.now()
+    plate.present(surface(0))
+    assert plate.clock.now() - began_s == pytest.approx(7 * 600 / (math.pi * 30_500))
+
+
+def test_a_plate_that_is_driven_when_it_should_be_off_is_still_a_fault():
+    plate = Ringing(time_constant_s=math.inf)
+    plate.connect()
+    plate.silence()
+    with pytest.raises(NotReached):
+        plate.present(surface(0))
 
 
 def test_a_backend_without_open_loop_drive_says_so(plate):

@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 from faults import UserError
+from hardware.backends import function_generator
 from hardware.backends.function_generator import FunctionGenerator
+from hardware.backends.generator_dialects import DIALECTS
 from hardware.calibration.record import (
     Calibration,
     Device,
@@ -20,8 +22,17 @@ from hardware.calibration.record import (
     Resonance,
     write_calibration,
 )
-from hardware.clock import SystemClock
-from hardware.errors import GarbledReply, OverLimit, PlateNotFound, PlateRefused, WrongDevice
+from hardware.clock import SystemClock, VirtualClock
+from hardware.errors import (
+    GarbledReply,
+    OverLimit,
+    PlateFault,
+    PlateNotFound,
+    PlateRefused,
+    StillVibrating,
+    WrongDevice,
+)
+from hardware.limits import PlateLimits
 from hardware.registry import open_plate
 from stimuli.surface import VirtualSurface
 
@@ -29,10 +40,13 @@ SIMULATED = f"{Path(__file__).with_name('generator.yaml')}@sim"
 RESOURCE = "TCPIP0::generator::inst0::INSTR"
 
 
+TODAY = dt.datetime.now(tz=dt.UTC).date()
+
+
 def calibration(**drive):
     return Calibration(
         device=Device(backend="scpi", serial="MY50000042"),
-        made=Provenance(date=dt.date(2026, 11, 21), by="a test", instrument="none"),
+        made=Provenance(date=TODAY, by="a test", instrument="none"),
         drive=DriveChain(**drive),
         resonance=Resonance(
             frequency_hz=30_480.0,
@@ -94,7 +108,8 @@ def test_connecting_switches_the_output_off_before_anything_else():
     ],
 )
 def test_volts_of_every_convention_reach_the_generator_as_volts_peak_to_peak(drive, vpp):
-    with Watched(calibration=calibration(**drive)) as plate:
+    wide = PlateLimits(voltage_v=22)
+    with Watched(calibration=calibration(**drive), limits=wide) as plate:
         presentation = plate.present(surface(2.3))
         assert plate.volts_pp() == (pytest.approx(vpp, rel=1e-5), True)
         assert float(plate._ask("FREQ?")) == 30_480
@@ -102,6 +117,16 @@ def test_volts_of_every_convention_reach_the_generator_as_volts_peak_to_peak(dri
         assert presentation.readback.kind == "applied"
         assert presentation.readback.amplitude_um_pp == pytest.approx(2.3, rel=1e-5)
         assert presentation.settle_time_s > 0.03
+
+
+def test_the_limit_is_one_of_volts_peak_at_the_plate():
+    """15 V RMS are 21.2 V peak: more than the 16.5 V that a plate may have."""
+    with Watched(calibration=calibration(voltage_convention="V RMS")) as plate:
+        assert plate.limits.voltage_v == 16.5
+        plate.present(surface(1.7))
+        with pytest.raises(OverLimit, match=r"21\.2132 V peak at the plate is outside 0 to 16\.5"):
+            plate.present(surface(2.3))
+        assert not plate.volts_pp()[1]
 
 
 def test_the_voltage_is_ramped_in_small_steps_up_and_down():
@@ -147,7 +172,7 @@ def test_a_generator_that_complains_is_refused_and_silenced():
 def test_a_truncated_answer_is_not_taken_for_the_truth():
     with Watched(calibration=calibration(amplifier_gain=10)) as plate:
         plate.answers["FREQ?"] = "304"  # of 30480
-        with pytest.raises(PlateRefused, match="FREQ is 304 after 30480"):
+        with pytest.raises(PlateRefused, match=r"FREQ\? is 304 after 30480"):
             plate.present(surface(1.2))
         plate.answers["FREQ?"] = ""
         with pytest.raises(GarbledReply):
@@ -156,9 +181,10 @@ def test_a_truncated_answer_is_not_taken_for_the_truth():
 
 def test_an_output_that_stays_on_is_told():
     with Watched(calibration=calibration(amplifier_gain=10)) as plate:
+        plate._machine = VirtualClock()
         plate.present(surface(1.2))
         plate.answers["OUTP?"] = "1"
-        with pytest.raises(PlateRefused, match="still on"):
+        with pytest.raises(StillVibrating, match=r"still on.*may still vibrate.*Output key"):
             plate.silence()
 
 
@@ -182,6 +208,13 @@ def test_without_a_calibration_it_can_be_driven_but_presents_nothing():
 def test_a_gain_other_than_the_calibrations_is_the_users_fault():
     with pytest.raises(UserError, match="gain is 5, but the calibration was made with 10"):
         Watched(calibration=calibration(amplifier_gain=10), amplifier_gain=5)
+
+
+def test_an_amplifiers_gain_is_never_guessed():
+    with pytest.raises(UserError, match=r"gain is not known.*gain=20"):
+        open_plate(f"scpi:{RESOURCE}", clock=SystemClock())
+    with pytest.raises(UserError, match="gain is '-20', expected a number above 0"):
+        open_plate(f"scpi:{RESOURCE},gain=-20", clock=SystemClock())
 
 
 def test_another_instrument_is_the_wrong_device():
@@ -211,6 +244,137 @@ def test_the_spec_names_resource_calibration_and_gain(tmp_path):
 
 
 def test_a_port_that_is_not_there_is_a_fault_of_the_rig():
-    plate = open_plate("scpi:/dev/ttyNONE", clock=SystemClock())
+    plate = open_plate("scpi:/dev/ttyNONE,gain=1", clock=SystemClock())
     with pytest.raises(PlateNotFound):
         plate.connect()
+
+
+# Makes, and drops of the line: generators simulated after their manuals, on a socket.
+
+CHANNELS = [(make, channel) for make in DIALECTS for channel in (1, 2)]
+
+
+def on_the_bench(bench, monkeypatch, **options):
+    """A driver of a simulated generator that does not wait, but for a line that is gone."""
+    monkeypatch.setattr(function_generator, "TIMEOUT_MS", 60)
+    options.setdefault("calibration", calibration_of(bench))
+    plate = FunctionGenerator(bench.resource, clock=VirtualClock(), **options)
+    plate._machine = VirtualClock()
+    return plate
+
+
+def calibration_of(bench):
+    made = calibration(amplifier_gain=10)
+    serial = bench.generator.identity.split(",")[2]
+    return made.model_copy(update={"device": Device(backend="scpi", serial=serial)})
+
+
+@pytest.mark.parametrize("make, channel", CHANNELS)
+def test_every_make_gets_the_volts_on_the_channel_chosen(bench, monkeypatch, make, channel):
+    rig = bench(make)
+    chosen, other = rig.generator.channel[channel], rig.generator.channel[3 - channel]
+    other.on = False
+    with on_the_bench(rig, monkeypatch, channel=channel) as plate:
+        assert not chosen.on
+        made = plate.present(surface(2.3))
+        assert chosen.on
+        assert chosen.plate_vpp() == pytest.approx(3.0, rel=1e-5)
+        assert chosen.frequency_hz == 30_480
+        assert (chosen.function[:3], chosen.offset_v) == ("SIN", 0)
+        assert made.readback.amplitude_um_pp == pytest.approx(2.3, rel=1e-3)
+        assert plate.present(surface(0)).readback.amplitude_um_pp == 0
+        assert not chosen.on
+        plate.present(surface(1.0))
+    assert not rig.vibrating()
+    assert other.vpp == 0.1
+    assert rig.generator.errors == []
+
+
+@pytest.mark.parametrize("make", DIALECTS)
+def test_every_make_that_keeps_another_load_is_refused(bench, monkeypatch, make):
+    rig = bench(make)
+    obey = rig.generator.obey
+    monkeypatch.setattr(
+        rig.generator, "obey", lambda line: None if re.search("(INF|HZ)$", line) else obey(line)
+    )
+    with pytest.raises(PlateRefused, match=r"(LOAD|OUTP|IMP).* is .*5"):
+        on_the_bench(rig, monkeypatch).connect()
+    assert rig.generator.channel[1].on is False
+
+
+def test_a_make_that_is_not_known_is_refused_with_the_remedy(bench, monkeypatch):
+    rig = bench("tektronix")
+    rig.generator.identity = "Nobody,F1,1,1"
+    with pytest.raises(WrongDevice, match=r"'Nobody F1'.*dialect=.*keysight, rigol"):
+        on_the_bench(rig, monkeypatch).connect()
+    named = on_the_bench(
+        rig, monkeypatch, calibration=None, amplifier_gain=10, dialect=DIALECTS["tektronix"]
+    )
+    with named:
+        assert named.identity.model == "F1"
+
+
+def test_the_spec_names_channel_and_dialect():
+    address = f"scpi:{RESOURCE},gain=10,channel=2,dialect=rigol"
+    plate = open_plate(address, clock=SystemClock())
+    assert (plate._channel, plate._dialect.name) == (2, "rigol")
+    with pytest.raises(UserError, match="channel is '3', expected 1 or 2"):
+        open_plate(f"scpi:{RESOURCE},gain=10,channel=3", clock=SystemClock())
+    with pytest.raises(UserError, match="dialect is 'hp', expected one of keysight"):
+        open_plate(f"scpi:{RESOURCE},gain=10,dialect=hp", clock=SystemClock())
+
+
+def session(plate):
+    with plate:
+        plate.present(surface(1.2))
+        plate.present(surface(0.5))
+        plate.silence()
+        plate.present(surface(2.3))
+        plate.read_back()
+        plate.present(surface(0))
+
+
+@pytest.mark.parametrize("for_good", [False, True], ids=["and comes back", "for good"])
+@pytest.mark.parametrize("make", ["keysight", "siglent"])
+def test_a_line_that_drops_at_any_command_leaves_no_plate_on_unsaid(
+    bench, monkeypatch, make, for_good
+):
+    """What comes back is switched off; what does not is said, with what to do by hand."""
+    whole = bench(make)
+    session(on_the_bench(whole, monkeypatch))
+    assert len(whole.lines) > 80
+    unsaid, said = [], 0
+    for position in range(1, len(whole.lines) + 1):
+        rig = bench(make)
+        for channel in rig.generator.channel.values():
+            channel.on = False
+        rig.drop_at, rig.for_good = position, for_good
+        plate = on_the_bench(rig, monkeypatch)
+        plate._machine = VirtualClock()
+        told = None
+        try:
+            session(plate)
+        except PlateFault as fault:
+            told = fault
+        if rig.vibrating() and not isinstance(told, StillVibrating):
+            unsaid.append((position, rig.lines[position - 1], told))
+        said += isinstance(told, StillVibrating)
+        if rig.vibrating() and not for_good:
+            unsaid.append((position, "still on", told))
+    assert unsaid == []
+    assert (said > 50) == for_good
+
+
+def test_who_interrupts_a_session_is_told_too_when_the_plate_is_out_of_reach(bench, monkeypatch):
+    rig = bench("keysight")
+    plate = on_the_bench(rig, monkeypatch)
+
+    def interrupted():
+        with plate:
+            plate.present(surface(1.2))
+            rig.drop_at, rig.for_good = len(rig.lines) + 1, True
+            raise KeyboardInterrupt
+
+    with pytest.raises(StillVibrating, match=r"may still vibrate.*switch the drive off by hand"):
+        interrupted()
+    plate.close()  # told once is enough

@@ -1,12 +1,13 @@
 import csv
 import datetime as dt
 import math
-import tomllib
+from typing import get_args
 
 import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 from scipy import stats
 
 import slipscale
@@ -14,37 +15,49 @@ from faults import UserError
 from hardware.backends.mock import MockPlate
 from hardware.calibration.fit import fit_gain, fit_resonance, response
 from hardware.calibration.record import (
+    EXPIRED_DAYS,
     OLD_DAYS,
+    PEAK_OF,
     Calibration,
     Device,
     DriveChain,
     Point,
     Provenance,
+    VoltageConvention,
     read_calibration,
     to_toml,
     write_calibration,
 )
 from hardware.calibration.sweep import SweepPlan, calibration_from, sweep
-from hardware.cli.calibrate import CSV_COLUMNS, read_back
+from hardware.cli.calibrate import CSV_COLUMNS, measured
 from hardware.clock import VirtualClock
-from hardware.errors import OverLimit
+from hardware.errors import OverLimit, WrongDevice
+from hardware.limits import PlateLimits
 from hardware.plate.dynamics import Resonator
 from hardware.plate.twin import Surroundings, Twin
-from hardware.records import PlateIdentity
 from hardware.registry import open_plate
 from stimuli.surface import VirtualSurface
 
 STEADY = Surroundings(warm_up_k=0, wander_k=0)
+TODAY = dt.datetime.now(tz=dt.UTC).date()
+
+
+def swept(twin, plan=None):
+    plate = MockPlate(clock=VirtualClock(), twin=twin)
+    plate.connect()
+
+    def measure(frequency_hz, voltage_v):
+        return measured(plate, plate.excite(frequency_hz=frequency_hz, voltage_v=voltage_v))
+
+    return sweep(plan or SweepPlan(), measure)
 
 
 def calibrated(twin):
-    plate = MockPlate(clock=VirtualClock(), twin=twin)
-    plate.connect()
-    points = sweep(SweepPlan(), lambda hz, v: read_back(plate, hz, v))
+    points = swept(twin)
     return calibration_from(
         points,
         device=Device(backend="mock", serial="twin"),
-        made=Provenance(date=dt.date(2026, 11, 21), by="a test", instrument="the twin's own"),
+        made=Provenance(date=TODAY, by="a test", instrument="the twin's own"),
         drive=DriveChain(),
     )
 
@@ -85,7 +98,7 @@ def test_another_plate_is_found_where_it_is():
 
 
 def test_volts_are_the_inverse_of_micrometres(calibration):
-    assert calibration.voltage_v(2.3) == pytest.approx(15, rel=0.005)
+    assert calibration.voltage_v_peak(2.3) == pytest.approx(15, rel=0.005)
 
 
 def test_the_file_is_read_as_it_was_written(calibration, tmp_path):
@@ -96,21 +109,20 @@ def test_the_file_is_read_as_it_was_written(calibration, tmp_path):
 
 @given(st.text(st.characters(exclude_categories=["Cs"])))
 @example("\x7f")
-def test_any_text_in_a_file_is_read_as_it_was_written(calibration, text):
+def test_any_text_in_a_file_is_read_as_it_was_written(calibration, tmp_path_factory, text):
     made = calibration.made.model_copy(update={"by": text})
-    named = calibration.model_copy(update={"made": made})
-    assert Calibration.model_validate(tomllib.loads(to_toml(named))) == named
+    few = calibration.points[-12:-6]
+    named = calibration.model_copy(update={"made": made, "points": few})
+    path = tmp_path_factory.getbasetemp() / "named.toml"
+    write_calibration(named, path)
+    assert read_calibration(path) == named
 
 
 def test_a_driver_refuses_what_was_not_calibrated(tmp_path):
-    plate = MockPlate(clock=VirtualClock(), twin=Twin())
-    plate.connect()
-    plan = SweepPlan(max_voltage_v=10)
-    points = sweep(plan, lambda hz, v: read_back(plate, hz, v))
     narrow = calibration_from(
-        points,
+        swept(Twin(), SweepPlan(max_voltage_v=10)),
         device=Device(backend="mock", serial="twin"),
-        made=Provenance(date=dt.date(2026, 11, 21), by="a test", instrument="the twin's own"),
+        made=Provenance(date=TODAY, by="a test", instrument="the twin's own"),
         drive=DriveChain(),
     )
     path = tmp_path / "plate.toml"
@@ -122,16 +134,108 @@ def test_a_driver_refuses_what_was_not_calibrated(tmp_path):
         assert driver.describe()["calibration"]["made"]["by"] == "a test"
 
 
-def test_an_old_calibration_and_one_of_another_plate_are_told(calibration):
-    this = PlateIdentity(manufacturer="", model="", serial="twin", firmware="")
-    other = PlateIdentity(manufacturer="", model="", serial="0042", firmware="")
-    today = calibration.made.date
-    later = today + dt.timedelta(days=OLD_DAYS + 1)
-    assert calibration.notes(this, today) == ()
-    assert calibration.notes(other, today) == (
-        "the calibration belongs to plate 'twin', this is '0042'",
+def dated(calibration, date):
+    return calibration.model_copy(
+        update={"made": calibration.made.model_copy(update={"date": date})}
     )
-    assert calibration.notes(this, later) == ("the calibration is 181 days old; calibrate anew",)
+
+
+def test_an_old_calibration_is_told_and_an_older_one_refused(calibration):
+    later = TODAY + dt.timedelta(days=OLD_DAYS + 1)
+    assert calibration.notes(TODAY) == ()
+    assert calibration.notes(later) == ("the calibration is 181 days old; calibrate anew",)
+    calibration.check_date(TODAY + dt.timedelta(days=EXPIRED_DAYS))
+    with pytest.raises(UserError, match="366 days old, expected up to 365"):
+        calibration.check_date(TODAY + dt.timedelta(days=EXPIRED_DAYS + 1))
+    calibration.check_date(TODAY - dt.timedelta(days=1))  # another time zone
+    with pytest.raises(UserError, match="after today"):
+        calibration.check_date(TODAY - dt.timedelta(days=2))
+
+
+class Real(MockPlate):
+    """A twin that passes for a plate at which a finger may be."""
+
+    name = "real"
+    simulated = False
+
+
+def made_on(calibration, **device):
+    return calibration.model_copy(update={"device": Device(**device)})
+
+
+@pytest.mark.parametrize(
+    "device, said",
+    [
+        ({"backend": "mock", "serial": "twin"}, "on backend 'mock', this is 'real'"),
+        ({"backend": "real", "serial": "0042"}, "on device '0042', this is 'twin'"),
+        ({"backend": "real"}, "on device '', this is 'twin'"),
+    ],
+)
+def test_a_calibration_of_another_device_is_refused_before_anything_is_presented(
+    calibration, device, said
+):
+    other = made_on(calibration, **device)
+    plate = Real(clock=VirtualClock(), calibration=other)
+    with pytest.raises(WrongDevice, match=said):
+        plate.connect()
+    assert [each.name for each in plate.log] == ["connect", "silence"]
+    rehearsed = MockPlate(clock=VirtualClock(), calibration=made_on(calibration, backend="scpi"))
+    rehearsed.connect()
+    assert any("this is 'mock'" in note for note in rehearsed.notes)
+
+
+@pytest.mark.parametrize("date", [dt.date(2020, 1, 1), dt.date(2099, 1, 1)])
+def test_a_calibration_of_an_impossible_date_is_refused(calibration, date):
+    own = made_on(dated(calibration, date), backend="real", serial="twin")
+    with pytest.raises(UserError, match="calibrate anew"):
+        Real(clock=VirtualClock(), calibration=own).connect()
+
+
+def test_a_file_that_was_changed_is_refused(calibration, tmp_path):
+    path = tmp_path / "plate.toml"
+    text = to_toml(calibration)
+    path.write_text("# my plate\n" + text.replace(" = ", "  =  "), encoding="utf-8")
+    assert read_calibration(path) == calibration  # its layout is free
+    for changed in (
+        text.replace('by = "a test"', 'by = "another"'),
+        text.replace("temperature", "# temperature").replace("sha256", "# sha256"),
+    ):
+        path.write_text(changed, encoding="utf-8")
+        with pytest.raises(UserError, match="changed after it was written"):
+            read_calibration(path)
+
+
+@pytest.mark.parametrize(
+    "part, changes, said",
+    [
+        ("gain", {"um_pp_per_v": 2}, "readings of the"),
+        ("resonance", {"frequency_hz": 31_000 / 30_500}, "readings of the fine sweep"),
+        ("resonance", {"quality_factor": 20}, "readings of the fine sweep"),
+        ("resonance", {"quality_factor": 1e7}, "less than or equal to 5000"),
+    ],
+    ids=["doubled gain", "resonance 500 Hz away", "Q = 1,200", "Q = 6e8"],
+)
+def test_numbers_that_do_not_follow_from_the_readings_are_refused(calibration, part, changes, said):
+    """Even with a new checksum."""
+    content = calibration.model_dump()
+    for name, factor in changes.items():
+        content[part][name] *= factor
+    with pytest.raises(ValidationError, match=said):
+        Calibration.model_validate(content)
+
+
+def test_a_resonance_outside_the_plates_band_is_refused(calibration):
+    with pytest.raises(UserError, match="outside the plate's band, 31000 to 40000 Hz"):
+        calibration.narrow(PlateLimits(frequency_min_hz=31_000))
+
+
+def test_volts_of_the_file_are_volts_peak_to_the_driver(calibration):
+    rms = DriveChain(voltage_convention="V RMS")
+    found = calibration.model_copy(update={"drive": rms})
+    factor = math.sqrt(2)
+    assert found.voltage_v_peak(1) == pytest.approx(factor * calibration.voltage_v_peak(1))
+    assert found.narrow(PlateLimits()).voltage_v == 16.5
+    assert calibration.narrow(PlateLimits()).voltage_v == 16.0
 
 
 @pytest.mark.parametrize(
@@ -202,6 +306,33 @@ def test_a_sweep_beside_the_resonance_is_refused():
         fit_resonance(beside)
 
 
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("noise_um", [0.0, 0.01])
+def test_a_flat_response_has_no_resonance(noise_um, seed):
+    noise = np.random.default_rng(seed).normal(0, noise_um, 100)
+    hz = np.linspace(29_000, 32_000, 100)
+    flat = points("coarse", hz, dict(zip(hz, np.abs(0.1 + noise), strict=True)).get)
+    with pytest.raises(UserError, match=r"no resonance|no peak"):
+        fit_resonance(flat)
+
+
+def test_a_gains_interval_covers_the_truth_under_noise_that_grows_with_the_reading():
+    """Taken for constant, noise of 2 % left 95 % intervals that covered 86 %."""
+    volts = np.repeat(np.linspace(0, 16, 13)[1:], 2)
+    tries, misses = 400, 0
+    for seed in range(tries):
+        noise = np.random.default_rng(seed).normal(0, 0.02, volts.size)
+        gain = fit_gain(
+            [
+                Point(sweep="voltage", frequency_hz=3e4, voltage_v=v, amplitude_um_pp=um)
+                for v, um in zip(volts, 0.15 * volts * (1 + noise), strict=True)
+            ]
+        )
+        misses += abs(gain.um_pp_per_v - 0.15) > gain.um_pp_per_v_ci95
+    fewest, most = stats.binom.ppf([0.0005, 0.9995], tries, 0.05)
+    assert fewest <= misses <= most
+
+
 def test_a_plate_that_does_not_respond_is_refused():
     dead = [Point(sweep="voltage", frequency_hz=3e4, voltage_v=v, amplitude_um_pp=0)
             for v in range(8)]  # fmt: skip
@@ -263,6 +394,42 @@ def test_readings_in_a_csv_give_the_same_calibration_as_measured_ones(calibratio
     assert slipscale.main([*WORDS, "--csv", str(table), "--out", str(out)]) == 0
     assert read_calibration(out).resonance == calibration.resonance
     assert read_calibration(out).gain == calibration.gain
+
+
+def test_a_gain_beside_the_drivers_is_refused_before_anything_is_driven(tmp_path, capsys):
+    """The sweep was driven by the SPEC's gain and the file took the other: 320 V on a plate."""
+    out = tmp_path / "plate.toml"
+    spec = ["--plate", "scpi:TCPIP::127.0.0.1::9::SOCKET,gain=1"]
+    assert slipscale.main([*WORDS, *spec, "--amplifier-gain", "20", "--out", str(out)]) == 2
+    assert "drives with a gain of 1; the gain belongs into" in capsys.readouterr().err
+    assert slipscale.main([*WORDS, "--amplifier-gain", "20", "--out", str(out)]) == 2
+    assert "plate 'mock' drives with a gain of 1" in capsys.readouterr().err
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("convention", get_args(VoltageConvention))
+def test_a_convention_changes_the_files_volts_and_not_the_plates(tmp_path, convention):
+    out = tmp_path / "plate.toml"
+    factor = PEAK_OF[convention]
+    volts = ["--sweep-voltage", str(5 / factor), "--max-voltage", str(16 / factor)]
+    words = [*WORDS, "--voltage-convention", convention, *volts, "--out", str(out)]
+    assert slipscale.main(words) == 0
+    found = read_calibration(out)
+    assert found.drive.voltage_convention == convention
+    assert found.gain.voltage_max_v == pytest.approx(16 / factor)
+    assert found.voltage_v_peak(1.2) == pytest.approx(1.2 * 15 / 2.3, rel=0.01)
+
+
+def test_more_volts_peak_than_the_plate_may_have_are_refused_in_any_convention(tmp_path, capsys):
+    words = [*WORDS, "--voltage-convention", "V RMS", "--max-voltage", "16"]
+    assert slipscale.main([*words, "--out", str(tmp_path / "plate.toml")]) == 3
+    assert "V peak at the plate is outside 0 to 16.5" in capsys.readouterr().err
+
+
+def test_readings_of_a_real_device_in_a_csv_need_its_serial_number(tmp_path, capsys):
+    words = [*WORDS, "--csv", str(tmp_path / "readings.csv"), "--out", str(tmp_path / "plate.toml")]
+    assert slipscale.main([*words, "--plate", "serial:/dev/ttyACM0"]) == 2
+    assert "expected --serial as well" in capsys.readouterr().err
 
 
 def test_a_csv_with_an_impossible_value_is_refused_with_its_line(tmp_path, capsys):

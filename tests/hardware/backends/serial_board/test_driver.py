@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from dataclasses import replace
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
@@ -324,8 +325,8 @@ def test_a_board_that_stops_playing_is_noticed(board, monkeypatch):
 def test_the_plates_q_bounds_what_the_board_is_asked_for(board):
     ringing = Calibration.model_validate(
         {
-            "device": {"backend": "serial"},
-            "made": {"date": "2026-01-01", "by": "A. Test", "instrument": "none"},
+            "device": {"backend": "serial", "serial": "EMULATED-1"},
+            "made": {"date": datetime.now(tz=UTC).date(), "by": "A. Test", "instrument": "none"},
             "drive": {},
             "resonance": {
                 "frequency_hz": 30_500,
