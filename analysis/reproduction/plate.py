@@ -17,9 +17,11 @@ if TYPE_CHECKING:
     from hardware.plate.paper_study import Harmonic
 
 _GAPS = (
-    "ideal glue, gaps of 1 mm, shorted electrodes, default mesh (a finer one gives 33.94 kHz); "
-    "with floating electrodes 34.72 kHz, 0.1 % from the published peak: the paper does not say "
-    "how its electrodes were held"
+    "ideal glue, gaps of 1 mm, shorted electrodes, default mesh (a finer one gives 33.94 kHz). The "
+    "paper's electrodes are driven by two signals in antiphase (Section III-C-3); a source holds "
+    "its voltage, so the peak is the short-circuit resonance. Floating electrodes would give "
+    "34.72 kHz, 0.1 % from the published peak, but are not what was driven; why the published "
+    "peak lies 2 % higher is not known"
 )
 
 
@@ -144,7 +146,8 @@ def _peak() -> Harmonic:
 
 _TWIN = (
     "measured in the paper; ours is the twin, which is set to it. The finite elements give "
-    "34.06 kHz and 3.23 µm p-p: the real glue is softer than ideal"
+    "34.06 kHz and 3.23 µm p-p. That a glue softer than ideal makes the difference is a conjecture, "
+    "which the paper shares (Section IV-A); nobody measured it"
 )
 
 
@@ -211,7 +214,7 @@ def draw_fig11() -> Any:
 
 
 def draw_fig12() -> Any:
-    """Return Fig. 12: both ways to hold the electrodes, edge and middle."""
+    """Return Fig. 12: edge and middle, and what floating electrodes would give."""
     from hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from hardware.plate.paper_study import harmonic, prototype_modes  # noqa: PLC0415
 
@@ -220,7 +223,7 @@ def draw_fig12() -> Any:
         {
             "edge antinode, Q = 60": harmonic(shorted),
             "middle, Q = 60": harmonic(shorted, where_mm=(0.0, 0.0)),
-            "edge, modes with floating electrodes": harmonic(floating),
+            "edge, if the electrodes floated": harmonic(floating),
         },
         (34.77, 3.2),
     )
