@@ -40,7 +40,7 @@ while True:
     *lines, buffer = buffer.split(b"\\n")
     for line in lines:
         sequence, _ = wire.parse_command(line)
-        os.write(master, wire.reply_frame(wire.Reply(sequence, "0000002A", 0, status)))
+        os.write(master, wire.reply_frame(wire.BoardReply(sequence, "0000002A", 0, status)))
 """
 
 

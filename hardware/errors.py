@@ -70,6 +70,13 @@ class GarbledReply(PlateFault):
     remedy = "Check the cable and its distance from the amplifier."
 
 
+class ProtocolViolation(PlateFault):
+    """A board that answers what its protocol rules out."""
+
+    code = "protocol"
+    remedy = "Correct the board's firmware: slipscale plate conform SPEC shows where it departs."
+
+
 class PlateRefused(PlateFault):
     """The device understood and said no."""
 
@@ -124,6 +131,6 @@ FAULTS: dict[str, type[PlateFault]] = {
     kind.code: kind
     for kind in (
         PlateNotFound, NoPermission, WrongDevice, PlateBusy, PlateTimeout, GarbledReply,
-        PlateRefused, ConnectionLost, StillVibrating, OverLimit, NotReached,
+        ProtocolViolation, PlateRefused, ConnectionLost, StillVibrating, OverLimit, NotReached,
     )
 }  # fmt: skip

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import tempfile
 from contextlib import ExitStack
 from functools import partial
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from faults import DONE, UserError
-from hardware.emulator.response_faults import FAULT_NAMES, PHASES
+from hardware.emulator.response_faults import EMULATED_ONLY, FAULT_NAMES, PHASES
 from hardware.fault_injection import parse_injections
 
 if TYPE_CHECKING:
@@ -22,16 +24,34 @@ def add_arguments(parser: ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME[@PHASE/N]",
-        help=f"misbehave at the N-th command (of a phase: {', '.join(PHASES)}); may be repeated. "
+        help=f"a fault at the N-th command (of a phase: {', '.join(PHASES)}); may be repeated. "
         f"NAME is one of: {', '.join(FAULT_NAMES)}",
     )
     parser.add_argument("--seed", type=int, default=0, help="of the simulated plate (default 0)")
+    parser.add_argument(
+        "--finger",
+        action="store_true",
+        help="a finger rests on the simulated plate: its Q falls from 60 to 50",
+    )
+    parser.add_argument(
+        "--noise",
+        type=float,
+        default=0.005,
+        metavar="UM",
+        help="standard deviation of the vibration sensor's readings in µm (default 0.005)",
+    )
+    parser.add_argument(
+        "--firmware",
+        action="store_true",
+        help="run the reference firmware, compiled now with this computer's C++ compiler, instead "
+        "of the emulated board",
+    )
     parser.add_argument(
         "--back-after",
         type=float,
         default=0.3,
         metavar="SECONDS",
-        help="an unplugged, stuck, deaf or hot board comes back after so long "
+        help="an unplugged, busy, deaf or hot board comes back after so long "
         "(default 0.3; 0: never)",
     )
     parser.add_argument(
@@ -59,11 +79,26 @@ def run(arguments: Namespace) -> int:
     except ImportError:
         raise UserError("plate emulate needs pseudo-terminals: Linux or macOS") from None
     from hardware.clock import SystemClock  # noqa: PLC0415
-    from hardware.emulator import console, pty  # noqa: PLC0415
+    from hardware.emulator import compiled, console, pty  # noqa: PLC0415
+    from hardware.plate.dynamics import NO_FINGER  # noqa: PLC0415
     from hardware.plate.twin import Twin  # noqa: PLC0415
     from hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
 
+    if not (isfinite(arguments.noise) and arguments.noise >= 0):
+        raise UserError(f"--noise: {arguments.noise:g}, expected 0 or more µm")
     with ExitStack() as stack:
+        firmware = None
+        if arguments.firmware:
+            only_emulated = {each.fault for each in orders} & set(EMULATED_ONLY)
+            if only_emulated:
+                raise UserError(
+                    f"--fault: {', '.join(sorted(only_emulated))}: the reference firmware has no "
+                    "such fault, run it without --firmware"
+                )
+            folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="slipscale-firmware-"))
+            firmware = partial(
+                compiled.CompiledBoard, code=compiled.load(compiled.build(Path(folder)))
+            )
         log = None
         if arguments.log:
             try:
@@ -73,10 +108,15 @@ def run(arguments: Namespace) -> int:
         emulator = pty.Emulator(
             clock=SystemClock(),
             injections=orders,
-            twin=Twin(seed=arguments.seed),
+            twin=Twin(
+                seed=arguments.seed,
+                noise_um=arguments.noise,
+                finger=console.FINGER if arguments.finger else NO_FINGER,
+            ),
             back_s=arguments.back_after,
             dtr=not arguments.no_dtr,
             log=log,
+            firmware=firmware,
         )
         try:
             with signals_raise():

@@ -11,6 +11,7 @@ SUBCOMMANDS: dict[str, tuple[str, str]] = {
     "list": ("hardware.cli.ports", "the backends, and the ports on which a plate may be"),
     "calibrate": ("hardware.cli.calibrate", "sweep, fit and write a calibration file"),
     "emulate": ("hardware.cli.emulate", "a driver board on a pseudo-terminal, to try things on"),
+    "conform": ("hardware.cli.conform", "hold a driver board against its protocol, rule by rule"),
     "design": ("hardware.cli.design", "from requirements to plate sizes"),
 }
 

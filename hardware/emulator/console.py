@@ -6,6 +6,8 @@ Each line there is answered with one line of JSON, the state after it:
 ``state``           only tell, see `Emulator.state`
 ``fault NAME``      at the next command; ``NAME@PHASE/N`` as with ``--fault``
 ``unplug``          now
+``finger``          put a finger on the plate that lowers its Q from 60 to 50
+``no finger``       take it away
 ``quit``            end (so does SIGTERM)
 ==================  ==============================================================
 """
@@ -17,8 +19,21 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
+from hardware.plate.dynamics import Finger
+
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from hardware.emulator.pty import Emulator
+
+FINGER = Finger(loss=1 / 300)  # Q from 60 to 50
+
+ACTS: dict[str, Callable[[Emulator], None]] = {
+    "state": lambda _: None,
+    "unplug": lambda emulator: emulator.unplug(),
+    "finger": lambda emulator: emulator.touch(FINGER),
+    "no finger": lambda emulator: emulator.touch(),
+}
 
 
 def run(emulator: Emulator) -> None:
@@ -48,11 +63,11 @@ def _answer(emulator: Emulator, line: str) -> str:
     try:
         if word == "fault":
             emulator.order(rest)
-        elif word == "unplug":
-            emulator.unplug()
-        elif word != "state":
+        elif line in ACTS:
+            ACTS[line](emulator)
+        else:
             return json.dumps(
-                {"error": f"no control line '{line}': state, fault NAME, unplug, quit"}
+                {"error": f"no control line '{line}': fault NAME, quit, {', '.join(ACTS)}"}
             )
     except ValueError as error:
         return json.dumps({"error": str(error)})

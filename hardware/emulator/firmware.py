@@ -7,12 +7,13 @@ docs/board-protocol.md.
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from statistics import fmean
 from typing import TYPE_CHECKING
 
 from hardware.backends.serial_board import protocol as wire
-from hardware.backends.serial_board.protocol import BoardLimits, ListLimits, Reply, Status
+from hardware.backends.serial_board.protocol import BoardLimits, BoardReply, BoardStatus, ListLimits
 from hardware.emulator import arguments as parse
 from hardware.emulator.arguments import Refusal
 from hardware.plate.twin import OFF, Drive
@@ -24,10 +25,18 @@ if TYPE_CHECKING:
     from hardware.plate.twin import Twin
 
 RAMP_S = 0.025
-SETTLE_S = 0.015
+RAMP_DOWN_S = 0.015  # after a ramp to 0, until the output goes off
+CORRECT_S = 0.010
+FOLLOW_S = 0.005  # the plate follows a correction; only then is it measured
+LARGEST_CORRECTION = 0.05  # of the voltage, at once: no click
+# Settled: so many means in a row lie within the band, a fraction of the target or µm peak to peak.
+BAND = 0.025
+BAND_UM = 0.025
+MEANS_SETTLED = 2
+ROUNDING_S = 1e-9  # a difference of times
 HOTTEST_C = 60.0
 ERROR_QUEUE = 8
-IDENTITY = f"Slipscale,{wire.PROTOCOL},EMULATED-1,1.1"
+IDENTITY = f"Slipscale,{wire.PROTOCOL},EMULATED-1,1.2"
 OLD_IDENTITY = f"Slipscale,{wire.PROTOCOL},EMULATED-1,1.0"  # knew no lists
 
 
@@ -80,7 +89,14 @@ class Board:
         self._frequency_hz: float | None = None  # None follows the resonance
         self._heard_s = 0.0
         self._commanded_s = 0.0
-        self._arrived_s: float | None = None  # when the end of the ramp was put on the plate
+        self._arrived = False  # the end of the ramp is on the plate
+        self._nominal_volts_per_um = 1 / twin.resonator.gain_um_pp_per_v  # as calibrated
+        self._volts_per_um = self._nominal_volts_per_um  # of the plate as it is loaded now
+        self._limited = False  # the voltage is at its limit
+        self._corrected_s = 0.0
+        self._readings_um_pp: list[float] = []  # since the plate followed the last correction
+        self._means_inside = 0
+        self._periods = 0  # of the list that is played
         self._buffer = b""
         self._last: tuple[tuple[int, str], bytes] | None = None
         self._errors: deque[int] = deque(maxlen=ERROR_QUEUE)
@@ -88,7 +104,7 @@ class Board:
     @property
     def vibrates(self) -> bool:
         """Whether the output is on."""
-        return self.state in ("RAMP", "HOLD", "SAT", "LIST", "OPEN")
+        return self.state in wire.VIBRATING
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
         """Take bytes from the line; return (command, reply) for each that was complete."""
@@ -96,11 +112,12 @@ class Board:
         for byte in data:
             if byte == wire.STOP[0]:
                 self.silence(now_s)
+                self._buffer = b""  # what came before it can no longer become a command
             elif byte == ord("\n"):
                 line, self._buffer = self._buffer, b""
-                if answer := self._line(line, now_s):
+                if len(line) <= wire.LONGEST_LINE and (answer := self._line(line, now_s)):
                     answers.append(answer)
-            elif len(self._buffer) < wire.LONGEST_FRAME:
+            elif len(self._buffer) <= wire.LONGEST_LINE:
                 self._buffer += bytes([byte])
         return answers
 
@@ -114,15 +131,18 @@ class Board:
             self.silence(now_s, "LONG")
         elif self.temperature_c(now_s) > HOTTEST_C:
             self.silence(now_s, "HOT")
-        elif self.state == "RAMP":
+        elif self.state == "RAMP" and not self._arrived:
             self._ramp(now_s)
+        elif self.played:
+            self._play(self.played, now_s)
         elif self.state != "OPEN":
-            self._note_saturation(now_s)
+            self._hold(now_s)
 
     def silence(self, now_s: float, state: str = "OFF") -> None:
         """Switch the output off."""
         self.twin.set_drive(OFF, now_s)
         self.state, self.target_um_pp, self._now_um_pp, self.played = state, 0.0, 0.0, None
+        self._volts_per_um, self._limited = self._nominal_volts_per_um, False
 
     def commanded_um_pp(self, now_s: float) -> float:
         """Return the amplitude that is due now."""
@@ -134,10 +154,10 @@ class Board:
         """Return what the board's sensor says."""
         return HOTTEST_C + 15 if self.hot else self.twin.temperature_c(now_s)
 
-    def status(self, now_s: float) -> Status:
+    def status(self, now_s: float) -> BoardStatus:
         """Return what ``STAT?`` tells."""
         frequency_hz = self._frequency_hz or self.twin.conditions(now_s).resonance_hz
-        return Status(
+        return BoardStatus(
             state=self.state,
             target_um_pp=self.target_um_pp,
             amplitude_um_pp=self.twin.measure_um_pp(now_s),
@@ -160,12 +180,12 @@ class Board:
             self._last = (command, reply)
         return command[1], reply
 
-    def _answer(self, sequence: int, body: str, now_s: float) -> Reply:
+    def _answer(self, sequence: int, body: str, now_s: float) -> BoardReply:
         try:
-            return Reply(sequence, self.boot, wire.OK, self._run(body, now_s))
+            return BoardReply(sequence, self.boot, wire.OK, self._run(body, now_s))
         except Refusal as refusal:
             self._errors.append(refusal.code)
-            return Reply(sequence, self.boot, refusal.code, str(refusal))
+            return BoardReply(sequence, self.boot, refusal.code, str(refusal))
 
     def _run(self, body: str, now_s: float) -> str:
         if self.busy:
@@ -193,7 +213,8 @@ class Board:
         self._require_cool(now_s)
         self._from_um_pp = self._now_um_pp = self.commanded_um_pp(now_s)
         self.target_um_pp, self.played = amplitude_um_pp, None
-        self._frequency_hz, self._commanded_s, self._arrived_s = None, now_s, None
+        self._frequency_hz, self._commanded_s, self._arrived = None, now_s, False
+        self._means_inside = 0
         if amplitude_um_pp == self._from_um_pp == 0:
             self.silence(now_s)
         else:
@@ -241,9 +262,8 @@ class Board:
             mean_um_pp=self.target_um_pp,
         )
         self.state, self.target_um_pp = "LIST", fmean(self.points_um_pp)
-        self._commanded_s = now_s
-        drive = Drive(target_um_pp=self.target_um_pp, played=self.played, since_s=now_s)
-        self.twin.set_drive(drive, now_s)
+        self._commanded_s, self._periods = now_s, 0
+        self._apply(now_s)
         return ""
 
     def _require_cool(self, now_s: float) -> None:
@@ -252,23 +272,72 @@ class Board:
             raise Refusal(wire.TOO_HOT)
 
     def _ramp(self, now_s: float) -> None:
-        """Go on along the ramp; settling counts from when its end was really put on the plate."""
-        part = min((now_s - self._commanded_s) / RAMP_S, 1)
-        if self._arrived_s is None:
-            self._now_um_pp = along_edge(self._from_um_pp, self.target_um_pp, part)
-            self.twin.set_drive(Drive(target_um_pp=self._now_um_pp), now_s)
-            self._arrived_s = now_s if part == 1 else None
-        elif now_s - self._arrived_s < SETTLE_S:
-            return
-        elif self.target_um_pp == 0:
-            self.silence(now_s)
-        else:
-            self._note_saturation(now_s)
+        """Go on along the ramp; what follows counts from when its end was really on the plate."""
+        part = min((now_s - self._commanded_s + ROUNDING_S) / RAMP_S, 1)
+        self._now_um_pp = along_edge(self._from_um_pp, self.target_um_pp, part)
+        self._apply(now_s)
+        self._arrived = part == 1
+        self._begin_mean(now_s)
 
-    def _note_saturation(self, now_s: float) -> None:
-        saturated = self.twin.voltage_v(now_s) >= self.twin.voltage_limit_v
-        holds = "LIST" if self.played else "HOLD"
-        self.state = "SAT" if saturated else holds
+    def _begin_mean(self, now_s: float) -> None:
+        self._corrected_s = now_s
+        self._readings_um_pp.clear()
+
+    def _hold(self, now_s: float) -> None:
+        """Correct the voltage, by the mean of the readings since the plate followed it."""
+        elapsed_s = now_s - self._corrected_s + ROUNDING_S
+        if self.target_um_pp == 0:
+            if elapsed_s >= RAMP_DOWN_S:
+                self.silence(now_s)
+            return
+        if elapsed_s <= FOLLOW_S + 2 * ROUNDING_S:
+            return
+        self._readings_um_pp.append(self.twin.measure_um_pp(now_s))
+        if elapsed_s < CORRECT_S:
+            return
+        measured_um_pp, was_limited = fmean(self._readings_um_pp), self._limited
+        self._limited = not self._correct(measured_um_pp, self.target_um_pp)
+        self._apply(now_s)
+        self._begin_mean(now_s)
+        self.state = self._settled(measured_um_pp, was_limited=was_limited)
+
+    def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
+        """Return what a mean says: within the band often enough, out of reach, or on the way."""
+        short_by_um = self.target_um_pp - measured_um_pp
+        if abs(short_by_um) > max(BAND * self.target_um_pp, BAND_UM):
+            self._means_inside = 0
+            return "SAT" if was_limited and short_by_um > 0 else "RAMP"
+        self._means_inside += 1
+        return "HOLD" if self._means_inside >= MEANS_SETTLED else "RAMP"
+
+    def _play(self, played: Loop, now_s: float) -> None:
+        """Correct the voltage by the mean of each whole period but the first."""
+        periods = int((now_s - self._commanded_s + ROUNDING_S) / played.period_s)
+        if periods > max(self._periods, 1):
+            largest_um_pp = max(played.amplitudes_um_pp)
+            enough = self._correct(self.twin.measure_um_pp(now_s), largest_um_pp)
+            self.state = "LIST" if enough else "SAT"
+            self._apply(now_s)
+        self._periods = periods
+
+    def _correct(self, measured_um_pp: float, largest_um_pp: float) -> bool:
+        """Return whether the voltage suffices for the largest amplitude that is due."""
+        if largest_um_pp <= 0:
+            return True
+        factor = self.target_um_pp / measured_um_pp if measured_um_pp > 0 else math.inf
+        factor = min(max(factor, 1 - LARGEST_CORRECTION), 1 + LARGEST_CORRECTION)
+        most = self.twin.voltage_limit_v / largest_um_pp
+        self._volts_per_um = min(self._volts_per_um * factor, most)
+        return self._volts_per_um < most
+
+    def _apply(self, now_s: float) -> None:
+        drive = Drive(
+            target_um_pp=self.target_um_pp if self.played else self._now_um_pp,
+            volts_per_um=self._volts_per_um,
+            played=self.played,
+            since_s=self._commanded_s if self.played else None,
+        )
+        self.twin.set_drive(drive, now_s)
 
 
 # header: (fewest and most arguments, what it does)

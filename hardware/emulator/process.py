@@ -46,6 +46,10 @@ class EmulatorProcess:
         """Pull the plug now."""
         return self._tell("unplug")
 
+    def finger(self, *, on: bool = True) -> dict[str, Any]:
+        """Put a finger on the plate that lowers its Q from 60 to 50, or take it away."""
+        return self._tell("finger" if on else "no finger")
+
     def close(self) -> None:
         """End the process."""
         self._process.terminate()

@@ -12,34 +12,67 @@ import tty
 from collections import deque
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, Any, Protocol, TextIO
 
 from hardware.backends.serial_board import protocol as wire
 from hardware.emulator.firmware import IDENTITY, OLD_IDENTITY, Board
 from hardware.emulator.response_faults import (
-    FATAL,
+    ANSWER_FAULTS,
+    COMMAND_FAULTS,
     PHASES,
-    SPOILS,
-    STANDING,
-    STRIKES,
-    Act,
+    RUN_FAULTS,
+    UNHEARD,
     Answer,
+    BoardAction,
     Piece,
     phase_of,
 )
 from hardware.fault_injection import Schedule, parse_injections
+from hardware.plate.dynamics import NO_FINGER
 from hardware.plate.twin import Twin
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
     from hardware.clock import Clock
     from hardware.fault_injection import Injection
+    from hardware.plate.dynamics import Finger
 
-TICK_S = 0.002
+TICK_S = 0.001
 FOREIGN_IDENTITY = "Hewlett-Packard,34401A,0,10-5-2"
 NMEA = b"$GPGGA,101530.00,5036.10,N,00308.40,E,1,08,0.9,40.0,M,47.0,M,,*65\r\n"
 NMEA_S = 0.05
+
+
+class EmulatedBoard(Protocol):
+    """What the pseudo-terminal needs of a board: emulated, or compiled from the firmware."""
+
+    hot: bool
+    busy: bool
+
+    @property
+    def state(self) -> str:
+        """The state that ``STAT?`` would tell."""
+
+    @property
+    def target_um_pp(self) -> float:
+        """The amplitude that was commanded, of a list the mean."""
+
+    @property
+    def vibrates(self) -> bool:
+        """Whether the output is on."""
+
+    def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
+        """Take bytes from the line; return (command, reply) for each that was complete."""
+
+    def tick(self, now_s: float) -> None:
+        """Let time pass."""
+
+    def silence(self, now_s: float) -> None:
+        """Switch the output off."""
+
+    def commanded_um_pp(self, now_s: float) -> float:
+        """Return the amplitude that is due now."""
 
 
 class Emulator:
@@ -60,6 +93,9 @@ class Emulator:
         plate and restarts, as boards with an automatic reset do; without, the watchdog has to.
     log : TextIO
         Where to write what the plate does, a line a millisecond.
+    firmware : callable
+        Makes a board that runs the compiled firmware, see `hardware.emulator.compiled`; without,
+        it is the emulated one.
     """
 
     def __init__(
@@ -71,21 +107,24 @@ class Emulator:
         back_s: float = 0.3,
         dtr: bool = True,
         log: TextIO | None = None,
+        firmware: Callable[[Twin, int], EmulatedBoard] | None = None,
     ) -> None:
         orders = list(injections)
-        self._standing = {each.fault for each in orders} & set(STANDING)
-        self._schedule = Schedule(each for each in orders if each.fault not in STANDING)
+        self._run_faults = {each.fault for each in orders} & set(RUN_FAULTS)
+        self._schedule = Schedule(each for each in orders if each.fault not in RUN_FAULTS)
         self._clock = clock
         self._twin = twin or Twin()
         self._back_s = back_s
         self._dtr = dtr
-        self.board: Board
+        self._firmware = firmware
+        self.board: EmulatedBoard
         self._boots = 0
         self._line = b""
         self._previous = b""
-        self._outbox: deque[tuple[float, bytes | Act]] = deque()
+        self._outbox: deque[tuple[float, bytes | BoardAction]] = deque()
         self._presented_um_pp: list[float] = []
-        self._played: list[tuple[float, ...]] = []
+        self._list: list[float] = []
+        self._played: list[list[float]] = []
         self._log = log
         self._logged_ms = round(clock.now() * 1000)
         self._note("time_s,state,commanded_um_pp,amplitude_um_pp")
@@ -118,8 +157,13 @@ class Emulator:
 
     def order(self, text: str) -> None:
         """Order faults as on the command line; counts begin now. ValueError if unreadable."""
-        for each in parse_injections(text, faults=(*SPOILS, *STRIKES), phases=PHASES):
+        for each in parse_injections(text, faults=(*ANSWER_FAULTS, *COMMAND_FAULTS), phases=PHASES):
             self._schedule.add(each)
+
+    def touch(self, finger: Finger = NO_FINGER) -> None:
+        """Put a finger on the plate, or take it away."""
+        self._twin.amplitude_um_pp(self._now())  # until now it was another plate
+        self._twin.finger = finger
 
     def unplug(self) -> None:
         """Pull the plug: the line goes dead, and so does the board, which the line feeds."""
@@ -146,13 +190,13 @@ class Emulator:
             self._boot()
             if self._master is None:
                 self._plug()
-        if "nmea" in self._standing and now_s >= self._nmea_at_s:
+        if "nmea" in self._run_faults and now_s >= self._nmea_at_s:
             self._nmea_at_s = now_s + NMEA_S
             self._send(NMEA)
         watched = [each for each in (self._master, control) if each is not None]
         ready, _, _ = select.select(watched, [], [], TICK_S)
         if self._master in ready:
-            self._hear()
+            self._read()
         return control in ready
 
     def _boot(self) -> None:
@@ -160,14 +204,17 @@ class Emulator:
             self.board.silence(self._now())
         self._boots += 1
         self._back_at_s = None
-        self._deaf = "nmea" in self._standing
+        self._deaf = "nmea" in self._run_faults
         self._line = b""
         self._outbox.clear()
-        old = "old_firmware" in self._standing
+        old = "old_firmware" in self._run_faults
         identity = OLD_IDENTITY if old else IDENTITY
-        if "wrong_identity" in self._standing:
+        if "wrong_identity" in self._run_faults:
             identity = FOREIGN_IDENTITY
-        self.board = Board(self._twin, boot=self._boots, identity=identity, lists=not old)
+        if self._firmware:
+            self.board = self._firmware(self._twin, self._boots)
+        else:
+            self.board = Board(self._twin, boot=self._boots, identity=identity, lists=not old)
 
     def _plug(self) -> None:
         """Make a pseudo-terminal and point the port's link at it.
@@ -179,20 +226,20 @@ class Emulator:
         os.set_blocking(self._master, False)
         self.port.symlink_to(os.ttyname(slave))
         os.close(slave)
-        self._host_held_on = False
+        self._host_is_there = False
 
-    def _hear(self) -> None:
+    def _read(self) -> None:
         if self._master is None:
             return
         try:
             data = os.read(self._master, 4096)
         except OSError:  # nobody holds the other end
-            if self._host_held_on and self._dtr:
+            if self._host_is_there and self._dtr:
                 self._boot()
-            self._host_held_on = False
+            self._host_is_there = False
             self._clock.sleep(TICK_S)
             return
-        self._host_held_on = True
+        self._host_is_there = True
         for byte in data:
             self._take(bytes([byte]))
 
@@ -201,33 +248,40 @@ class Emulator:
             return
         if byte == wire.STOP:
             self.board.receive(byte, self._now())
+            self._line = b""
             return
-        self._line += byte
+        if byte == b"\n" or len(self._line) <= wire.LONGEST_LINE:
+            self._line += byte
         if byte == b"\n":
             line, self._line = self._line, b""
-            self._obey(line)
+            self._pass_on(line)
 
-    def _obey(self, line: bytes) -> None:
+    def _pass_on(self, line: bytes) -> None:
         command = wire.parse_command(line.rstrip())
         header = command[1].partition(" ")[0] if command else ""
         faults = self._schedule.due(phase_of(header)) if command else []
         for fault in faults:
-            if fault in STRIKES:
-                self._act(STRIKES[fault])
-                if STRIKES[fault] in FATAL:
+            if fault in COMMAND_FAULTS:
+                self._act(COMMAND_FAULTS[fault])
+                if COMMAND_FAULTS[fault] in UNHEARD:
                     return
         for body, reply in self.board.receive(line, self._now()):
             if reply != self._previous and b" 0 *" in reply:
                 self._remember(body)
             answer, self._previous = Answer(reply, self._previous), reply
-            spoils = [SPOILS[fault](answer) for fault in faults if fault in SPOILS]
-            self._post(spoils[0] if spoils else [reply])
+            spoiled = [ANSWER_FAULTS[fault](answer) for fault in faults if fault in ANSWER_FAULTS]
+            self._post(spoiled[0] if spoiled else [reply])
 
     def _remember(self, body: str) -> None:
-        if body.startswith("AMPL"):
-            self._presented_um_pp.append(self.board.target_um_pp)
-        elif body.startswith("LIST:PLAY") and self.board.played:
-            self._played.append(self.board.played.amplitudes_um_pp)
+        """Note what was commanded, from the words of a command that was obeyed."""
+        header, _, arguments = body.partition(" ")
+        if header == "AMPL":
+            self._presented_um_pp.append(float(arguments))
+        elif header == "LIST:AMPL":
+            first, *points_um_pp = map(float, arguments.split(","))
+            self._list[int(first) - 1 :] = points_um_pp
+        elif header == "LIST:PLAY":
+            self._played.append(list(self._list))
 
     def _now(self) -> float:
         """Return the time, having logged what the plate did until then."""
@@ -257,21 +311,21 @@ class Emulator:
     def _send_what_is_due(self) -> None:
         while self._outbox and self._outbox[0][0] <= self._now():
             _, piece = self._outbox.popleft()
-            if isinstance(piece, Act):
+            if isinstance(piece, BoardAction):
                 self._act(piece)
             else:
                 self._send(piece)
 
-    def _act(self, act: Act) -> None:
-        if act is Act.UNPLUG:
+    def _act(self, act: BoardAction) -> None:
+        if act is BoardAction.UNPLUG:
             self.unplug()
             return
-        if act is Act.RESET:
+        if act is BoardAction.RESET:
             self._boot()
             return
-        self.board.busy |= act is Act.STICK
-        self.board.hot |= act is Act.HEAT
-        self._deaf |= act is Act.DEAFEN
+        self.board.busy |= act is BoardAction.BUSY
+        self.board.hot |= act is BoardAction.HOT
+        self._deaf |= act is BoardAction.DEAFEN
         self._come_back_later()
 
     def _come_back_later(self) -> None:

@@ -1,4 +1,4 @@
-"""How an emulated board can misbehave: each fault turns one answer into what is sent instead.
+"""The faults of an emulated board: each turns one answer into what is sent instead.
 
 A plan is a list of pieces: bytes to send, seconds to wait, or something to do to the board. The
 emulator's loop carries it out; nothing here knows a port or a clock.
@@ -18,17 +18,17 @@ TRICKLE_S = 0.02  # a byte
 GARBAGE = b"\x00\xff#\x7f<7 \xc3("
 
 
-class Act(Enum):
+class BoardAction(Enum):
     """Something done to the board or its line, besides sending."""
 
     UNPLUG = auto()
     RESET = auto()
-    STICK = auto()  # answer every command with "busy" from now
-    HEAT = auto()
+    BUSY = auto()  # answer every command with "busy" from now
+    HOT = auto()
     DEAFEN = auto()  # answer nothing from now
 
 
-Piece = bytes | float | Act
+Piece = bytes | float | BoardAction
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +52,9 @@ def _halves(answer: Answer) -> tuple[bytes, bytes]:
 
 
 # Faults that let the command run and spoil its answer.
-SPOILS: dict[str, Callable[[Answer], list[Piece]]] = {
+ANSWER_FAULTS: dict[str, Callable[[Answer], list[Piece]]] = {
     "drop": lambda _: [],
-    "unplug_mid_read": lambda answer: [_halves(answer)[0], Act.UNPLUG],
+    "unplug_mid_read": lambda answer: [_halves(answer)[0], BoardAction.UNPLUG],
     "garbage_before": lambda answer: [GARBAGE + answer.reply],
     "garbage_inside": lambda answer: [GARBAGE.join(_halves(answer))],
     "garbage_after": lambda answer: [answer.reply + GARBAGE],
@@ -64,24 +64,31 @@ SPOILS: dict[str, Callable[[Answer], list[Piece]]] = {
     "duplicated": lambda answer: [answer.reply + answer.reply],
     "out_of_order": lambda answer: [answer.previous + answer.reply],
     "trickle": _trickle,
-    "reset_after": lambda answer: [answer.reply, Act.RESET],
+    "reset_after": lambda answer: [answer.reply, BoardAction.RESET],
 }
 
-# Faults that strike before the command is heard.
-STRIKES: dict[str, Act] = {
-    "unplug": Act.UNPLUG,
-    "reset": Act.RESET,
-    "busy": Act.STICK,
-    "hot": Act.HEAT,
-    "deaf": Act.DEAFEN,
+# Faults that come before the command is heard.
+COMMAND_FAULTS: dict[str, BoardAction] = {
+    "unplug": BoardAction.UNPLUG,
+    "reset": BoardAction.RESET,
+    "busy": BoardAction.BUSY,
+    "hot": BoardAction.HOT,
+    "deaf": BoardAction.DEAFEN,
 }
 
-FATAL = (Act.UNPLUG, Act.RESET, Act.DEAFEN)  # the command is not heard any more
+UNHEARD = (
+    BoardAction.UNPLUG,
+    BoardAction.RESET,
+    BoardAction.DEAFEN,
+)  # the command is not heard any more
 
 # Faults of the whole run.
-STANDING = ("wrong_identity", "nmea", "old_firmware")
+RUN_FAULTS = ("wrong_identity", "nmea", "old_firmware")
 
-FAULT_NAMES = (*SPOILS, *STRIKES, *STANDING)
+# What only the emulated board does: the compiled firmware is never busy and is what it is.
+EMULATED_ONLY = ("busy", "wrong_identity", "old_firmware")
+
+FAULT_NAMES = (*ANSWER_FAULTS, *COMMAND_FAULTS, *RUN_FAULTS)
 
 # Phases of a trial: the commands that belong to each.
 PHASES: dict[str, tuple[str, ...]] = {

@@ -48,9 +48,10 @@ class Surroundings:
 class Drive:
     """What drives the plate.
 
-    Either a voltage (``target_um_pp`` is None), or an amplitude that the board's control loop
-    holds as long as its voltage suffices; the loop is taken as ideal. ``frequency_hz`` None
-    follows the resonance. ``played`` modulates the amplitude, about ``target_um_pp``: it began at
+    Either a voltage (``target_um_pp`` is None), or an amplitude. For an amplitude ``volts_per_um``
+    volts per µm are applied; None: the volts that the plate needs now, as an ideal control loop
+    would. Neither exceeds the plate's voltage limit. ``frequency_hz`` None follows the resonance.
+    ``played`` modulates the amplitude, about ``target_um_pp``: it began at
     ``since_s``, or (None) it is taken to have been played for ever, so that where in its period
     it is depends on the time alone.
     """
@@ -58,6 +59,7 @@ class Drive:
     frequency_hz: float | None = None
     voltage_v: float = 0.0
     target_um_pp: float | None = None
+    volts_per_um: float | None = None
     played: Loop | None = None
     since_s: float | None = None
 
@@ -219,8 +221,8 @@ class Twin:
         frequency_hz = now.resonance_hz if drive.frequency_hz is None else drive.frequency_hz
         if target_um_pp is None:
             return frequency_hz, drive.voltage_v
-        needed_v = target_um_pp / abs(now.response_um_pp_per_v(frequency_hz))
-        return frequency_hz, min(needed_v, self.voltage_limit_v)
+        volts_per_um = drive.volts_per_um or 1 / abs(now.response_um_pp_per_v(frequency_hz))
+        return frequency_hz, min(target_um_pp * volts_per_um, self.voltage_limit_v)
 
     def _random(self, counter: int) -> np.random.Generator:
         """Return the generator of one counter: nothing depends on what was drawn before."""

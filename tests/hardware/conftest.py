@@ -15,5 +15,5 @@ def emulate():
 @pytest.fixture(scope="module")
 def board():
     """One emulated board for a whole module: it restarts whenever a host lets go of it."""
-    with EmulatorProcess("--back-after", "0.5") as board:
+    with EmulatorProcess("--back-after", "0.5", "--noise", "0") as board:
         yield board

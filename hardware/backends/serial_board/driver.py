@@ -30,7 +30,15 @@ from hardware.backends.serial_board.link import BoardLink, NotKnown
 from hardware.backends.serial_board.serial_line import SerialLine
 from hardware.clock import SystemClock
 from hardware.driver import PlateDriver
-from hardware.errors import ConnectionLost, GarbledReply, PlateFault, PlateTimeout, WrongDevice
+from hardware.errors import (
+    ConnectionLost,
+    GarbledReply,
+    NotReached,
+    PlateFault,
+    PlateTimeout,
+    ProtocolViolation,
+    WrongDevice,
+)
 from hardware.records import PlateIdentity, Presentation, Readback
 from stimuli.modulation import DEFAULT_MODULATOR, STEPS_MAX, Modulator
 
@@ -48,6 +56,7 @@ HEARTBEAT_S = 0.1
 ATTENTION_S = 5.0
 POLL_S = 0.002
 LONGEST_SETTLING_S = 2.0
+LONGEST_RESETTLING_S = 0.3  # when a finger comes or goes, the board corrects its voltage
 OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
 
 OPTIONS: dict[str, Callable[[str], Any]] = {
@@ -94,12 +103,12 @@ class SerialBoard(PlateDriver):
         self._link: BoardLink | None = None
         self._heart: Thread | None = None
         self._stop_heart = Event()
-        self._held: watch.Held | None = None
+        self._active: watch.ActivePresentation | None = None
         self._fault: PlateFault | None = None
 
     def _connect(self) -> PlateIdentity:
         self._close()
-        self._fault = self._held = None
+        self._fault = self._active = None
         self._line = SerialLine(self.port)
         self._link = link = BoardLink(self._line)
         identity = _identity(link.greet(), self.port)
@@ -115,18 +124,18 @@ class SerialBoard(PlateDriver):
     def _drive(self, amplitude_um_pp: float) -> Presentation:
         link = self._attend()
         begun_s = self._machine.now()
-        self._held = None
+        self._active = None
         link.ask(f"AMPL {amplitude_um_pp:.4f}")
         status = self._status(link)
-        while status.state == "RAMP":
+        while status.state == "RAMP" or self._rings(amplitude_um_pp, status):
             if self._machine.now() - begun_s > LONGEST_SETTLING_S:
                 raise PlateTimeout(f"the plate did not settle within {LONGEST_SETTLING_S:g} s")
             self._machine.sleep(POLL_S)
             status = self._status(self._attend())
         if amplitude_um_pp > 0:
-            held = watch.Held(amplitude_um_pp)
-            watch.judge(status, held, self.limits, port=self.port)
-            self._held = held
+            active = watch.ActivePresentation(amplitude_um_pp)
+            watch.check_status(status, active, self.limits, port=self.port)
+            self._active = active
         return Presentation(
             commanded_um_pp=amplitude_um_pp,
             readback=self._readback(status),
@@ -134,16 +143,20 @@ class SerialBoard(PlateDriver):
             settle_time_s=self._machine.now() - begun_s,
         )
 
+    def _rings(self, amplitude_um_pp: float, status: wire.BoardStatus) -> bool:
+        """Return whether a plate that shall be silent still moves: it goes on for some of its Q."""
+        return amplitude_um_pp == 0 and (status.amplitude_um_pp or 0) > self.limits.tolerance_um
+
     def _play(self, loop: Loop) -> None:
         link = self._attend()
-        self._held = None
+        self._active = None
         for command in wire.list_commands(loop):
             link.ask(command)
-        self._held = watch.Held(fmean(loop.amplitudes_um_pp), "LIST")
+        self._active = watch.ActivePresentation(fmean(loop.amplitudes_um_pp), "LIST")
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         link = self._attend()
-        self._held = None
+        self._active = None
         link.ask(f"DRIV {frequency_hz:.1f},{voltage_v:.3f}")
         self._machine.sleep(OPEN_LOOP_SETTLING_S)
         return self._readback(self._status(link))
@@ -152,7 +165,7 @@ class SerialBoard(PlateDriver):
         return self._readback(self._status(self._attend()))
 
     def _silence(self) -> None:
-        self._held = None
+        self._active = None
         if self._link is not None:
             self._link.stop_now()
             self._link.ask("OUTP OFF")
@@ -170,15 +183,24 @@ class SerialBoard(PlateDriver):
 
     def _beat(self, link: BoardLink) -> None:
         """Ask for the status until told to stop; leave the first fault for `check`."""
+        watched, reached_s = None, 0.0
         while not self._stop_heart.wait(HEARTBEAT_S):
-            if self._attention_s and self._machine.now() - self._attended_s > self._attention_s:
+            now_s = self._machine.now()
+            if self._attention_s and now_s - self._attended_s > self._attention_s:
                 continue
-            held = self._held
+            active = self._active
+            if active is not watched:
+                watched, reached_s = active, now_s
             try:
                 status = self._status(link)
                 # Only if no command came in between is the status one of that presentation.
-                if held is not None and held is self._held:
-                    watch.judge(status, held, self.limits, port=self.port)
+                if active is not None and active is self._active:
+                    watch.check_status(status, active, self.limits, port=self.port)
+                reached_s = now_s
+            except NotReached as fault:
+                if now_s - reached_s > LONGEST_RESETTLING_S:
+                    self._fault = fault
+                    return
             except PlateFault as fault:
                 self._fault = fault
                 return
@@ -192,12 +214,14 @@ class SerialBoard(PlateDriver):
             raise ConnectionLost(f"{self.port}: not connected")
         return self._link
 
-    def _status(self, link: BoardLink) -> wire.Status:
+    def _status(self, link: BoardLink) -> wire.BoardStatus:
         return _parsed(wire.parse_status, link.ask("STAT?"))
 
-    def _readback(self, status: wire.Status) -> Readback:
+    def _readback(self, status: wire.BoardStatus) -> Readback:
         return Readback(
-            amplitude_um_pp=status.amplitude_um_pp, kind="measured", time_s=self.clock.now()
+            amplitude_um_pp=status.amplitude_um_pp,
+            kind="none" if status.amplitude_um_pp is None else "measured",
+            time_s=self.clock.now(),
         )
 
     def _learn_lists(self, link: BoardLink, firmware: str) -> None:
@@ -227,6 +251,15 @@ class SerialBoard(PlateDriver):
     def _narrow_limits(self, board: wire.BoardLimits) -> None:
         """Narrow the limits to the board's."""
         ours = self.limits
+        if not (
+            board.frequency_min_hz < ours.frequency_max_hz
+            and ours.frequency_min_hz < board.frequency_max_hz
+        ):
+            raise WrongDevice(
+                f"{self.port}: the board drives {board.frequency_min_hz:g} to "
+                f"{board.frequency_max_hz:g} Hz, the plate's limits are {ours.frequency_min_hz:g} "
+                f"to {ours.frequency_max_hz:g} Hz"
+            )
         self.limits = replace(
             ours,
             amplitude_um_pp=min(ours.amplitude_um_pp, board.amplitude_um_pp),
@@ -250,6 +283,8 @@ def _identity(answer: str, port: str) -> PlateIdentity:
 def _parsed(parse: Callable[[str], T], value: str) -> T:
     try:
         return parse(value)
+    except wire.ImpossibleValue as error:
+        raise ProtocolViolation(f"the board tells impossible limits: {error}") from error
     except ValueError as error:
         raise GarbledReply(f"the board answered '{value}', which cannot be read") from error
 

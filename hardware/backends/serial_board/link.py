@@ -26,7 +26,8 @@ from hardware.errors import (
 REPLY_TIMEOUT_S = 0.08
 ATTEMPTS = 4  # in all less than the board's watchdog takes
 GREETING_S = 3.0  # many boards restart when their port is opened
-FOREIGN_LINES = 3  # so many lines that are no replies: this is another kind of device
+CHATTER_S = 1.0  # and say anything while they start
+FOREIGN_LINES = 3  # so many later lines that are no replies: this is another kind of device
 
 
 class NotKnown(PlateRefused):
@@ -82,18 +83,19 @@ class BoardLink:
             As for `ask`.
         """
         self._boot = None
-        end_s = self._clock.now() + GREETING_S
+        begun_s = self._clock.now()
         foreign = 0
         while True:
+            started = self._clock.now() - begun_s >= CHATTER_S
             try:
                 return self.ask("*IDN?")
             except (PlateTimeout, GarbledReply) as fault:
-                foreign += self._foreign
+                foreign += self._foreign if started else 0
                 if foreign >= FOREIGN_LINES:
                     raise WrongDevice(
                         f"{self._line.port}: the device there does not speak the plate's protocol"
                     ) from fault
-                if self._clock.now() > end_s:
+                if self._clock.now() - begun_s > GREETING_S:
                     raise
 
     def ask(self, body: str) -> str:
@@ -127,7 +129,7 @@ class BoardLink:
         """Send the stop byte at once, even while another thread waits for an answer."""
         self._line.write(wire.STOP)
 
-    def _await(self) -> wire.Reply | None:
+    def _await(self) -> wire.BoardReply | None:
         """Return the reply to the current command; drop all else that comes meanwhile.
 
         What has come is looked at before the time is: a thread that was kept waiting by the rest
@@ -136,8 +138,8 @@ class BoardLink:
         end_s = self._clock.now() + REPLY_TIMEOUT_S
         while True:
             *lines, rest = (self._buffer + self._line.read()).split(b"\n")
-            self._foreign += len(rest) > wire.LONGEST_FRAME
-            self._buffer = rest[-wire.LONGEST_FRAME :]
+            self._foreign += len(rest) > wire.LONGEST_LINE
+            self._buffer = rest[-wire.LONGEST_LINE :]
             for line in lines:
                 reply = wire.parse_reply(line)
                 if reply is None:
@@ -147,7 +149,7 @@ class BoardLink:
             if self._clock.now() >= end_s:
                 return None
 
-    def _value(self, reply: wire.Reply, body: str) -> str:
+    def _value(self, reply: wire.BoardReply, body: str) -> str:
         if self._boot is None:
             self._boot = reply.boot
         if reply.boot != self._boot:

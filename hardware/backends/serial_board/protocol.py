@@ -16,9 +16,12 @@ if TYPE_CHECKING:
 
 PROTOCOL: Final = "slipscale-plate-1"  # the model field of *IDN?
 STOP: Final = b"!"  # one byte, anywhere: silence at once
-LONGEST_FRAME: Final = 96  # bytes, newline included
+LONGEST_LINE: Final = 96  # bytes, its line feed not counted
 LAST_SEQUENCE: Final = 65_535
+WATCHDOG_MS: Final = (400, 2_000)  # shorter, and three lost commands in a row would silence
 POINTS_A_LINE: Final = 8  # of LIST:AMPL: so many fit, however large their numbers
+
+VIBRATING: Final = ("RAMP", "HOLD", "SAT", "LIST", "OPEN")  # states with the output on
 
 OK: Final = 0
 DATA_TYPE, MISSING_PARAMETER, UNDEFINED_HEADER = -104, -109, -113  # SCPI's own, as the next
@@ -36,12 +39,16 @@ MEANINGS: Final = {
     BUSY: "Busy",
 }
 
-COMMAND = re.compile(rb">(\d{1,5}) ([ -~]+)\*([0-9A-F]{4})")
-REPLY = re.compile(rb"<(\d{1,5}) ([0-9A-F]{8}) (-?\d{1,4}) ([ -~]*)\*([0-9A-F]{4})")
+COMMAND = re.compile(rb">([1-9]\d{0,4}) ([ \x22-;=?-~]+)\*([0-9A-F]{4})")
+REPLY = re.compile(rb"<([1-9]\d{0,4}) ([0-9A-F]{8}) (-?\d{1,4}) ([ -~]*)\*([0-9A-F]{4})")
+
+
+class ImpossibleValue(ValueError):
+    """A value that can be read and that no board may tell."""
 
 
 @dataclass(frozen=True, slots=True)
-class Reply:
+class BoardReply:
     """The board's answer to the command with the same sequence number."""
 
     sequence: int
@@ -51,20 +58,21 @@ class Reply:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Status:
+class BoardStatus:
     """What ``STAT?`` tells.
 
-    ``state``: OFF, RAMP (on its way), HOLD (settled), LIST (plays a list; target and amplitude
-    are means over its period, the voltage is the largest), SAT (settled or playing, but the
-    voltage does not suffice), OPEN (open loop); or why it is silent: WDOG, HOT, LONG.
+    ``state``: OFF, RAMP (on its way, or not settled), HOLD (settled), LIST (plays a list; target
+    and amplitude are means over its period, the voltage is the largest), SAT (the voltage does not
+    suffice), OPEN (open loop); or why it is silent: WDOG, HOT, LONG. ``amplitude_um_pp`` and
+    ``temperature_c`` are None when the board has no sensor for them.
     """
 
     state: str
     target_um_pp: float
-    amplitude_um_pp: float
+    amplitude_um_pp: float | None
     frequency_hz: float
     voltage_v: float
-    temperature_c: float
+    temperature_c: float | None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +115,7 @@ def command_frame(sequence: int, body: str) -> bytes:
     return b">%b*%04X\n" % (payload, crc16(payload))
 
 
-def reply_frame(reply: Reply) -> bytes:
+def reply_frame(reply: BoardReply) -> bytes:
     """Return a reply as it goes over the wire."""
     payload = f"{reply.sequence} {reply.boot} {reply.code} {reply.value}".encode("ascii")
     return b"<%b*%04X\n" % (payload, crc16(payload))
@@ -116,15 +124,17 @@ def reply_frame(reply: Reply) -> bytes:
 def parse_command(line: bytes) -> tuple[int, str] | None:
     """Return sequence number and body of a line without its end, or None if it is no command."""
     match = _checked(COMMAND, line, b">")
-    return (int(match[1]), match[2].decode("ascii")) if match else None
+    if not match or int(match[1]) > LAST_SEQUENCE:
+        return None
+    return int(match[1]), match[2].decode("ascii")
 
 
-def parse_reply(line: bytes) -> Reply | None:
+def parse_reply(line: bytes) -> BoardReply | None:
     """Return the reply in a line without its end, or None; what precedes its ``<`` is dropped."""
     match = _checked(REPLY, line, b"<")
     if not match:
         return None
-    return Reply(int(match[1]), match[2].decode(), int(match[3]), match[4].decode())
+    return BoardReply(int(match[1]), match[2].decode(), int(match[3]), match[4].decode())
 
 
 def _checked(pattern: re.Pattern[bytes], line: bytes, start: bytes) -> re.Match[bytes] | None:
@@ -135,25 +145,26 @@ def _checked(pattern: re.Pattern[bytes], line: bytes, start: bytes) -> re.Match[
     return None
 
 
-def format_status(status: Status) -> str:
+def format_status(status: BoardStatus) -> str:
     """Return the value of a ``STAT?`` reply."""
+    amplitude = "" if status.amplitude_um_pp is None else f"{status.amplitude_um_pp:.4f}"
+    temperature = "" if status.temperature_c is None else f"{status.temperature_c:.1f}"
     return (
-        f"{status.state},{status.target_um_pp:.4f},{status.amplitude_um_pp:.4f},"
-        f"{status.frequency_hz:.1f},{status.voltage_v:.3f},{status.temperature_c:.1f}"
+        f"{status.state},{status.target_um_pp:.4f},{amplitude},"
+        f"{status.frequency_hz:.1f},{status.voltage_v:.3f},{temperature}"
     )
 
 
-def parse_status(value: str) -> Status:
+def parse_status(value: str) -> BoardStatus:
     """Read the value of a ``STAT?`` reply; ValueError if it is none."""
-    state, *numbers = value.split(",")
-    target, amplitude, frequency, voltage, temperature = map(float, numbers)
-    return Status(
+    state, target, amplitude, frequency, voltage, temperature = value.split(",")
+    return BoardStatus(
         state=state,
-        target_um_pp=target,
-        amplitude_um_pp=amplitude,
-        frequency_hz=frequency,
-        voltage_v=voltage,
-        temperature_c=temperature,
+        target_um_pp=_finite(target),
+        amplitude_um_pp=_finite(amplitude) if amplitude else None,
+        frequency_hz=_finite(frequency),
+        voltage_v=_finite(voltage),
+        temperature_c=_finite(temperature) if temperature else None,
     )
 
 
@@ -166,8 +177,28 @@ def format_limits(limits: BoardLimits) -> str:
 
 
 def parse_limits(value: str) -> BoardLimits:
-    """Read the value of a ``LIM?`` reply; ValueError if it is none."""
-    amplitude, voltage, lowest, highest, watchdog, on_time = map(float, value.split(","))
+    """Read the value of a ``LIM?`` reply.
+
+    Raises
+    ------
+    ImpossibleValue
+        Limits that no board may have.
+    ValueError
+        It is none.
+    """
+    amplitude, voltage, lowest, highest, watchdog, on_time = map(_finite, value.split(","))
+    shortest_ms, longest_ms = WATCHDOG_MS
+    _require(amplitude > 0, f"largest amplitude {amplitude:g} µm p-p, expected more than 0")
+    _require(voltage > 0, f"largest voltage {voltage:g} V, expected more than 0")
+    _require(
+        0 < lowest < highest,
+        f"band {lowest:g} to {highest:g} Hz, expected two frequencies above 0, the lower first",
+    )
+    _require(
+        shortest_ms <= watchdog <= longest_ms,
+        f"watchdog {watchdog:g} ms, expected {shortest_ms} to {longest_ms}",
+    )
+    _require(on_time >= 1, f"longest on-time {on_time:g} s, expected 1 or more")
     return BoardLimits(
         amplitude_um_pp=amplitude,
         voltage_v=voltage,
@@ -184,12 +215,33 @@ def format_list_limits(limits: ListLimits) -> str:
 
 
 def parse_list_limits(value: str) -> ListLimits:
-    """Read the value of a ``LIST:LIM?`` reply; ValueError if it is none."""
+    """Read the value of a ``LIST:LIM?`` reply.
+
+    Raises
+    ------
+    ImpossibleValue
+        Limits that no board may have.
+    ValueError
+        It is none.
+    """
     points, step, edge = value.split(",")
-    limits = ListLimits(points=int(points), step_ms=float(step), edge_ms=float(edge))
-    if not (0 < limits.step_ms < math.inf and 0 < limits.edge_ms < math.inf):
-        raise ValueError("expected times above 0")
+    limits = ListLimits(points=int(points), step_ms=_finite(step), edge_ms=_finite(edge))
+    _require(limits.points > 1, f"lists of {limits.points} amplitudes, expected room for 2 or more")
+    _require(limits.step_ms > 0, f"shortest time {limits.step_ms:g} ms, expected more than 0")
+    _require(limits.edge_ms > 0, f"shortest edge {limits.edge_ms:g} ms, expected more than 0")
     return limits
+
+
+def _finite(text: str) -> float:
+    number = float(text)
+    if not math.isfinite(number):
+        raise ValueError(f"'{text}' is no number")
+    return number
+
+
+def _require(condition: bool, otherwise: str) -> None:
+    if not condition:
+        raise ImpossibleValue(otherwise)
 
 
 def list_commands(loop: Loop) -> list[str]:

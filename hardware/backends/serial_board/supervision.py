@@ -1,4 +1,4 @@
-"""Whether a driver board makes what it was told to: what its status is judged by."""
+"""What a driver board's status is checked against while it presents a surface."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from hardware.errors import (
 )
 
 if TYPE_CHECKING:
-    from hardware.backends.serial_board.protocol import Status
+    from hardware.backends.serial_board.protocol import BoardStatus
     from hardware.limits import PlateLimits
 
 # Why a board that should vibrate does not.
@@ -29,8 +29,8 @@ SILENCED: dict[str, tuple[type[PlateFault], str]] = {
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Held:
-    """One presentation that the heartbeat watches over; each is a new object."""
+class ActivePresentation:
+    """The presentation that the heartbeat checks; each is a new object."""
 
     amplitude_um_pp: float  # of a texture the mean
     state: str = "HOLD"
@@ -42,16 +42,22 @@ class Held:
         return f"{mean}{self.amplitude_um_pp:g} µm p-p"
 
 
-def judge(status: Status, held: Held, limits: PlateLimits, *, port: str) -> None:
+def check_status(
+    status: BoardStatus, active: ActivePresentation, limits: PlateLimits, *, port: str
+) -> None:
     """Raise a `PlateFault` unless the plate makes what was commanded."""
     if status.state in SILENCED:
         fault, why = SILENCED[status.state]
         raise fault(f"{port}: {why}")
+    measured_um_pp = status.amplitude_um_pp
     if status.state == "SAT":
+        reached = "less" if measured_um_pp is None else f"{measured_um_pp:.3f} µm p-p"
         raise NotReached(
-            f"{held.what} was commanded, {status.amplitude_um_pp:.3f} µm p-p is all that "
-            f"{status.voltage_v:.1f} V give"
+            f"{active.what} was commanded, {reached} is all that {status.voltage_v:.1f} V give"
         )
-    if status.state != held.state:
-        raise PlateRefused(f"{port}: the board tells {status.state}, not {held.state}")
-    limits.check_reached(held.amplitude_um_pp, status.amplitude_um_pp)
+    if status.state == "RAMP":
+        raise NotReached(f"{active.what} was commanded, and the plate does not settle there")
+    if status.state != active.state:
+        raise PlateRefused(f"{port}: the board tells {status.state}, not {active.state}")
+    if measured_um_pp is not None:
+        limits.check_reached(active.amplitude_um_pp, measured_um_pp)

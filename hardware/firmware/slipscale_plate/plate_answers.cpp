@@ -14,6 +14,8 @@ constexpr const char* kStates[] = {"OFF",  "RAMP", "HOLD", "SAT", "LIST",
 
 }  // namespace
 
+const char* Board::state() const { return kStates[static_cast<int>(state_)]; }
+
 int Board::tell_identity(const Call& call) {
   strcpy(call.value, settings_.identity);
   return kOk;
@@ -63,7 +65,7 @@ int Board::tell_status(const Call& call) {
                            open ? frequency_hz_ : hal_.resonance_hz(),
                            playing_ ? largest_v : voltage_v_, hal_.temperature_c()};
   const int decimals[] = {4, 4, 1, 3, 1};
-  char* end = call.value + sprintf(call.value, "%s", kStates[static_cast<int>(state_)]);
+  char* end = call.value + sprintf(call.value, "%s", state());
   for (size_t i = 0; i < 5; ++i) {
     *end++ = ',';
     end = append_fixed(end, numbers[i], decimals[i]);

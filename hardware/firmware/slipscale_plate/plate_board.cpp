@@ -9,8 +9,12 @@
 namespace slipscale {
 namespace {
 
-constexpr uint32_t kRampMs = 25, kSettleMs = 15, kCorrectMs = 10;
+constexpr uint32_t kRampMs = 25, kRampDownMs = 15, kCorrectMs = 10;
+constexpr uint32_t kFollowMs = 5;  // the plate follows a correction; only then is it measured
 constexpr float kLargestCorrection = 0.05F;  // of the voltage, at once: no click
+// Settled: so many means in a row lie within the band, a fraction of the target or µm peak to peak.
+constexpr float kBand = 0.025F, kBandUm = 0.025F;
+constexpr uint8_t kMeansSettled = 2;
 constexpr size_t kPointsALine = 8;
 
 }  // namespace
@@ -30,16 +34,22 @@ const Board::Command Board::kCommands[] = {
     {"STAT?", 0, 0, &Board::tell_status},
 };
 
+// The byte '!' silences and empties the line: what came before it can no longer become a command.
 const char* Board::receive(uint8_t byte, uint32_t now_ms) {
   if (byte == '!') {
     silence();
+    length_ = 0;
   } else if (byte == '\n') {
-    buffer_[length_] = '\0';
-    const char* answer = line(now_ms);
+    const char* answer = nullptr;
+    if (length_ <= kLongest) {
+      buffer_[length_] = '\0';
+      answer = line(now_ms);
+    }
     length_ = 0;
     return answer;
-  } else if (length_ < kLongest) {
-    buffer_[length_++] = static_cast<char>(byte ? byte : '?');  // a zero would end the text
+  } else if (length_ <= kLongest) {
+    constexpr char kUnprintable = 0x7F;  // a zero would end the text
+    buffer_[length_++] = byte ? static_cast<char>(byte) : kUnprintable;
   }
   return nullptr;
 }
@@ -52,13 +62,12 @@ void Board::tick(uint32_t now_ms) {
     stop(State::kLong);
   } else if (hal_.temperature_c() > settings_.hottest_c) {
     stop(State::kHot);
-  } else if (state_ == State::kRamp) {
+  } else if (state_ == State::kRamp && !arrived_) {
     ramp(now_ms);
   } else if (playing_) {
     play(now_ms);
-  } else if (state_ != State::kOpen && now_ms - corrected_ms_ >= kCorrectMs) {
-    corrected_ms_ = now_ms;
-    hold();
+  } else if (state_ != State::kOpen) {
+    hold(now_ms);
   }
 }
 
@@ -72,7 +81,7 @@ bool Board::vibrates() const {
 void Board::stop(State why) {
   voltage_v_ = target_um_pp_ = now_um_pp_ = 0;
   volts_per_um_ = 1 / settings_.gain_um_pp_per_v;
-  playing_ = false;
+  playing_ = limited_ = false;
   hal_.off();
   state_ = why;
 }
@@ -80,9 +89,9 @@ void Board::stop(State why) {
 const char* Board::line(uint32_t now_ms) {
   while (length_ > 0 && buffer_[length_ - 1] == '\r') buffer_[--length_] = '\0';
   if (strcmp(buffer_, "*IDN?") == 0) {  // plain, for whoever looks with a terminal
-    snprintf(reply_, sizeof reply_, "%s\r\n", settings_.identity);
-    last_command_[0] = '\0';  // what was kept there is gone
-    return reply_;
+    // The last answer is kept: its command may yet be repeated. The line itself is done with.
+    snprintf(buffer_, sizeof buffer_, "%s\r\n", settings_.identity);
+    return buffer_;
   }
   char* frame = strrchr(buffer_, '>');
   char* star = frame ? strrchr(frame, '*') : nullptr;
@@ -93,10 +102,7 @@ const char* Board::line(uint32_t now_ms) {
   if (strcmp(star, expected) != 0) return nullptr;
   *star = '\0';
   char* space = strchr(frame, ' ');
-  if (!space || space == frame + 1 || space - frame > 6 || !space[1]) return nullptr;
-  for (const char* c = frame + 1; c < space; ++c) {
-    if (!digit(*c)) return nullptr;
-  }
+  if (!space || !space[1] || !sequence_number(frame + 1, space) || !printable(space)) return nullptr;
   heard_ms_ = now_ms;
   if (strcmp(frame, last_command_) == 0) return reply_;  // a repetition: it ran before
   strcpy(last_command_, frame);
@@ -145,6 +151,7 @@ int Board::set_amplitude(const Call& call) {
   target_um_pp_ = amplitude_um_pp;
   commanded_ms_ = call.now_ms;
   arrived_ = playing_ = false;
+  means_inside_ = 0;
   if (amplitude_um_pp == 0 && from_um_pp_ == 0) {
     silence();
   } else {
@@ -221,33 +228,55 @@ bool Board::too_hot() {
   return true;
 }
 
-// Settling counts from when the end of the ramp was really put on the plate: a late call of tick
+// What follows the ramp counts from when its end was really put on the plate: a late call of tick
 // must not pass for a settled plate.
 void Board::ramp(uint32_t now_ms) {
-  if (arrived_) {
-    if (now_ms - arrived_ms_ < kSettleMs) return;
-    if (target_um_pp_ == 0) {
-      silence();
-    } else {
-      hold();
-    }
-    return;
-  }
   const uint32_t elapsed_ms = now_ms - commanded_ms_;
   const float part = elapsed_ms >= kRampMs ? 1 : static_cast<float>(elapsed_ms) / kRampMs;
   now_um_pp_ = along_edge(from_um_pp_, target_um_pp_, part);
   frequency_hz_ = hal_.resonance_hz();
   apply();
   arrived_ = elapsed_ms >= kRampMs;
-  arrived_ms_ = now_ms;
+  begin_mean(now_ms);
 }
 
-// Follow the resonance and correct the voltage a little towards the amplitude that is due.
-void Board::hold() {
-  const bool enough = correct(hal_.amplitude_um_pp(), target_um_pp_);
+void Board::begin_mean(uint32_t now_ms) {
+  corrected_ms_ = now_ms;
+  sum_um_pp_ = 0;
+  readings_ = 0;
+}
+
+// Follow the resonance and correct the voltage towards the amplitude that is due: by the mean of
+// the readings since the plate followed the last correction, a little at a time.
+void Board::hold(uint32_t now_ms) {
+  const uint32_t elapsed_ms = now_ms - corrected_ms_;
+  if (target_um_pp_ == 0) {
+    if (elapsed_ms >= kRampDownMs) silence();
+    return;
+  }
+  if (elapsed_ms <= kFollowMs) return;
+  sum_um_pp_ += hal_.amplitude_um_pp();
+  ++readings_;
+  if (elapsed_ms < kCorrectMs) return;
+  const float measured_um_pp = sum_um_pp_ / static_cast<float>(readings_);
+  const bool was_limited = limited_;
+  limited_ = !correct(measured_um_pp, target_um_pp_);
   frequency_hz_ = hal_.resonance_hz();
   apply();
-  state_ = enough ? State::kHold : State::kSat;
+  begin_mean(now_ms);
+  state_ = settled(measured_um_pp, was_limited);
+}
+
+// What a mean says: within the band often enough, or out of the voltage's reach, or on the way.
+Board::State Board::settled(float measured_um_pp, bool was_limited) {
+  const float band_um = fmaxf(kBand * target_um_pp_, kBandUm);
+  const float short_by_um = target_um_pp_ - measured_um_pp;
+  if (fabsf(short_by_um) > band_um) {
+    means_inside_ = 0;
+    return was_limited && short_by_um > 0 ? State::kSat : State::kRamp;
+  }
+  if (means_inside_ < kMeansSettled) ++means_inside_;
+  return means_inside_ < kMeansSettled ? State::kRamp : State::kHold;
 }
 
 // The list goes by the clock; the voltage is corrected by the mean over each whole period, which a

@@ -1,7 +1,7 @@
 // The driver board's rules: docs/board-protocol.md in C++, for any processor.
 //
 // Nothing here knows a pin or a library. The sketch (slipscale_plate.ino) hands in bytes, the
-// time and a Hal; the host build (../host/replay.cpp) does the same on a desk computer.
+// time and a Hal; the host builds (../host) do the same on a desk computer.
 #ifndef SLIPSCALE_PLATE_BOARD_H
 #define SLIPSCALE_PLATE_BOARD_H
 
@@ -41,7 +41,7 @@ struct Limits {
 };
 
 struct Settings {
-  const char* identity = "Slipscale,slipscale-plate-1,EMULATED-1,1.1";
+  const char* identity = "Slipscale,slipscale-plate-1,EMULATED-1,1.2";
   float gain_um_pp_per_v = 2.3F / 15.0F;  // from slipscale plate calibrate
   float hottest_c = 60.0F;
   Limits limits;
@@ -55,12 +55,18 @@ class Board {
         boot_(boot),
         volts_per_um_(1 / settings.gain_um_pp_per_v) {}
 
-  // Take one byte from the line. Returns an answer to send, or nullptr.
+  // Take one byte from the line. Returns an answer to send before the next byte, or nullptr.
   const char* receive(uint8_t byte, uint32_t now_ms);
   // Let time pass: call at least once a millisecond.
   void tick(uint32_t now_ms);
   // Switch the output off; also at start and when the line's DTR drops.
   void silence();
+  // The state as STAT? tells it.
+  const char* state() const;
+  // The amplitude of STAT?'s target, µm peak to peak.
+  float target_um_pp() const { return target_um_pp_; }
+  // The amplitude that is due now, on a ramp or in a list; 0 in open loop.
+  float due_um_pp() const { return now_um_pp_; }
 
  private:
   enum class State : uint8_t { kOff, kRamp, kHold, kSat, kList, kOpen, kWdog, kHot, kLong };
@@ -97,7 +103,9 @@ class Board {
   int play_list(const Call& call);
   bool too_hot();
   void ramp(uint32_t now_ms);
-  void hold();
+  void hold(uint32_t now_ms);
+  void begin_mean(uint32_t now_ms);
+  State settled(float measured_um_pp, bool was_limited);
   void play(uint32_t now_ms);
   bool correct(float measured_um_pp, float largest_um_pp);
   void apply();
@@ -109,12 +117,16 @@ class Board {
   State state_ = State::kOff;
   float target_um_pp_ = 0, from_um_pp_ = 0, now_um_pp_ = 0, voltage_v_ = 0, frequency_hz_ = 0;
   float volts_per_um_;  // of the plate as it is loaded now
-  uint32_t heard_ms_ = 0, commanded_ms_ = 0, arrived_ms_ = 0, corrected_ms_ = 0, played_ms_ = 0;
-  bool arrived_ = false;  // the end of the ramp is on the plate, since arrived_ms_
+  uint32_t heard_ms_ = 0, commanded_ms_ = 0, corrected_ms_ = 0, played_ms_ = 0;
+  bool arrived_ = false;  // the end of the ramp is on the plate
+  bool limited_ = false;  // the voltage is at its limit
+  float sum_um_pp_ = 0;   // of the readings since the plate followed the last correction
+  uint16_t readings_ = 0;
+  uint8_t means_inside_ = 0;
   AmplitudeList list_;
   bool playing_ = false, first_period_ = false;
   float mean_um_pp_ = 0, largest_um_pp_ = 0, measured_um_ms_ = 0, driven_um_ms_ = 0;
-  char buffer_[kLongest + 1] = {};
+  char buffer_[kLongest + 2] = {};  // one more than the longest line: it was too long
   size_t length_ = 0;
   char last_command_[kLongest + 1] = {};
   char reply_[kValue + 32] = {};

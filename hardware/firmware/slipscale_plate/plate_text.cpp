@@ -5,9 +5,9 @@
 
 namespace slipscale {
 
-bool digit(char c) { return c >= '0' && c <= '9'; }
-
 namespace {
+
+bool digit(char c) { return c >= '0' && c <= '9'; }
 
 struct Meaning {
   int code;
@@ -55,6 +55,23 @@ uint16_t crc16(const char* data, size_t length) {  // CRC-16/CCITT-FALSE, a byte
     crc = static_cast<uint16_t>((crc << 8) ^ (x << 12) ^ (x << 5) ^ x);
   }
   return crc;
+}
+
+bool sequence_number(const char* text, const char* end) {
+  if (*text == '0' || text == end || end - text > 5) return false;
+  uint32_t number = 0;
+  for (; text < end; ++text) {
+    if (!digit(*text)) return false;
+    number = number * 10 + static_cast<uint32_t>(*text - '0');
+  }
+  return number <= 65535;
+}
+
+bool printable(const char* text) {
+  for (; *text; ++text) {
+    if (*text < ' ' || *text > '~' || *text == '<') return false;
+  }
+  return true;
 }
 
 // Small processors' printf knows neither %f nor a width of *, and their divisions take so long that

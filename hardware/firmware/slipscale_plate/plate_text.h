@@ -10,9 +10,12 @@ namespace slipscale {
 constexpr int kOk = 0, kDataType = -104, kMissing = -109, kUndefined = -113;
 constexpr int kConflict = -221, kRange = -222, kTooHot = 101;
 
-bool digit(char c);
 const char* meaning(int code);
 uint16_t crc16(const char* data, size_t length);
+// Whether a text up to its end is a sequence number: 1 to 65535, no leading zero.
+bool sequence_number(const char* text, const char* end);
+// Whether a text has nothing but what a frame may carry.
+bool printable(const char* text);
 // Write a number with so many decimals (up to 4); return the end of the text.
 char* append_fixed(char* end, float value, int decimals);
 // Read a number and hold it to its limits; return kOk, kDataType or kRange.

@@ -87,7 +87,7 @@ PHASES = ["presenting", "reading", "exploring", "answering", "silencing", "recon
 
 @pytest.fixture(scope="module")
 def board():
-    with EmulatorProcess("--back-after", str(BACK_S)) as board:
+    with EmulatorProcess("--back-after", str(BACK_S), "--noise", "0") as board:
         yield board
 
 
@@ -244,7 +244,7 @@ def test_a_fault_in_the_middle_of_a_texture_costs_no_answer(board, tmp_path, fau
 
 
 def test_a_board_that_never_comes_back_stops_the_session_resumable(tmp_path):
-    with EmulatorProcess("--back-after", "0") as board:
+    with EmulatorProcess("--back-after", "0", "--noise", "0") as board:
         with pytest.raises(PlateFault):
             run_session(board, "unplug", "answering", tmp_path)
         assert not board.state()["vibrates"]

@@ -115,7 +115,7 @@ def said(sequence, body):
 def playing(sequence, loop=SQUARE):
     """Yield what has the board play a loop, about the amplitude at which it has settled."""
     yield said(sequence, f"AMPL {loop.mean_um_pp}")
-    yield ". 60"
+    yield ". 120"
     for offset, body in enumerate(wire.list_commands(loop), 1):
         yield said(sequence + offset, body)
 

@@ -1,0 +1,1 @@
+"""Whether a driver board follows docs/board-protocol.md: `slipscale plate conform`."""

@@ -1,0 +1,200 @@
+"""A board on a bench: it is sent bytes, and what it answers is held against the protocol.
+
+Nothing here knows a port or the machine's clock: tests run the same checks on emulated boards in
+virtual time.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, NoReturn
+
+from hardware.backends.serial_board import protocol as wire
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hardware.backends.serial_board.link import Line
+    from hardware.clock import Clock
+
+ANSWER_S = 0.08  # a host waits no longer
+ALIVE_S = 0.1  # a host asks for the status so often
+SETTLING_S = 2.0
+GREETING_S = 3.5
+SHOWN = 60  # characters of what came
+
+
+class Departure(Exception):
+    """The board departs from the protocol: what was expected, and what came."""
+
+
+class NotApplicable(Exception):
+    """The rule is about something that the board does not have."""
+
+
+class Bench:
+    """Sends lines to a board and requires answers of it.
+
+    Parameters
+    ----------
+    line : Line
+        An open line.
+    clock : Clock
+        The line's time.
+    """
+
+    def __init__(self, line: Line, clock: Clock) -> None:
+        self._line = line
+        self._clock = clock
+        self._buffer = b""
+        self._sequence = 0
+        self.limits = wire.BoardLimits()
+
+    def greet(self) -> None:
+        """Wait until a board answers that has just been connected, and learn its limits.
+
+        Raises
+        ------
+        Departure
+            It does not answer, or tells limits that cannot be.
+        """
+        end_s = self._clock.now() + GREETING_S
+        while not any(wire.parse_reply(line) for line in self.answers_to(self.frame("*IDN?"))):
+            if self._clock.now() > end_s:
+                raise Departure("no answer to *IDN?, expected one 2.5 s after the port was opened")
+        self.ask("*RST")
+        try:
+            self.limits = wire.parse_limits(self.ask("LIM?"))
+        except ValueError as error:
+            raise Departure(f"LIM?: {error}") from error
+
+    def frame(self, body: str, sequence: int | None = None) -> bytes:
+        """Return a command's frame, under the next sequence number or one of its own."""
+        if sequence is None:
+            self._sequence = self._sequence % wire.LAST_SEQUENCE + 1
+            sequence = self._sequence
+        return wire.command_frame(sequence, body)
+
+    def answers_to(self, data: bytes, *, at_most: int | None = None) -> list[bytes]:
+        """Send bytes; return the lines that come in the time of an answer, or so many at most."""
+        self._line.write(data)
+        lines: list[bytes] = []
+        end_s = self._clock.now() + ANSWER_S
+        while True:
+            *whole, self._buffer = (self._buffer + self._line.read()).split(b"\n")
+            lines += whole
+            if len(lines) == at_most or self._clock.now() >= end_s:
+                return lines
+
+    def send(self, data: bytes) -> None:
+        """Send bytes that get no answer, and wait for none."""
+        self._line.write(data)
+
+    def expect_silence(self, data: bytes, why: str) -> None:
+        """Send bytes that must not be answered."""
+        if lines := self.answers_to(data):
+            differs(f"no answer to {why}, {_shown(data)}", _shown(lines[0]))
+
+    def reply_to(self, data: bytes, what: str | None = None) -> wire.BoardReply:
+        """Send bytes that hold one correct frame; return the one answer to it."""
+        what = what or _shown(data)
+        lines = self.answers_to(data, at_most=1)
+        reply = wire.parse_reply(lines[0]) if lines else None
+        if reply is None:
+            differs(f"an answer to {what}", _shown(lines[0]) if lines else "none")
+        return reply
+
+    def run(self, body: str) -> wire.BoardReply:
+        """Send a command; return its answer, whatever its code."""
+        frame = self.frame(body)
+        reply = self.reply_to(frame, f"'{body}'")
+        if reply.sequence != self._sequence:
+            differs(f"SEQ {self._sequence} in the answer to '{body}'", str(reply.sequence))
+        return reply
+
+    def ask(self, body: str) -> str:
+        """Send a command that the board must obey; return the value of its answer."""
+        self.expect_code(body, wire.OK)
+        return self._value
+
+    def expect_code(self, body: str, code: int) -> None:
+        """Send a command that must be answered with a code, and with its text."""
+        reply = self.run(body)
+        if reply.code != code:
+            differs(f"code {code} for '{body}'", str(reply.code))
+        if code != wire.OK and reply.value != wire.MEANINGS[code]:
+            differs(f"the text '{wire.MEANINGS[code]}' for '{body}'", f"'{reply.value}'")
+        self._value = reply.value
+
+    def status(self) -> wire.BoardStatus:
+        """Return the board's status."""
+        value = self.ask("STAT?")
+        try:
+            return wire.parse_status(value)
+        except ValueError:
+            differs("six values of STAT?", f"'{value}'")
+
+    def expect_state(self, *states: str) -> wire.BoardStatus:
+        """Return the status, whose state must be one of these."""
+        status = self.status()
+        if status.state not in states:
+            differs(f"state {' or '.join(states)}", status.state)
+        return status
+
+    def wait(self, duration_s: float, meanwhile: Callable[[], object] | None = None) -> None:
+        """Let time pass; every 0.1 s do something, or ask for the status as a host does."""
+        end_s = self._clock.now() + duration_s
+        while self._clock.now() < end_s:
+            (meanwhile or self.status)()
+            self._clock.sleep(min(ALIVE_S, max(end_s - self._clock.now(), 0.0)))
+
+    def settle(self, amplitude_um_pp: float) -> wire.BoardStatus:
+        """Command an amplitude; return the first status in which it is held."""
+        self.ask(f"AMPL {amplitude_um_pp:.4f}")
+        return self.wait_for("HOLD" if amplitude_um_pp else "OFF")
+
+    def wait_for(self, state: str) -> wire.BoardStatus:
+        """Return the first status with a state that ends a ramp."""
+        end_s = self._clock.now() + SETTLING_S
+        while (status := self.status()).state == "RAMP":
+            if self._clock.now() > end_s:
+                differs(f"{state} within {SETTLING_S:g} s of AMPL", "RAMP")
+            self._clock.sleep(0.005)
+        if status.state != state:
+            differs(f"{state} after the ramp", status.state)
+        return status
+
+    @property
+    def some_um_pp(self) -> float:
+        """An amplitude for checks: 1 µm peak to peak, or half of what the board allows."""
+        return round(min(1.0, 0.5 * self.limits.amplitude_um_pp), 4)
+
+    def lists(self) -> wire.ListLimits:
+        """Return the limits of lists; NotApplicable if the board plays none."""
+        reply = self.run("LIST:LIM?")
+        if reply.code == wire.UNDEFINED_HEADER:
+            raise NotApplicable("the board plays no lists")
+        try:
+            return wire.parse_list_limits(reply.value)
+        except ValueError as error:
+            raise Departure(f"LIST:LIM?: {error}") from error
+
+    def expect_unchanged(self, body: str, status: wire.BoardStatus) -> None:
+        """Require that the plate still does what an earlier status told."""
+        now = self.status()
+        unchanged = replace(
+            now, amplitude_um_pp=status.amplitude_um_pp, temperature_c=status.temperature_c,
+            frequency_hz=status.frequency_hz, voltage_v=status.voltage_v,
+        )  # fmt: skip
+        if unchanged != status:
+            differs(f"the plate as it was after '{body}' was refused", wire.format_status(now))
+
+
+def differs(expected: str, got: str) -> NoReturn:
+    """Raise a `Departure` in the words of all of them."""
+    raise Departure(f"expected {expected}; got {got}")
+
+
+def _shown(data: bytes) -> str:
+    text = data.decode("ascii", "backslashreplace").encode("unicode_escape").decode("ascii")
+    return f"'{text[:SHOWN]}{'...' if len(text) > SHOWN else ''}'"

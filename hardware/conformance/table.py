@@ -1,0 +1,54 @@
+"""All rules in one table, and what a board makes of each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+from hardware.backends.serial_board import protocol as wire
+from hardware.conformance import command_rules, line_rules, plate_rules
+from hardware.conformance.bench import Departure, NotApplicable
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from hardware.conformance.bench import Bench
+
+RULES = (*line_rules.RULES, *command_rules.RULES, *plate_rules.RULES)
+
+Outcome = Literal["conforms", "departs", "not applicable"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """What a board makes of a rule; ``detail`` says how it departs, or why it does not apply."""
+
+    rule: str
+    outcome: Outcome
+    detail: str = ""
+
+
+def examine(bench: Bench) -> Iterator[Verdict]:
+    """Check a board against each rule, from silence to silence.
+
+    Raises
+    ------
+    PlateFault
+        The line broke.
+    """
+    try:
+        bench.greet()
+    except Departure as departure:
+        yield Verdict(rule="the board answers and tells its limits", outcome="departs",
+                      detail=str(departure))  # fmt: skip
+        return
+    for rule, check in RULES:
+        try:
+            check(bench)
+        except Departure as departure:
+            yield Verdict(rule=rule, outcome="departs", detail=str(departure))
+        except NotApplicable as reason:
+            yield Verdict(rule=rule, outcome="not applicable", detail=str(reason))
+        else:
+            yield Verdict(rule=rule, outcome="conforms")
+        bench.answers_to(wire.STOP + b"\n" + bench.frame("OUTP OFF"))

@@ -1,0 +1,192 @@
+"""The compiled firmware behind the interface of the emulated board.
+
+The C++ core of hardware/firmware, built as a library, runs in this process; its electronics are
+the simulated plate. So the real driver is tried on the real rules (`slipscale plate emulate
+--firmware LIBRARY`).
+"""
+
+from __future__ import annotations
+
+import ctypes
+import math
+import shutil
+import subprocess
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from faults import UserError
+from hardware.backends.serial_board import protocol as wire
+from hardware.plate.twin import OFF, Drive
+
+if TYPE_CHECKING:
+    from hardware.plate.twin import Twin
+
+FIRMWARE = Path(__file__).parents[1] / "firmware"
+FLAGS = ("-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
+TOO_HOT_C = 75.0  # what the sensor says of a board that is made hot
+MILLISECONDS = 1 << 32  # a board's clock has 32 bits
+
+Drives = ctypes.CFUNCTYPE(None, ctypes.c_float, ctypes.c_float)
+Does = ctypes.CFUNCTYPE(None)
+Tells = ctypes.CFUNCTYPE(ctypes.c_float)
+
+
+class PlateCalls(ctypes.Structure):
+    """The electronics, as board_library.cpp declares them."""
+
+    _fields_ = (
+        ("drive", Drives),
+        ("off", Does),
+        ("amplitude_um_pp", Tells),
+        ("resonance_hz", Tells),
+        ("temperature_c", Tells),
+    )
+
+
+def build(folder: Path, *flags: str) -> Path:
+    """Compile the firmware into a folder and return the library.
+
+    Raises
+    ------
+    UserError
+        There is no C++ compiler, or it refuses.
+    """
+    compiler = shutil.which("g++") or shutil.which("c++") or shutil.which("clang++")
+    if compiler is None:
+        raise UserError("firmware: no C++ compiler found, expected g++, c++ or clang++")
+    library = folder / "libslipscale_plate.so"
+    core = FIRMWARE / "slipscale_plate"
+    sources = [FIRMWARE / "host" / "board_library.cpp", *sorted(core.glob("*.cpp"))]
+    command: list[str | Path] = [
+        compiler,
+        *FLAGS,
+        "-O1",
+        "-shared",
+        "-fPIC",
+        *flags,
+        "-I",
+        core,
+        *sources,
+    ]
+    done = subprocess.run([*command, "-o", library], capture_output=True, text=True, check=False)  # noqa: S603 - our own command
+    if done.returncode:
+        raise UserError(f"firmware: {compiler} refused it: {done.stderr.strip()}")
+    return library
+
+
+def load(library: Path) -> ctypes.CDLL:
+    """Load a library that `build` made.
+
+    Raises
+    ------
+    UserError
+        It is none.
+    """
+    try:
+        code = ctypes.CDLL(str(library.resolve()))
+        code.board_start.restype = ctypes.c_void_p
+        code.board_start.argtypes = [ctypes.POINTER(PlateCalls), ctypes.c_uint32]
+        code.board_receive.restype = ctypes.c_char_p
+        code.board_receive.argtypes = [ctypes.c_void_p, ctypes.c_uint8, ctypes.c_uint32]
+        code.board_tick.argtypes = [ctypes.c_void_p, ctypes.c_uint32]
+        code.board_state.restype = ctypes.c_char_p
+        amplitudes = (code.board_target_um_pp, code.board_due_um_pp)
+        for each in amplitudes:
+            each.restype = ctypes.c_float
+        for each in (code.board_end, code.board_silence, code.board_state, *amplitudes):
+            each.argtypes = [ctypes.c_void_p]
+    except (OSError, AttributeError) as error:
+        raise UserError(f"firmware: {library} is no library of it ({error})") from None
+    return code
+
+
+class CompiledBoard:
+    """A board that runs the compiled firmware, its electronics the simulated plate.
+
+    Parameters
+    ----------
+    twin : Twin
+        The plate.
+    boot : int
+        Differs from one start to the next.
+    code : ctypes.CDLL
+        From `load`.
+    """
+
+    def __init__(self, twin: Twin, boot: int, *, code: ctypes.CDLL) -> None:
+        self.twin = twin
+        self.hot = False
+        self.busy = False  # the reference firmware never is
+        self._code = code
+        self._now_s = 0.0
+        self._line = b""
+        self._closed = False  # the output stage
+        self._calls = PlateCalls(
+            Drives(self._drive),
+            Does(self._off),
+            Tells(lambda: self.twin.measure_um_pp(self._now_s)),
+            Tells(lambda: self.twin.conditions(self._now_s).resonance_hz),
+            Tells(lambda: TOO_HOT_C if self.hot else self.twin.temperature_c(self._now_s)),
+        )
+        self._board = code.board_start(ctypes.byref(self._calls), boot & 0xFFFF_FFFF)
+
+    def __del__(self) -> None:
+        self._code.board_end(self._board)
+
+    @property
+    def vibrates(self) -> bool:
+        """Whether the output stage is closed, or the ramp that closes it has been commanded."""
+        return self._closed or self.state in wire.VIBRATING
+
+    @property
+    def state(self) -> str:
+        """The state that ``STAT?`` would tell."""
+        state: bytes = self._code.board_state(self._board)
+        return state.decode("ascii")
+
+    @property
+    def target_um_pp(self) -> float:
+        """The amplitude that was commanded, of a list the mean."""
+        return round(float(self._code.board_target_um_pp(self._board)), 6)  # it has 32 bits
+
+    def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
+        """Take bytes from the line; return (command, reply) for each that was complete."""
+        self._now_s = now_s
+        answers = []
+        for byte in data:
+            answer: bytes | None = self._code.board_receive(self._board, byte, self._milliseconds())
+            self._line = b"" if byte == wire.STOP[0] else self._line + bytes([byte])
+            if byte != ord("\n"):
+                continue
+            command = wire.parse_command(self._line[:-1])
+            self._line = b""
+            if answer is not None:
+                answers.append((command[1] if command else "*IDN?", answer))
+        return answers
+
+    def tick(self, now_s: float) -> None:
+        """Let time pass."""
+        self._now_s = now_s
+        self._code.board_tick(self._board, self._milliseconds())
+
+    def silence(self, now_s: float) -> None:
+        """Switch the output off."""
+        self._now_s = now_s
+        self._code.board_silence(self._board)
+
+    def commanded_um_pp(self, now_s: float) -> float:  # noqa: ARG002 - the board's own time
+        """Return the amplitude that is due now."""
+        return float(self._code.board_due_um_pp(self._board))
+
+    def _milliseconds(self) -> int:
+        # A hair more: 0.057 s must not become 56 ms.
+        return math.floor(self._now_s * 1000 + 1e-6) % MILLISECONDS
+
+    def _drive(self, frequency_hz: float, voltage_v: float) -> None:
+        self._closed = True
+        drive = Drive(frequency_hz=frequency_hz, voltage_v=voltage_v)
+        self.twin.set_drive(drive, self._now_s)
+
+    def _off(self) -> None:
+        self._closed = False
+        self.twin.set_drive(OFF, self._now_s)

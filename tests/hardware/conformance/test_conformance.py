@@ -1,0 +1,160 @@
+"""The conformance checks on boards that follow the protocol, and on boards that do not."""
+
+import json
+import math
+
+import pytest
+
+import slipscale
+from hardware.backends.serial_board import protocol as wire
+from hardware.clock import VirtualClock
+from hardware.conformance.bench import Bench
+from hardware.conformance.table import RULES, examine
+from hardware.emulator import compiled
+from hardware.emulator.firmware import Board
+from hardware.plate.dynamics import Finger
+from hardware.plate.twin import Twin
+
+
+class VirtualLine:
+    """A board at the end of a line, in time that passes only while somebody waits."""
+
+    port = "virtual"
+
+    def __init__(self, board):
+        self.board = board
+        self.clock = VirtualClock()
+        self.told = b""
+
+    def now(self):
+        return self.clock.now()
+
+    def sleep(self, duration_s):
+        for _ in range(math.ceil(duration_s * 1000)):
+            self.clock.sleep(0.001)
+            self.board.tick(self.clock.now())
+
+    def write(self, data):
+        for _, reply in self.board.receive(data, self.clock.now()):
+            self.told += reply
+
+    def read(self):
+        if not self.told:
+            self.sleep(0.001)
+        data, self.told = self.told, b""
+        return data
+
+
+def departures(board):
+    line = VirtualLine(board)
+    return {each.rule: each.detail for each in examine(Bench(line, line))
+            if each.outcome == "departs"}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def code(tmp_path_factory):
+    return compiled.load(compiled.build(tmp_path_factory.mktemp("firmware")))
+
+
+PLATES = {
+    "a free plate": {},
+    "a plate with a finger": {"finger": Finger(loss=1 / 300)},
+    "a noisy sensor": {"noise_um": 0.01, "seed": 3},
+}
+
+
+@pytest.mark.parametrize("plate", PLATES)
+def test_the_emulated_board_conforms(plate):
+    assert departures(Board(Twin(**PLATES[plate]), boot=1)) == {}
+
+
+@pytest.mark.parametrize("plate", PLATES)
+def test_the_compiled_firmware_conforms(code, plate):
+    assert departures(compiled.CompiledBoard(Twin(**PLATES[plate]), 1, code=code)) == {}
+
+
+def test_a_board_without_lists_conforms_and_is_told_what_does_not_apply():
+    line = VirtualLine(Board(Twin(), boot=1, lists=False))
+    outcomes = {each.outcome for each in examine(Bench(line, line))}
+    assert outcomes == {"conforms", "not applicable"}
+
+
+@pytest.mark.parametrize("options", [[], ["--firmware"]])
+def test_a_board_on_a_real_port_conforms(emulate, options, capsys):
+    board = emulate(*options)
+    assert slipscale.main(["plate", "conform", f"serial:{board.port}", "--json"]) == 0
+    verdicts = json.loads(capsys.readouterr().out)
+    assert [each["rule"] for each in verdicts] == [rule for rule, _ in RULES]
+    assert not board.state()["vibrates"]
+
+
+def test_a_board_that_departs_is_a_no(emulate, capsys):
+    board = emulate("--fault", "deaf", "--back-after", "0")
+    assert slipscale.main(["plate", "conform", f"serial:{board.port}"]) == 1
+    assert "departs         the board answers and tells its limits" in capsys.readouterr().out
+
+
+class ForgetsNotAtStop(Board):
+    """What firmware 1.1 did: the stop byte is taken out of its line."""
+
+    def receive(self, data, now_s):
+        before, stop, after = data.partition(wire.STOP)
+        if not stop:
+            return super().receive(data, now_s)
+        answers = super().receive(before, now_s)
+        self.silence(now_s)
+        return answers + self.receive(after, now_s)
+
+
+class HoldsTooEarly(Board):
+    """What firmware 1.1 did: HOLD follows the ramp, whatever is measured."""
+
+    def _settled(self, *_args, **_options):
+        return "HOLD"
+
+
+class ForgetsItsAnswer(Board):
+    """What firmware 1.1 did: plain ``*IDN?`` takes the place of the answer that was kept."""
+
+    def _line(self, line, now_s):
+        if line == b"*IDN?":
+            self._last = None
+        return super()._line(line, now_s)
+
+
+class CutsLines(Board):
+    """What firmware 1.1 did: what is too long is cut, and the rest is run."""
+
+    def receive(self, data, now_s):
+        *lines, rest = data.split(b"\n")
+        whole = [line[: wire.LONGEST_LINE] + b"\n" for line in lines]
+        return super().receive(b"".join(whole) + rest, now_s)
+
+
+class NeverForgotten(Board):
+    """Its watchdog is content with anything that comes."""
+
+    def receive(self, data, now_s):
+        self._heard_s = now_s
+        return super().receive(data, now_s)
+
+
+BROKEN = {
+    "a frame with ! inside is not run": (ForgetsNotAtStop, {}),
+    "AMPL settles within 2 s, and HOLD is true": (HoldsTooEarly, {"finger": Finger(loss=1 / 300)}),
+    "no-frames and plain *IDN? do not part a repetition": (ForgetsItsAnswer, {}),
+    "lines have 96 bytes at most": (CutsLines, {}),
+    "the watchdog silences when no correct frame comes": (NeverForgotten, {}),
+}
+
+
+@pytest.mark.parametrize("rule", BROKEN)
+def test_a_board_that_breaks_a_rule_is_told_which(rule):
+    board, plate = BROKEN[rule]
+    assert rule in departures(board(Twin(**plate), boot=1))
+
+
+@pytest.mark.parametrize("spec", ["mock", "serial:", "scpi:COM3", "serial:COM3,attention=1"])
+def test_only_a_driver_board_can_be_examined(spec, capsys):
+    assert slipscale.main(["plate", "conform", spec]) == 2
+    assert "expected serial:PORT" in capsys.readouterr().err
