@@ -1,0 +1,152 @@
+"""Psychometric functions: the proportion of correct (or "yes") answers at a level.
+
+All are ``guess + (1 - guess - lapse) G(slope (u(x) - u(threshold)))``, where ``u`` is the level or
+its natural logarithm and ``G`` a distribution function (Wichmann and Hill 2001, Percept.
+Psychophys. 63, 1293-1313, equation 1). Slopes are per µm, or without unit for the logarithmic
+ones; the Weibull function's threshold is where ``G`` is 1 - 1/e, the others' where it is one half.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Array = npt.NDArray[np.float64]
+
+
+def _normal(z: Array) -> Array:
+    from scipy.special import ndtr  # noqa: PLC0415 - not needed by the other curves
+
+    return np.asarray(ndtr(z))
+
+
+def _normal_inverse(share: Array) -> Array:
+    from scipy.special import ndtri  # noqa: PLC0415
+
+    return np.asarray(ndtri(share))
+
+
+def _logistic(z: Array) -> Array:
+    # Either way of writing it overflows on one side; exp of minus the absolute value never does.
+    small = np.exp(-np.abs(z))
+    return np.where(z >= 0, 1.0, small) / (1.0 + small)
+
+
+def _logistic_density(z: Array) -> Array:
+    small = np.exp(-np.abs(z))
+    return np.asarray(small / (1.0 + small) ** 2)
+
+
+#: exp(HIGHEST_EXPONENT) is finite, and exp(-exp(..)) is 0 long before.
+HIGHEST_EXPONENT = 700.0
+
+
+def _gumbel(z: Array) -> Array:
+    return np.asarray(-np.expm1(-np.exp(np.minimum(z, HIGHEST_EXPONENT))))
+
+
+def _gumbel_density(z: Array) -> Array:
+    # exp(z - exp(z)) underflows to 0 on both sides.
+    bounded = np.minimum(z, HIGHEST_EXPONENT)
+    return np.asarray(np.exp(bounded - np.exp(bounded)))
+
+
+def _normal_density(z: Array) -> Array:
+    return np.asarray(np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi))
+
+
+def _gumbel_inverse(share: Array) -> Array:
+    return np.asarray(np.log(-np.log1p(-share)))
+
+
+def _logistic_inverse(share: Array) -> Array:
+    return np.asarray(np.log(share) - np.log1p(-share))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Curve:
+    """A family of psychometric functions.
+
+    Parameters
+    ----------
+    title : str
+        For people.
+    logarithmic : bool
+        Whether it is a function of the level's logarithm: then 0 µm is answered by guessing.
+    distribution, inverse, density : callable
+        ``G``, its inverse and its derivative, of arrays of any shape.
+    """
+
+    title: str
+    logarithmic: bool
+    distribution: Callable[[Array], Array]
+    inverse: Callable[[Array], Array]
+    density: Callable[[Array], Array]
+
+    def coordinate(self, level_um_pp: npt.ArrayLike) -> Array:
+        """Return ``u`` of levels in µm peak to peak; minus infinity for 0 on a logarithmic one."""
+        level = np.asarray(level_um_pp, float)
+        if not self.logarithmic:
+            return level
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(level))
+
+    def level_um_pp(self, coordinate: npt.ArrayLike) -> Array:
+        """Return the level of ``u``: the inverse of `coordinate`."""
+        u = np.asarray(coordinate, float)
+        return np.asarray(np.exp(u)) if self.logarithmic else u
+
+    def proportion(
+        self,
+        level_um_pp: npt.ArrayLike,
+        *,
+        threshold_um_pp: npt.ArrayLike,
+        slope: npt.ArrayLike,
+        guess: npt.ArrayLike = 0.0,
+        lapse: npt.ArrayLike = 0.0,
+    ) -> Array:
+        """Return the proportion of correct answers; all parameters broadcast.
+
+        Parameters
+        ----------
+        level_um_pp, threshold_um_pp : array_like
+            µm peak to peak.
+        slope : array_like
+            Above 0; per µm, without unit for a logarithmic curve.
+        guess, lapse : array_like
+            Lower asymptote, and 1 minus the upper.
+        """
+        guess, lapse = np.asarray(guess, float), np.asarray(lapse, float)
+        z = np.asarray(slope) * (self.coordinate(level_um_pp) - self.coordinate(threshold_um_pp))
+        return np.asarray(guess + (1 - guess - lapse) * self.distribution(z))
+
+
+CURVES: dict[str, Curve] = {
+    "weibull": Curve(
+        title="Weibull function",
+        logarithmic=True,
+        distribution=_gumbel,
+        inverse=_gumbel_inverse,
+        density=_gumbel_density,
+    ),
+    "logistic": Curve(
+        title="logistic function",
+        logarithmic=False,
+        distribution=_logistic,
+        inverse=_logistic_inverse,
+        density=_logistic_density,
+    ),
+    "normal": Curve(
+        title="cumulative normal function",
+        logarithmic=False,
+        distribution=_normal,
+        inverse=_normal_inverse,
+        density=_normal_density,
+    ),
+}

@@ -1,0 +1,116 @@
+"""Several tracks in one block, so that no answer tells which level comes next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal, Self
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from experiments.protocols.adaptive.stopping import Stopping
+    from experiments.protocols.adaptive.track import Track
+    from experiments.protocols.randomisation import Stream
+
+Order = Literal["alternating", "shuffled"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Interleaved:
+    """Tracks that take turns until each is over.
+
+    In each round every track that is not over has one trial. A trial that is voided is sent no
+    answer, so that the same track and level come again.
+
+    Parameters
+    ----------
+    tracks : tuple of Track
+        Where each stands.
+    stopping : Stopping
+        What ends a track.
+    stream : callable
+        Random numbers for a round, from its number; the same number gives the same stream.
+    order : {"alternating", "shuffled"}
+        Tracks in their order, or in a new order each round.
+    left : tuple of int
+        Tracks that still have their trial in this round, in order.
+    round_number : int
+        The present round: 0, 1, ...
+
+    Raises
+    ------
+    UserError
+        No tracks, or a stopping rule that does not fit one of them.
+    """
+
+    tracks: tuple[Track, ...]
+    stopping: Stopping
+    stream: Callable[[int], Stream]
+    order: Order = "shuffled"
+    left: tuple[int, ...] = ()
+    round_number: int = 0
+
+    @classmethod
+    def start(
+        cls,
+        tracks: tuple[Track, ...],
+        stopping: Stopping,
+        stream: Callable[[int], Stream],
+        order: Order = "shuffled",
+    ) -> Self:
+        """Return the tracks before their first trial; each must accept the stopping rule."""
+        if not tracks:
+            raise UserError("interleaved tracks: there are none, expected at least one")
+        for track in tracks:
+            stopping.check(track)
+        before = cls(tracks=tracks, stopping=stopping, stream=stream, order=order)
+        return replace(before, left=_round(before))
+
+    @property
+    def over(self) -> bool:
+        """Whether all tracks are."""
+        return not self.left
+
+    @property
+    def current(self) -> int:
+        """Number of the track that has the next trial; IndexError when all are over."""
+        return self.left[0]
+
+    @property
+    def level_um_pp(self) -> float:
+        """The level of the next trial, µm peak to peak; IndexError when all are over."""
+        return self.tracks[self.current].level_um_pp
+
+    @property
+    def trials(self) -> int:
+        """Answers so far, of all tracks."""
+        return sum(track.progress.trials for track in self.tracks)
+
+    @property
+    def most_trials(self) -> int:
+        """The most there can be, of all tracks."""
+        return len(self.tracks) * self.stopping.most_trials
+
+    def answered(self, *, correct: bool) -> Self:
+        """Return the tracks after an answer at the level."""
+        tracks = list(self.tracks)
+        tracks[self.current] = tracks[self.current].answered(correct=correct)
+        after = replace(self, tracks=tuple(tracks), left=self.left[1:])
+        if after.left:
+            return after
+        after = replace(after, round_number=self.round_number + 1)
+        return replace(after, left=_round(after))
+
+
+def _round(block: Interleaved) -> tuple[int, ...]:
+    """Return the order of the tracks that go on, for a block's present round."""
+    going = [
+        number
+        for number, track in enumerate(block.tracks)
+        if block.stopping.reason(track.progress) is None
+    ]
+    if block.order == "shuffled":
+        going = block.stream(block.round_number).shuffled(going)
+    return tuple(going)

@@ -1,0 +1,252 @@
+"""QUEST+: the level whose answer is expected to tell most about the psychometric function.
+
+Watson 2017, J. Vis. 17(3):10, doi:10.1167/17.3.10. The expected fall of the posterior's entropy
+is the mutual information of answer and parameters: the entropy of the answer as predicted, less
+its mean entropy given the parameters. Both are one product of a fixed table and the posterior.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+
+from experiments.protocols.adaptive.curves import CURVES, Array
+from experiments.protocols.adaptive.track import DECIMALS, Progress, check_between, rounded
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+#: Levels times combinations of parameters: four tables of 8 bytes each, 64 MB in all; two of
+#: them are gone through once a trial, in well under a frame of 60 Hz (`benchmarks/adaptive.py`).
+LARGEST_GRID = 2_000_000
+#: An upper asymptote below 1 - this is no observer who does the task.
+LARGEST_LAPSE = 0.5
+
+
+def entropy(share: Array) -> Array:
+    """Return the entropy of a yes-no answer of probability ``share``, in nats."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        terms = share * np.log(share) + (1 - share) * np.log1p(-share)
+    return np.where((share > 0) & (share < 1), -terms, 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class QuestPlus:
+    """Levels to choose from, and the parameters thought possible.
+
+    Parameters
+    ----------
+    levels_um_pp : tuple of float
+        Levels that may be presented, µm peak to peak, rising.
+    thresholds_um_pp, slopes, lapses : tuple of float
+        Grid of the psychometric function's parameters (`curves.Curve`), each rising;
+        thresholds in µm peak to peak.
+    guess : float
+        Proportion correct by guessing.
+    curve : str
+        A key of `curves.CURVES`.
+    threshold_weights : tuple of float
+        Prior weights of the thresholds, not normalised; none for equal ones.
+
+    Raises
+    ------
+    UserError
+        A grid that is empty, not rising or out of range, that is too large, or a prior of another
+        length.
+    """
+
+    levels_um_pp: tuple[float, ...]
+    thresholds_um_pp: tuple[float, ...]
+    slopes: tuple[float, ...]
+    lapses: tuple[float, ...] = (0.02,)
+    guess: float = 0.5
+    curve: str = "weibull"
+    threshold_weights: tuple[float, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        if self.curve not in CURVES:
+            raise UserError(f"QUEST+: curve is {self.curve!r}, expected one of {', '.join(CURVES)}")
+        tiny = float(np.finfo(float).tiny)
+        _check_grid("levels_um_pp", self.levels_um_pp, lowest=0.0)
+        _check_grid("thresholds_um_pp", self.thresholds_um_pp, lowest=tiny)
+        _check_grid("slopes", self.slopes, lowest=tiny)
+        _check_grid("lapses", self.lapses, lowest=0.0)
+        check_between("QUEST+", "the largest lapse", self.lapses[-1], 0.0, LARGEST_LAPSE)
+        check_between("QUEST+", "guess", self.guess, 0.0, 1.0 - self.lapses[-1])
+        if len({rounded(level) for level in self.levels_um_pp}) < len(self.levels_um_pp):
+            raise UserError(f"QUEST+: two levels are the same at {DECIMALS} decimals of a µm")
+        weights = self.threshold_weights
+        if weights and len(weights) != len(self.thresholds_um_pp):
+            raise UserError(
+                f"QUEST+: {len(weights)} threshold_weights for {len(self.thresholds_um_pp)} "
+                f"thresholds, expected as many"
+            )
+        if weights and not (np.isfinite(weights).all() and min(weights) >= 0 and max(weights) > 0):
+            raise UserError("QUEST+: threshold_weights must be 0 or more, and one above 0")
+        cells = len(self.levels_um_pp) * int(np.prod(self.shape))
+        if cells > LARGEST_GRID:
+            raise UserError(
+                f"QUEST+: {len(self.levels_um_pp)} levels times {cells // len(self.levels_um_pp)} "
+                f"combinations of parameters are {cells} cells, at most {LARGEST_GRID} fit; use "
+                f"coarser grids"
+            )
+
+    @property
+    def shape(self) -> tuple[int, int, int]:
+        """How many thresholds, slopes and lapses."""
+        return len(self.thresholds_um_pp), len(self.slopes), len(self.lapses)
+
+    @cached_property
+    def prior(self) -> Array:
+        """Weights of all combinations, shape (combinations,), that sum to 1."""
+        weights = np.array(self.threshold_weights or (1.0,) * len(self.thresholds_um_pp))
+        prior = np.broadcast_to(weights[:, None, None], self.shape).flatten()
+        return _frozen(prior / prior.sum())
+
+    @cached_property
+    def proportion(self) -> Array:
+        """Proportion correct, shape (levels, combinations)."""
+        threshold, slope, lapse = np.meshgrid(
+            self.thresholds_um_pp, self.slopes, self.lapses, indexing="ij"
+        )
+        table = CURVES[self.curve].proportion(
+            np.array(self.levels_um_pp)[:, None],
+            threshold_um_pp=threshold.ravel(),
+            slope=slope.ravel(),
+            guess=self.guess,
+            lapse=lapse.ravel(),
+        )
+        return _frozen(table)
+
+    @cached_property
+    def likelihood(self) -> Array:
+        """Probability of a wrong and of a correct answer, shape (2, levels, combinations)."""
+        return _frozen(np.stack([1 - self.proportion, self.proportion]))
+
+    @cached_property
+    def answer_entropy(self) -> Array:
+        """Entropy of the answer given the parameters, nats, shape (levels, combinations)."""
+        return _frozen(entropy(self.proportion))
+
+    @cached_property
+    def log10_thresholds(self) -> Array:
+        """Decades of each combination's threshold, shape (combinations,)."""
+        decades = np.log10(self.thresholds_um_pp)
+        return _frozen(np.broadcast_to(decades[:, None, None], self.shape).flatten())
+
+    def start(self) -> QuestPlusTrack:
+        """Return the track before its first trial."""
+        return QuestPlusTrack(rule=self, posterior=self.prior)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class QuestPlusTrack:
+    """A QUEST+ run.
+
+    Parameters
+    ----------
+    rule : QuestPlus
+        The grids.
+    posterior : array, shape (combinations,)
+        Weights that sum to 1; read only.
+    trials : int
+        Answers so far.
+    """
+
+    rule: QuestPlus
+    posterior: Array
+    trials: int = 0
+
+    @cached_property
+    def level_index(self) -> int:
+        """Which level comes next: the first of those that tell most."""
+        return int(np.argmax(information_gain(self.rule, self.posterior[None, :])[0]))
+
+    @property
+    def level_um_pp(self) -> float:
+        """The level of the next trial, µm peak to peak."""
+        return rounded(self.rule.levels_um_pp[self.level_index])
+
+    @property
+    def progress(self) -> Progress:
+        """Trials, and the posterior's spread of thresholds."""
+        return Progress(trials=self.trials, threshold_sd_log10=self.threshold_sd_log10)
+
+    @property
+    def threshold_log10(self) -> float:
+        """Mean of the threshold's logarithm (decades of µm peak to peak) over the posterior."""
+        return float(self.posterior @ self.rule.log10_thresholds)
+
+    @property
+    def threshold_sd_log10(self) -> float:
+        """Standard deviation of the threshold over the posterior, decades."""
+        squares = float(self.posterior @ (self.rule.log10_thresholds - self.threshold_log10) ** 2)
+        return float(round(squares**0.5, DECIMALS))
+
+    def marginal(self, parameter: int) -> Array:
+        """Return the posterior of the thresholds (0), slopes (1) or lapses (2)."""
+        others = tuple(axis for axis in range(3) if axis != parameter)
+        return np.asarray(self.posterior.reshape(self.rule.shape).sum(axis=others))
+
+    def answered(self, *, correct: bool) -> Self:
+        """Return the track after an answer at its level."""
+        return self.told(self.level_index, correct=correct)
+
+    def told(self, level_index: int, *, correct: bool) -> Self:
+        """Return the track after an answer at any of the levels.
+
+        Raises
+        ------
+        UserError
+            No combination of parameters on the grid allows the answer.
+        """
+        posterior = self.posterior * self.rule.likelihood[int(correct), level_index]
+        total = posterior.sum()
+        if not total > 0:
+            raise UserError(
+                f"QUEST+: no combination of parameters allows "
+                f"{'a correct' if correct else 'a wrong'} answer at "
+                f"{self.rule.levels_um_pp[level_index]:g} um_pp; let lapses go above 0"
+            )
+        return type(self)(
+            rule=self.rule, posterior=_frozen(posterior / total), trials=self.trials + 1
+        )
+
+
+def information_gain(rule: QuestPlus, posteriors: Array) -> Array:
+    """Return the expected fall of the posteriors' entropies, rounded.
+
+    Parameters
+    ----------
+    posteriors : array, shape (runs, combinations)
+        Each sums to 1.
+
+    Returns
+    -------
+    array, shape (runs, levels)
+        Nats, `track.DECIMALS` decimals.
+    """
+    predicted = np.clip(posteriors @ rule.proportion.T, 0.0, 1.0)  # a sum may end a bit above 1
+    return np.round(entropy(predicted) - posteriors @ rule.answer_entropy.T, DECIMALS)
+
+
+def _frozen(array: Array) -> Array:
+    array.flags.writeable = False
+    return array
+
+
+def _check_grid(name: str, values: Sequence[float], *, lowest: float) -> None:
+    if not values:
+        raise UserError(f"QUEST+: {name} is empty, expected at least one value")
+    array = np.asarray(values, float)
+    if not np.isfinite(array).all() or np.any(np.diff(array) <= 0):
+        raise UserError(f"QUEST+: {name} must be finite and rising")
+    if array[0] < lowest:
+        raise UserError(
+            f"QUEST+: {name} begins at {array[0]:g}, expected "
+            f"{'0 or more' if lowest == 0 else 'above 0'}"
+        )

@@ -1,0 +1,55 @@
+"""The transformed staircase: k correct answers in a row go down, one error goes up.
+
+Equal steps do not settle at Levitt's proportions (70.7 % for two down, one up): where they do
+depends on the size of the steps. With the ratios below it does not (García-Pérez 1998, Vision
+Res. 38, 1861-1881, doi:10.1016/S0042-6989(97)00340-4, abstract).
+"""
+
+from __future__ import annotations
+
+from experiments.protocols.adaptive.up_down import Scale, UpDown
+from faults import UserError
+
+#: Correct answers in a row for a step down: size of that step as a part of the step up. They
+#: settle at 77.85, 80.35, 83.15 and 85.84 % correct.
+STEP_RATIOS = {1: 0.2845, 2: 0.5488, 3: 0.7393, 4: 0.8415}
+
+
+def staircase(
+    *,
+    start_um_pp: float,
+    lowest_um_pp: float,
+    highest_um_pp: float,
+    steps_up: tuple[float, ...],
+    down_after: int = 2,
+    scale: Scale = "log10",
+) -> UpDown:
+    """Return the k-down-1-up rule with García-Pérez's ratio of steps.
+
+    Parameters
+    ----------
+    down_after : int
+        k: 1 to 4.
+
+    Other parameters and what is raised: `UpDown`.
+
+    Examples
+    --------
+    >>> rule = staircase(start_um_pp=1, lowest_um_pp=0.01, highest_um_pp=2, steps_up=(0.2,))
+    >>> round(rule.target, 4)
+    0.8035
+    """
+    if down_after not in STEP_RATIOS:
+        raise UserError(
+            f"staircase: down_after is {down_after}, expected one of "
+            f"{', '.join(map(str, STEP_RATIOS))}"
+        )
+    return UpDown(
+        start_um_pp=start_um_pp,
+        lowest_um_pp=lowest_um_pp,
+        highest_um_pp=highest_um_pp,
+        steps_up=steps_up,
+        down_to_up=STEP_RATIOS[down_after],
+        down_after=down_after,
+        scale=scale,
+    )

@@ -1,0 +1,91 @@
+"""When a track is over: enough trials, reversals or certainty, and a cap in any case."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from experiments.protocols.adaptive.track import Progress, Track
+
+#: More trials than this in one track are more than a participant can bear.
+MOST_TRIALS = 1000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stopping:
+    """What ends a track: the first that is reached.
+
+    Parameters
+    ----------
+    most_trials : int
+        The cap: the track ends after so many answers whatever else is asked.
+    reversals : int or None
+        So many changes of direction.
+    threshold_sd_log10 : float or None
+        The threshold's posterior is as narrow as this, decades.
+    least_trials : int
+        Reversals and certainty end nothing before so many answers.
+
+    Raises
+    ------
+    UserError
+        A number out of range, or a rule that the cap always comes before.
+    """
+
+    most_trials: int
+    reversals: int | None = None
+    threshold_sd_log10: float | None = None
+    least_trials: int = 1
+
+    def __post_init__(self) -> None:
+        if not 1 <= self.most_trials <= MOST_TRIALS:
+            raise UserError(
+                f"stopping: most_trials is {self.most_trials}, expected 1 to {MOST_TRIALS}"
+            )
+        if not 1 <= self.least_trials <= self.most_trials:
+            raise UserError(
+                f"stopping: least_trials is {self.least_trials}, expected 1 to most_trials "
+                f"({self.most_trials})"
+            )
+        if self.reversals is not None and self.reversals < 1:
+            raise UserError(f"stopping: reversals is {self.reversals}, expected 1 or more")
+        if self.threshold_sd_log10 is not None and not self.threshold_sd_log10 > 0:
+            raise UserError(
+                f"stopping: threshold_sd_log10 is {self.threshold_sd_log10}, expected above 0"
+            )
+        # The first step has no direction to change: n reversals take at least n + 1 steps.
+        if self.reversals is not None and self.reversals >= self.most_trials:
+            raise UserError(
+                f"stopping: {self.reversals} reversals take at least {self.reversals + 1} trials, "
+                f"but most_trials is {self.most_trials}: this rule could never stop"
+            )
+
+    def check(self, track: Track) -> None:
+        """Raise `UserError` where a rule cannot stop this track, or stops it before it starts."""
+        progress = track.progress
+        for name in ("reversals", "threshold_sd_log10"):
+            if getattr(self, name) is not None and getattr(progress, name) is None:
+                raise UserError(
+                    f"stopping: this method has no {name}, so that rule could never stop; use "
+                    f"another, or most_trials alone"
+                )
+        wanted, known = self.threshold_sd_log10, progress.threshold_sd_log10
+        if wanted is not None and known is not None and known <= wanted:
+            raise UserError(
+                f"stopping: threshold_sd_log10 is {wanted:g}, but the grid of thresholds spreads "
+                f"by {known:.3g} before any answer: expected less than that"
+            )
+
+    def reason(self, progress: Progress) -> str | None:
+        """Return what ended the track, or None while it goes on."""
+        if progress.trials >= self.least_trials:
+            reversals, spread = progress.reversals, progress.threshold_sd_log10
+            if self.reversals is not None and reversals is not None and reversals >= self.reversals:
+                return "reversals"
+            limit = self.threshold_sd_log10
+            if limit is not None and spread is not None and spread <= limit:
+                return "threshold_sd_log10"
+        return "most_trials" if progress.trials >= self.most_trials else None

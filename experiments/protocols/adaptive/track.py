@@ -1,0 +1,78 @@
+"""What every adaptive method offers, and what all of them round to.
+
+Levels are µm peak to peak: an amplitude, or the difference of two amplitudes.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, Self
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+#: Levels and information gains are rounded to this many decimals. Sums of floats differ in their
+#: last bits between machines; a level that did would make a run impossible to resume elsewhere.
+DECIMALS = 9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Progress:
+    """How far a track has come, for the rules that stop it.
+
+    Parameters
+    ----------
+    trials : int
+        Answers so far.
+    reversals : int or None
+        How often the level changed its direction; None for a method without directions.
+    threshold_sd_log10 : float or None
+        Standard deviation of the threshold's posterior, in decades; None without a posterior.
+    """
+
+    trials: int
+    reversals: int | None = None
+    threshold_sd_log10: float | None = None
+
+
+class Track(Protocol):
+    """One run of a method: a frozen state."""
+
+    @property
+    def level_um_pp(self) -> float:
+        """The level of the next trial, µm peak to peak."""
+        ...
+
+    @property
+    def progress(self) -> Progress:
+        """How far the track has come."""
+        ...
+
+    def answered(self, *, correct: bool) -> Self:
+        """Return the track after an answer at its level: correct, or "yes" in a yes-no task."""
+        ...
+
+
+def rounded(level_um_pp: float) -> float:
+    """Return a level, µm peak to peak, at the precision at which it is presented.
+
+    >>> rounded(0.1 + 0.2)
+    0.3
+    """
+    return round(level_um_pp, DECIMALS)
+
+
+def check_positive(where: str, name: str, values: Iterable[float]) -> None:
+    """Raise `UserError` unless all values are finite and above 0."""
+    for value in values:
+        if not (math.isfinite(value) and value > 0):
+            raise UserError(f"{where}: {name} is {value:g}, expected a finite number above 0")
+
+
+def check_between(where: str, name: str, value: float, low: float, high: float) -> None:
+    """Raise `UserError` unless a value is finite and from ``low`` to ``high``."""
+    if not (math.isfinite(value) and low <= value <= high):
+        raise UserError(f"{where}: {name} is {value:g}, expected {low:g} to {high:g}")

@@ -1,0 +1,184 @@
+"""Fixed-step up-down methods: the level falls after some correct answers, rises after an error.
+
+All such methods settle where falling and rising balance. With ``k`` correct answers in a row for
+a step down of size d and one error for a step up of size u, that is where ``p**k d = (1 - p**k) u``
+(Kaernbach 1991, Percept. Psychophys. 49, 227-229, for k = 1; García-Pérez 1998, Vision Res. 38,
+1861-1881, for the ratios at which a finite step does settle there).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal, Self
+
+from experiments.protocols.adaptive.track import (
+    DECIMALS,
+    Progress,
+    check_between,
+    check_positive,
+    rounded,
+)
+from faults import UserError
+
+Scale = Literal["linear", "log10"]
+DOWN, UP = -1, 1
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UpDown:
+    """An up-down rule.
+
+    Parameters
+    ----------
+    start_um_pp : float
+        Level of the first trial, µm peak to peak.
+    lowest_um_pp, highest_um_pp : float
+        The level stays within these: a step beyond ends on the bound, as is usual.
+    steps_up : tuple of float
+        Size of the step up before the first reversal, after it, after the second ...; the last
+        one stays. In µm on the linear scale, in decades on the logarithmic one.
+    down_to_up : float
+        Size of the step down as a part of the step up.
+    down_after : int
+        Correct answers in a row for a step down.
+    scale : {"linear", "log10"}
+        Whether steps add or multiply.
+
+    Raises
+    ------
+    UserError
+        A number out of its range, the start outside the bounds, or a step larger than the whole
+        range.
+    """
+
+    start_um_pp: float
+    lowest_um_pp: float
+    highest_um_pp: float
+    steps_up: tuple[float, ...]
+    down_to_up: float
+    down_after: int = 1
+    scale: Scale = "log10"
+
+    def __post_init__(self) -> None:
+        where = "staircase"
+        if not self.steps_up:
+            raise UserError(f"{where}: steps_up is empty, expected at least one size of step")
+        check_positive(where, "steps_up", self.steps_up)
+        check_positive(where, "down_to_up", [self.down_to_up])
+        if self.down_after < 1:
+            raise UserError(f"{where}: down_after is {self.down_after}, expected 1 or more")
+        least = 0.0 if self.scale == "linear" else 10.0**-DECIMALS
+        if not (math.isfinite(self.lowest_um_pp) and self.lowest_um_pp >= least):
+            raise UserError(
+                f"{where}: lowest_um_pp is {self.lowest_um_pp:g}, expected "
+                f"{least:g} or more on the {self.scale} scale"
+            )
+        if not (math.isfinite(self.highest_um_pp) and self.highest_um_pp > self.lowest_um_pp):
+            raise UserError(
+                f"{where}: highest_um_pp is {self.highest_um_pp:g}, expected above lowest_um_pp "
+                f"({self.lowest_um_pp:g})"
+            )
+        check_between(where, "start_um_pp", self.start_um_pp, self.lowest_um_pp, self.highest_um_pp)
+        span = self._coordinate(self.highest_um_pp) - self._coordinate(self.lowest_um_pp)
+        if max(self.steps_up) > span:
+            unit = "um_pp" if self.scale == "linear" else "decades"
+            raise UserError(
+                f"{where}: a step up of {max(self.steps_up):g} {unit} is larger than the whole "
+                f"range of levels ({span:.3g} {unit})"
+            )
+
+    @property
+    def target(self) -> float:
+        """Proportion correct at the level where steps down and up balance."""
+        return float((1 / (1 + self.down_to_up)) ** (1 / self.down_after))
+
+    def start(self) -> UpDownTrack:
+        """Return the track before its first trial."""
+        return UpDownTrack(rule=self, level_um_pp=self.start_um_pp)
+
+    def moved(self, level_um_pp: float, direction: int, reversals: int) -> float:
+        """Return the level one step up (1) or down (-1), on the bound where that lies beyond."""
+        up = self.steps_up[min(reversals, len(self.steps_up) - 1)]
+        step = up if direction == UP else -up * self.down_to_up
+        new = level_um_pp + step if self.scale == "linear" else level_um_pp * 10.0**step
+        return min(max(rounded(new), self.lowest_um_pp), self.highest_um_pp)
+
+    def _coordinate(self, level_um_pp: float) -> float:
+        return level_um_pp if self.scale == "linear" else math.log10(level_um_pp)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UpDownTrack:
+    """An up-down run: the next level, and what decides the one after it.
+
+    Parameters
+    ----------
+    rule : UpDown
+        What moves the level.
+    level_um_pp : float
+        Level of the next trial.
+    trials : int
+        Answers so far.
+    correct_in_row : int
+        Correct answers since the last step.
+    direction : int
+        The last step's: -1 down, 1 up, 0 before the first step.
+    reversal_levels_um_pp : tuple of float
+        Levels at which the direction changed, in order.
+    """
+
+    rule: UpDown
+    level_um_pp: float
+    trials: int = 0
+    correct_in_row: int = 0
+    direction: int = 0
+    reversal_levels_um_pp: tuple[float, ...] = ()
+
+    @property
+    def progress(self) -> Progress:
+        """Trials and reversals so far."""
+        return Progress(trials=self.trials, reversals=len(self.reversal_levels_um_pp))
+
+    def answered(self, *, correct: bool) -> Self:
+        """Return the track after an answer at its level."""
+        in_row = self.correct_in_row + 1 if correct else 0
+        if correct and in_row < self.rule.down_after:
+            return self._after(in_row, self.direction, self.level_um_pp, ())
+        direction = DOWN if correct else UP
+        turned = (self.level_um_pp,) if self.direction == -direction else ()
+        reversals = len(self.reversal_levels_um_pp) + len(turned)
+        level = self.rule.moved(self.level_um_pp, direction, reversals)
+        return self._after(0, direction, level, turned)
+
+    def _after(self, in_row: int, direction: int, level: float, turned: tuple[float, ...]) -> Self:
+        return type(self)(
+            rule=self.rule,
+            level_um_pp=level,
+            trials=self.trials + 1,
+            correct_in_row=in_row,
+            direction=direction,
+            reversal_levels_um_pp=self.reversal_levels_um_pp + turned,
+        )
+
+    def mean_of_reversals_um_pp(self, skip: int) -> float:
+        """Return the mean level of the reversals after the first ``skip``.
+
+        The last even number of them counts, so that there are as many peaks as valleys (Levitt
+        1971, J. Acoust. Soc. Am. 49, 467-477); geometric on the logarithmic scale.
+
+        Raises
+        ------
+        UserError
+            Fewer than two are left.
+        """
+        there = len(self.reversal_levels_um_pp)
+        left = (there - skip) // 2 * 2
+        if left < 2:  # noqa: PLR2004 - a peak and a valley
+            raise UserError(
+                f"a mean of reversals needs at least 2 after the first {skip}, there are {there}"
+            )
+        used = self.reversal_levels_um_pp[-left:]
+        if self.rule.scale == "linear":
+            return rounded(math.fsum(used) / left)
+        return rounded(10.0 ** (math.fsum(math.log10(level) for level in used) / left))

@@ -1,0 +1,46 @@
+"""The weighted up-down method: every answer moves the level, steps down and up differ in size.
+
+Kaernbach 1991, Percept. Psychophys. 49, 227-229, doi:10.3758/BF03214307: the level settles where
+``down p = up (1 - p)``, so three to one for 75 % correct.
+"""
+
+from __future__ import annotations
+
+from experiments.protocols.adaptive.up_down import Scale, UpDown
+from faults import UserError
+
+
+def weighted(
+    *,
+    start_um_pp: float,
+    lowest_um_pp: float,
+    highest_um_pp: float,
+    steps_up: tuple[float, ...],
+    target: float = 0.75,
+    scale: Scale = "log10",
+) -> UpDown:
+    """Return the weighted up-down rule for a proportion correct.
+
+    Parameters
+    ----------
+    target : float
+        Proportion correct to settle at, between 0 and 1.
+
+    Other parameters and what is raised: `UpDown`.
+
+    Examples
+    --------
+    >>> rule = weighted(start_um_pp=1, lowest_um_pp=0.01, highest_um_pp=2, steps_up=(0.3,))
+    >>> round(1 / rule.down_to_up, 9)
+    3.0
+    """
+    if not 0 < target < 1:
+        raise UserError(f"weighted up-down: target is {target:g}, expected between 0 and 1")
+    return UpDown(
+        start_um_pp=start_um_pp,
+        lowest_um_pp=lowest_um_pp,
+        highest_um_pp=highest_um_pp,
+        steps_up=steps_up,
+        down_to_up=(1 - target) / target,
+        scale=scale,
+    )
