@@ -82,24 +82,25 @@ def run(arguments: argparse.Namespace) -> int:
 
     import json  # noqa: PLC0415
 
-    from analysis.reconstruction import report  # noqa: PLC0415
+    from analysis.reconstruction import answers, report  # noqa: PLC0415
 
-    records = []
-    for solutions in columns:
-        record = report.column_record(solutions, arguments.measure)
-        if arguments.variants:
-            record["variants"] = report.variants(solutions)
-        records.append(record)
-    answer = {"title": table.title, "measure": arguments.measure, "columns": records}
-    said = report.lines(table, records)
-    consistent = all(record["consistent"] for record in records)
+    found = [
+        answers.column_answer(solutions, arguments.measure, variants=arguments.variants)
+        for solutions in columns
+    ]
+    written = {
+        "title": table.title,
+        "measure": arguments.measure,
+        "columns": [report.column_json(answer) for answer in found],
+    }
+    said = report.lines(table.title, found)
+    consistent = all(answer.consistent for answer in found)
     if arguments.conclusions and consistent:
-        from analysis.reconstruction import across  # noqa: PLC0415
-
-        answer["conclusions"] = across.record(columns, arguments.measure, arguments.seed)
-        said += across.lines(answer["conclusions"])
+        across = answers.across(columns, arguments.measure, arguments.seed)
+        written["conclusions"] = report.across_json(across)
+        said += report.across_lines(across)
     with _output(arguments.out) as file:
-        print(json.dumps(answer, indent=2) if arguments.json else "\n".join(said), file=file)
+        print(json.dumps(written, indent=2) if arguments.json else "\n".join(said), file=file)
     return DONE if consistent else ANSWER_IS_NO
 
 

@@ -7,12 +7,16 @@ pp. 2678-2688. Numbers are strings, so that the printed decimals are kept.
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass
 from decimal import Decimal
 from pathlib import Path
 
 #: Participants in the paper's Section IV-B: nine men, three women, aged between 18 and 25.
 PARTICIPANTS = 12
+
+#: Table III as it is printed: the one place of its numbers.
+TABLE3_FILE = Path(__file__).with_name("biet2007_table3.toml")
 
 #: A data set that Table III allows: twelve integer ratings a column, found by search. It is not
 #: the authors' raw data, which were never published; other data sets give the same table.
@@ -37,21 +41,22 @@ class TableRow:
     standard_deviation: str
 
 
+def _table3() -> tuple[TableRow, ...]:
+    """Return Table III from the file that `slipscale reconstruct` reads, too."""
+    columns = tomllib.loads(TABLE3_FILE.read_text(encoding="utf-8"))["column"]
+    return tuple(
+        TableRow(
+            amplitude_um_pp=str(column["amplitude_um_pp"]),
+            mean=column["mean"],
+            maximum_deviation=column["maximum_deviation"],
+            standard_deviation=column["sd"],
+        )
+        for column in columns
+    )
+
+
 #: Table III. Columns as the paper prints them, from the still plate to the largest amplitude.
-TABLE3: tuple[TableRow, ...] = (
-    TableRow(
-        amplitude_um_pp="0", mean="12.75", maximum_deviation="27.25", standard_deviation="12.75"
-    ),
-    TableRow(
-        amplitude_um_pp="0.5", mean="19.58", maximum_deviation="10.42", standard_deviation="8.11"
-    ),
-    TableRow(
-        amplitude_um_pp="1.2", mean="56.25", maximum_deviation="16.25", standard_deviation="8.82"
-    ),
-    TableRow(
-        amplitude_um_pp="2.3", mean="81.33", maximum_deviation="18.67", standard_deviation="10.76"
-    ),
-)
+TABLE3: tuple[TableRow, ...] = _table3()
 
 STATISTICS: tuple[str, ...] = ("mean", "maximum_deviation", "standard_deviation")
 

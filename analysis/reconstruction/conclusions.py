@@ -19,7 +19,7 @@ from analysis.reconstruction.bounds import (
     repeated_measures_f,
     slope,
 )
-from analysis.reconstruction.side_by_side import (
+from analysis.reconstruction.comparable_columns import (
     LEVEL,
     labels,
     log_amplitudes,

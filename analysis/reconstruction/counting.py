@@ -10,13 +10,13 @@ import numpy as np
 
 from analysis.reconstruction.meet_in_the_middle import Goal, Joint, goals, joints, shapes
 from analysis.reconstruction.residues import WORD, join, moduli_above
-from analysis.reconstruction.state_table import Shape, Side
+from analysis.reconstruction.state_table import Shape, StateTable
 from faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from analysis.reconstruction.partition import Piece, Split
+    from analysis.reconstruction.partition import Part, Split
 
 # A state table larger than this is refused unless the user allows more.
 MEMORY_GIB = 4.0
@@ -24,16 +24,16 @@ MEMORY_GIB = 4.0
 
 @dataclass(frozen=True)
 class Problem:
-    """Pieces that share their tables.
+    """Parts of the solutions that share their tables.
 
     Parameters
     ----------
     split : Split
         Where the free values lie.
     goals : tuple of Goal
-        What they must meet.
+        What they must add up to.
     below, above : Shape
-        The tables of the two sides.
+        The tables of the values below and above the centre.
     """
 
     split: Split
@@ -46,11 +46,13 @@ class Problem:
         """Memory of both tables, one modulus."""
         return 8 * (self.below.cells + self.above.cells)
 
-    def sides(self, measure: str, modulus: int | None) -> tuple[Side, Side]:
+    def tables(self, measure: str, modulus: int | None) -> tuple[StateTable, StateTable]:
         """Return the two tables, filled."""
-        return Side(self.below, measure, modulus).fill(), Side(self.above, measure, modulus).fill()
+        return StateTable(self.below, measure, modulus).fill(), StateTable(
+            self.above, measure, modulus
+        ).fill()
 
-    def joints(self, below: Side, above: Side) -> list[Joint]:
+    def joints(self, below: StateTable, above: StateTable) -> list[Joint]:
         """Return every pair of aligned slices."""
         return [
             joint
@@ -61,11 +63,11 @@ class Problem:
         ]
 
 
-def problems(pieces: Iterable[Piece]) -> list[Problem]:
-    """Return `pieces` grouped by what shares its tables."""
+def problems(parts: Iterable[Part]) -> list[Problem]:
+    """Return `parts` grouped by what shares its tables."""
     return [
         Problem(split, tuple(wanted), *shapes(split, wanted))
-        for split, wanted in goals(pieces).items()
+        for split, wanted in goals(parts).items()
     ]
 
 
@@ -137,10 +139,10 @@ def estimate(tasks: list[Problem], measure: str) -> Estimate:
     value, roundings = 0.0, 0
     with np.errstate(over="ignore", invalid="ignore"):
         for task in tasks:
-            sides = task.sides(measure, None)
+            tables = task.tables(measure, None)
             # A step adds up to k terms, each times a number of arrangements.
-            steps = sum(len(side.distances()) * (len(side.planes) + 3) for side in sides)
-            for joint in task.joints(*sides):
+            steps = sum(len(table.distances()) * (len(table.planes) + 3) for table in tables)
+            for joint in task.joints(*tables):
                 value += float(total(joint, None))
                 roundings = max(roundings, steps + joint.below.size) + 4
     return Estimate(value if isfinite(value) else inf, roundings * 2.0**-53)
@@ -153,7 +155,7 @@ def simple_bound(tasks: list[Problem], measure: str) -> int:
         values = max(task.split.high - task.split.low + 1, 1)
         for goal in task.goals:
             free = values**goal.n if measure == "ordered" else comb(goal.n + values - 1, goal.n)
-            bound += free * (goal.piece.arrangements if measure == "ordered" else 1)
+            bound += free * (goal.part.arrangements if measure == "ordered" else 1)
     return bound
 
 
@@ -172,7 +174,7 @@ def count(tasks: list[Problem], measure: str, memory_gib: float = MEMORY_GIB) ->
     Parameters
     ----------
     tasks : list of Problem
-        The pieces of a column.
+        The parts of a column.
     measure : {"multisets", "ordered"}
         What is counted.
     memory_gib : float
@@ -200,6 +202,6 @@ def _residue(tasks: list[Problem], measure: str, modulus: int) -> int:
     """Return the number of solutions modulo `modulus`."""
     found = 0
     for task in tasks:
-        for joint in task.joints(*task.sides(measure, modulus)):
+        for joint in task.joints(*task.tables(measure, modulus)):
             found += int(total(joint, modulus))
     return found % modulus

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from analysis.reconstruction import paired_statistics
-from analysis.reconstruction.pairing import at_random, least_alike, most_alike, searched
-from analysis.reconstruction.side_by_side import (
+from analysis.reconstruction.comparable_columns import (
     LEVEL,
     labels,
     log_amplitudes,
     require_comparable,
     values_of,
 )
+from analysis.reconstruction.pairing import at_random, least_alike, most_alike, searched
 
 if TYPE_CHECKING:
     from collections.abc import Callable

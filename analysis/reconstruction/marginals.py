@@ -16,7 +16,7 @@ import numpy as np
 from analysis.reconstruction.counting import Problem, largest_possible, require_memory, total
 from analysis.reconstruction.meet_in_the_middle import Goal, joints
 from analysis.reconstruction.residues import WORD, join, moduli_above
-from analysis.reconstruction.state_table import Array, Side
+from analysis.reconstruction.state_table import Array, StateTable
 
 if TYPE_CHECKING:
     from analysis.reconstruction.solutions import Solutions
@@ -102,13 +102,13 @@ WHOLE = (-1, None)
 
 def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
     """Return the tally of one goal's free values, modulo `modulus`."""
-    below, above = task.sides(measure, modulus)
+    below, above = task.tables(measure, modulus)
     outlines = (task.below, task.above)
     whole = joints(goal, outlines, (below.planes, above.planes), measure)
     tally: Tally = {WHOLE: sum(int(total(joint, modulus)) for joint in whole) % modulus}
     for own_below in (True, False):
         own, other = (below, above) if own_below else (above, below)
-        worth = Side(own.shape, measure, modulus)
+        worth = StateTable(own.shape, measure, modulus)
         worth.flat[:] = 0
         pair = (worth.planes, other.planes) if own_below else (other.planes, worth.planes)
         for joint in joints(goal, outlines, pair, measure):
@@ -116,17 +116,17 @@ def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
             mine[...] += worth.scaled(theirs, joint.ways)
         for distance in reversed(own.distances()):
             value = task.split.centre + (-distance if own_below else distance)
-            for k, number in enumerate(_meet(own, worth)):
+            for k, number in enumerate(_products(own, worth)):
                 key = (value, k) if own_below else (value - 1, goal.n - k)
                 tally[key] = number
             own.retreat(distance)
-            tally[value, None] = sum(_meet(own, worth)) % modulus
+            tally[value, None] = sum(_products(own, worth)) % modulus
             worth.pull_back(distance)
         own.fill()
     return tally
 
 
-def _meet(own: Side, worth: Side) -> list[int]:
+def _products(own: StateTable, worth: StateTable) -> list[int]:
     """Return for each k the number of solutions whose state has k values."""
     modulus = own.modulus or WORD
     found = []
@@ -139,12 +139,12 @@ def _meet(own: Side, worth: Side) -> list[int]:
 def _add(task: Problem, goal: Goal, tally: Tally, at_most: Array, absent: Array) -> None:
     """Add a goal's tally, its given values included."""
     split, n = task.split, goal.n
-    given = goal.piece.given
+    given = goal.part.given
     covered = {value for value, m in tally if m is not None}
     whole = tally[WHOLE]
     for value in range(len(at_most)):
         held = sum(times for v, times in given if v <= value)
-        # Between the two sides nothing changes; outside them all or none are passed.
+        # Between below and above nothing changes; outside them all or none are passed.
         near = split.below if split.below < value < split.above else value
         if near in covered:
             for m in range(n + 1):

@@ -1,4 +1,4 @@
-"""Where the two sides of a solution meet: reach of their tables, and the joint cells.
+"""Meet in the middle: the tables below and above the centre, joined to whole solutions.
 
 With c the centre, n free values of sum S and sum of squares Q have signed distances that add
 up to D = S - nc and squared distances that add up to V = Q - 2cS + nc².
@@ -18,51 +18,51 @@ from analysis.reconstruction.state_table import Array, Shape
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from analysis.reconstruction.partition import Piece, Split
+    from analysis.reconstruction.partition import Part, Split
 
 
 @dataclass(frozen=True)
 class Goal:
-    """A piece in distances from its centre.
+    """What a part of the solutions must add up to, in distances from its centre.
 
     Parameters
     ----------
-    piece : Piece
+    part : Part
         What it came from.
     n : int
         Free values.
-    drift : int
+    signed_sum : int
         D, sum of the signed distances.
-    spread : int
-        V, sum of the squared distances; of the same parity as `drift`.
+    square_sum : int
+        V, sum of the squared distances; of the same parity as `signed_sum`.
     """
 
-    piece: Piece
+    part: Part
     n: int
-    drift: int
-    spread: int
+    signed_sum: int
+    square_sum: int
 
     @property
     def numbers_above(self) -> range:
         """How many free values may lie above."""
-        return range(self.n - self.piece.most_below, self.n - self.piece.fewest_below + 1)
+        return range(self.n - self.part.most_below, self.n - self.part.fewest_below + 1)
 
 
-def goals(pieces: Iterable[Piece]) -> dict[Split, list[Goal]]:
+def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
     """Return what can be reached at all, grouped by what shares its tables."""
     groups: dict[Split, list[Goal]] = {}
-    for piece in pieces:
-        n, total, squares = piece.moments.n, piece.moments.total, piece.moments.squares
-        c = piece.split.centre
-        drift = total - n * c
-        spread = squares - 2 * c * total + n * c * c
-        if spread >= 0 and (spread - drift) % 2 == 0:
-            groups.setdefault(piece.split, []).append(Goal(piece, n, drift, spread))
+    for part in parts:
+        n, total, squares = part.moments.n, part.moments.total, part.moments.squares
+        c = part.split.centre
+        signed_sum = total - n * c
+        square_sum = squares - 2 * c * total + n * c * c
+        if square_sum >= 0 and (square_sum - signed_sum) % 2 == 0:
+            groups.setdefault(part.split, []).append(Goal(part, n, signed_sum, square_sum))
     return groups
 
 
 def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
-    """Return the shapes of the sides below and above that hold every solution of `wanted`."""
+    """Return the shapes of the tables below and above that hold every solution of `wanted`."""
     below = (split.centre - split.below, split.centre - split.low)
     above = (split.above - split.centre, split.high - split.centre)
     return (
@@ -78,29 +78,29 @@ def _reach(
 
     Bounds on k values in [low, high] with sum a: their squares add up to at least a²/k, and to
     at most (low + high) a - k low high. The same holds for the n - k values still to come, on
-    either side, whose sum and squares are what is left of D and V.
+    either half, whose sum and squares are what is left of D and V.
     """
     largest = [(0, 0)]
     if own[1] >= own[0]:
         most_here = (
-            goal.n - (goal.piece.fewest_below if sign < 0 else goal.n - goal.piece.most_below)
+            goal.n - (goal.part.fewest_below if sign < 0 else goal.n - goal.part.most_below)
             for goal in wanted
         )
         largest += [(0, 0)] * max(most_here)
     lowest = -other[1] if other[1] >= other[0] else own[0]
     # Goals that differ in V alone share their bounds, from the smallest V to the largest.
-    spreads: dict[tuple[int, int], list[int]] = {}
+    square_sums: dict[tuple[int, int], list[int]] = {}
     for goal in wanted:
-        spreads.setdefault((goal.n, goal.drift), []).append(goal.spread)
-    for k, ((n, drift), spread) in product(range(1, len(largest)), spreads.items()):
+        square_sums.setdefault((goal.n, goal.signed_sum), []).append(goal.square_sum)
+    for k, ((n, signed_sum), square_sum) in product(range(1, len(largest)), square_sums.items()):
         if k > n:
             continue
         a = np.arange(k * own[0], k * own[1] + 1, dtype=np.int64)
-        rest, b = n - k, -sign * drift - a
+        rest, b = n - k, -sign * signed_sum - a
         rest_least = -(-(b * b) // max(rest, 1))
         rest_most = (lowest + own[1]) * b - rest * lowest * own[1]
-        most = np.minimum(sum(own) * a - k * own[0] * own[1], max(spread) - rest_least)
-        least = np.maximum(-(-(a * a) // k), min(spread) - rest_most)
+        most = np.minimum(sum(own) * a - k * own[0] * own[1], max(square_sum) - rest_least)
+        least = np.maximum(-(-(a * a) // k), min(square_sum) - rest_most)
         fits = (least <= most) & (b >= rest * lowest) & (b <= rest * own[1])
         if fits.any():
             w = (most + sign * a)[fits] // 2
@@ -110,7 +110,7 @@ def _reach(
 
 @dataclass(frozen=True)
 class Joint:
-    """Two aligned slices: cell by cell, the sides that together meet a goal.
+    """Two aligned slices: cell by cell, the halves that together reach a goal.
 
     ``ways`` counts the arrangements of each pair (1 for multisets).
     """
@@ -133,18 +133,18 @@ def joints(
 ) -> Iterator[Joint]:
     """Yield the aligned slices of two tables, one for each number of values above."""
     (shape_below, shape_above), (planes_below, planes_above) = outlines, planes
-    constant = (goal.spread - goal.drift) // 2
+    constant = (goal.square_sum - goal.signed_sum) // 2
     for k in goal.numbers_above:
         m = goal.n - k
         if k >= len(shape_above.reach) or m >= len(shape_below.reach):
             continue
         (high_a, high_w), (high_b, high_v) = shape_above.reach[k], shape_below.reach[m]
-        a = (max(0, goal.drift), min(high_a, high_b + goal.drift))
+        a = (max(0, goal.signed_sum), min(high_a, high_b + goal.signed_sum))
         w = (max(0, constant - high_v), min(high_w, constant))
         if a[0] > a[1] or w[0] > w[1]:
             continue
         above = planes_above[k][a[0] : a[1] + 1, w[0] : w[1] + 1]
-        rows = planes_below[m][a[0] - goal.drift : a[1] - goal.drift + 1]
+        rows = planes_below[m][a[0] - goal.signed_sum : a[1] - goal.signed_sum + 1]
         below = rows[:, constant - w[1] : constant - w[0] + 1][:, ::-1]
-        ways = goal.piece.arrangements * comb(goal.n, k) if measure == "ordered" else 1
+        ways = goal.part.arrangements * comb(goal.n, k) if measure == "ordered" else 1
         yield Joint(goal, m, k, a[0], w[0], below, above, ways)

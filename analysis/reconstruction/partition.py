@@ -1,8 +1,8 @@
-"""The solutions of one column, cut into pieces that each need no more than n, sum and squares.
+"""The solutions of one column, in parts that each need no more than n, sum and squares.
 
-A printed extreme or median asks for values that must be present. Cutting by how often such a
-value is present leaves, in each piece, free values in an interval (or in two, below and above
-the median). Every solution lies in exactly one piece, for multisets and ordered samples alike.
+A printed extreme or median asks for values that must be present. Partitioning by how often such a
+value is present leaves, in each part, free values in an interval (or in two, below and above
+the median). Every solution lies in exactly one part, for multisets and ordered samples alike.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ class Split:
 
 
 @dataclass(frozen=True)
-class Piece:
+class Part:
     """Free values that must meet `moments`, beside `given` ones.
 
     Parameters
@@ -114,14 +114,14 @@ class Piece:
 Given = tuple[tuple[int, int], ...]
 
 
-def cut(wanted: Wanted) -> Iterator[Piece]:
-    """Yield the pieces of `wanted`: disjoint, and together all of it."""
+def partition(wanted: Wanted) -> Iterator[Part]:
+    """Yield the parts of `wanted`: disjoint, and together all of it."""
     if wanted.medians is None:
         for moments, low, high, given in _ends(wanted):
             # Any centre is right; the mean keeps the tables small.
             centre = min(max(round(moments.total / max(moments.n, 1)), low), max(low, high))
             split = Split(low, centre - 1, centre, centre, high)
-            yield Piece(split, moments, given, 0, moments.n)
+            yield Part(split, moments, given, 0, moments.n)
         return
     for lower, upper in wanted.medians:
         yield from _around(wanted, lower, upper)
@@ -157,10 +157,10 @@ def _enter(
         yield from _enter(rest, *inside, wishes, more)
 
 
-def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Piece]:
-    """Yield the pieces whose two middle values are `lower` and `upper`.
+def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
+    """Yield the parts whose two middle values are `lower` and `upper`.
 
-    Half of n values lie on each side; how many of them equal a middle value is what is cut by.
+    Half of n values lie below and half above; parts differ in how many equal a middle value.
     """
     for moments, low, high, given in _ends(wanted):
         split = Split(low, min(lower - 1, high), lower, max(upper + 1, low), high)
@@ -187,7 +187,7 @@ def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Piece]:
                 most_below = fewest_below = half - below - at[lower]
             fewest_below, most_below = max(fewest_below, 0), min(most_below, rest.n)
             if fewest_below <= most_below:
-                yield Piece(split, rest, more, fewest_below, most_below)
+                yield Part(split, rest, more, fewest_below, most_below)
 
 
 def _copies(middle: dict[int, int], n: int, low: int, high: int) -> Iterator[Given]:

@@ -1,137 +1,151 @@
-"""What `slipscale reconstruct` says: records for machines, a table for people."""
+"""What `slipscale reconstruct` says: JSON for machines, lines for people."""
 
 from __future__ import annotations
 
+from dataclasses import asdict
+from itertools import groupby
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from analysis.reconstruction.marginals import Marginals, marginals
-from analysis.reconstruction.published_table import CONVENTIONS, PublishedTable, Scale
-from analysis.reconstruction.rounding import RULES
+from analysis.reconstruction.sampling import LISTED
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
-    from analysis.reconstruction.solutions import Solutions
+    from analysis.reconstruction.answers import Across, ColumnAnswer, Variant
+    from analysis.reconstruction.conclusions import Conclusion
+    from analysis.reconstruction.distributions import Distribution
 
-# What is worth its time on the command line: so many cells of the tables of states, each once
-# for every goal, and so many additions for the ordered samples when multisets are asked for.
-MARGINAL_CELLS = 5_000_000
-ORDERED_ADDITIONS = 6_000_000_000
+# JSON's own words, as the documentation names them.
+Json = dict[str, Any]
 
 
-def column_record(solutions: Solutions, measure: str) -> dict[str, Any]:
-    """Return one column's answer, counts as strings."""
-    column = solutions.column
-    record: dict[str, Any] = {
-        "label": column.label,
-        "consistent": solutions.consistent,
-        "reason": solutions.reason,
-        "multisets": str(solutions.multisets),
-        "ordered": str(solutions.ordered) if worth_ordering(solutions, measure) else None,
-        "sd_convention": column.sd_convention,
-        "rounding": column.rounding,
-        "grim": solutions.targets.grim,
-        "grimmer": solutions.targets.grimmer,
-        "sums": [
-            {"sum": str(total), "sum_of_squares": str(squares)}
-            for total, squares in moments(solutions)
+def column_json(answer: ColumnAnswer) -> Json:
+    """Return one column's answer for JSON, counts as strings."""
+    written: Json = {
+        "label": answer.label,
+        "consistent": answer.consistent,
+        "reason": answer.reason,
+        "multisets": str(answer.multisets),
+        "ordered": None if answer.ordered is None else str(answer.ordered),
+        "sd_convention": answer.sd_convention,
+        "rounding": answer.rounding,
+        "grim": answer.grim,
+        "grimmer": answer.grimmer,
+        "sums": [{"sum": str(s), "sum_of_squares": str(q)} for s, q in answer.sums],
+    }
+    if answer.order_statistics:
+        written["order_statistics"] = [asdict(row) for row in answer.order_statistics]
+    if answer.variants:
+        written["variants"] = [_variant_json(variant) for variant in answer.variants]
+    return written
+
+
+def _variant_json(variant: Variant) -> Json:
+    return {
+        "sd_convention": variant.sd_convention,
+        "rounding": variant.rounding,
+        "consistent": variant.multisets > 0,
+        "reason": variant.reason,
+        "multisets": str(variant.multisets),
+    }
+
+
+def across_json(answer: Across) -> Json:
+    """Return what is known across columns for JSON, which has no infinity."""
+    return {
+        "always": [_finite(asdict(found)) for found in answer.bounds if found.decided],
+        "depends": [_finite(asdict(found)) for found in answer.bounds if not found.decided],
+        "not_bounded": list(answer.not_bounded),
+        "distributions": [
+            _finite(asdict(found))
+            | {"quantiles": [[p, _finite_or_none(v)] for p, v in found.quantiles]}
+            for found in answer.distributions
         ],
     }
-    cells = sum((task.bytes // 8) * len(task.goals) for task in solutions.problems)
-    if solutions.consistent and cells <= MARGINAL_CELLS:
-        found = marginals(solutions, measure)
-        record["order_statistics"] = order_statistics(found, column.scale)
-    return record
 
 
-def worth_ordering(solutions: Solutions, measure: str) -> bool:
-    """Whether ordered samples are counted: asked for, or few enough additions."""
-    n, values = solutions.column.n, solutions.column.scale.steps + 1
-    cells = sum(task.bytes // 8 for task in solutions.problems)
-    return measure == "ordered" or cells * n * values <= ORDERED_ADDITIONS
+def _finite(entry: Json) -> Json:
+    return {key: _finite_or_none(value) for key, value in entry.items()}
 
 
-def moments(solutions: Solutions) -> list[tuple[Any, Any]]:
-    """Return the admissible sums and sums of squares in the scale's own unit."""
-    low, step = solutions.column.scale.minimum, solutions.column.scale.step
-    return [
-        (
-            m.n * low + step * m.total,
-            m.n * low**2 + 2 * low * step * m.total + step**2 * m.squares,
-        )
-        for m in solutions.targets.moments
-    ]
+def _finite_or_none(value: Any) -> Any:
+    return None if isinstance(value, float) and not isfinite(value) else value
 
 
-def order_statistics(found: Marginals, scale: Scale) -> list[dict[str, Any]]:
-    """Return for each order statistic its sharp bounds and its mean over all data sets."""
-    rows = []
-    for i in range(1, found.n + 1):
-        chances = found.order_statistic(i)
-        mean = sum(p * scale.value(v) for v, p in chances.items())
-        rows.append(
-            {
-                "rank": i,
-                "minimum": float(scale.value(min(chances))),
-                "maximum": float(scale.value(max(chances))),
-                "mean": float(mean),
-            }
-        )
-    return rows
-
-
-def variants(solutions: Solutions) -> list[dict[str, Any]]:
-    """Return the answer under every SD convention and rounding rule."""
-    rows = []
-    known: dict[Any, tuple[int, str]] = {}
-    for convention in CONVENTIONS:
-        for rule in RULES:
-            other = solutions.under(convention, rule)
-            # Rules that admit the same sums admit the same data sets.
-            if other.targets.wanted not in known or not other.targets.wanted:
-                known[other.targets.wanted] = (other.multisets, other.reason)
-            count, reason = known[other.targets.wanted]
-            rows.append(
-                {
-                    "sd_convention": convention,
-                    "rounding": rule,
-                    "consistent": count > 0,
-                    "reason": reason,
-                    "multisets": str(count),
-                }
-            )
-    return rows
-
-
-def lines(table: PublishedTable, records: Iterable[dict[str, Any]]) -> list[str]:
-    """Return the answer for people, a line each."""
-    said = [table.title or "published table", ""]
-    for record in records:
-        said.append(
-            f"{record['label']}  ({record['sd_convention']} SD, rounding: {record['rounding']})"
-        )
-        if record["consistent"]:
-            said.append(f"  multisets        {int(record['multisets']):,}")
-            ordered = record["ordered"]
-            said.append(
-                f"  ordered samples  {int(ordered):,}"
-                if ordered
-                else "  ordered samples  not counted, it takes long; --measure ordered does"
-            )
-            pairs = "; ".join(f"{p['sum']}, {p['sum_of_squares']}" for p in record["sums"])
-            said.append(f"  sum, sum of squares  {pairs}")
-        else:
-            said.append(f"  inconsistent: {record['reason']}")
-        if "order_statistics" in record:
-            ranges = "  ".join(
-                f"{row['minimum']:g}-{row['maximum']:g}" for row in record["order_statistics"]
-            )
-            said.append(f"  sorted ratings, range over all data sets: {ranges}")
-        for variant in record.get("variants", ()):
-            verdict = f"{int(variant['multisets']):,} multisets"
-            said.append(
-                f"    {variant['sd_convention']:<10} {variant['rounding']:<10} "
-                f"{verdict if variant['consistent'] else variant['reason']}"
-            )
-        said.append("")
+def lines(title: str, answers: Iterable[ColumnAnswer]) -> list[str]:
+    """Return the columns' answers for people, a line each."""
+    said = [title or "published table", ""]
+    for answer in answers:
+        said += [*_column_lines(answer), ""]
     return said
+
+
+def _column_lines(answer: ColumnAnswer) -> Iterator[str]:
+    yield f"{answer.label}  ({answer.sd_convention} SD, rounding: {answer.rounding})"
+    if answer.consistent:
+        yield f"  multisets        {answer.multisets:,}"
+        yield (
+            "  ordered samples  not counted, it takes long; --measure ordered does"
+            if answer.ordered is None
+            else f"  ordered samples  {answer.ordered:,}"
+        )
+        yield "  sum, sum of squares  " + "; ".join(f"{s}, {q}" for s, q in answer.sums)
+    else:
+        yield f"  inconsistent: {answer.reason}"
+    if answer.order_statistics:
+        ranges = (f"{row.minimum:g}-{row.maximum:g}" for row in answer.order_statistics)
+        yield f"  sorted ratings, range over all data sets: {'  '.join(ranges)}"
+    for variant in answer.variants:
+        verdict = f"{variant.multisets:,} multisets" if variant.multisets else variant.reason
+        yield f"    {variant.sd_convention:<10} {variant.rounding:<10} {verdict}"
+
+
+def across_lines(answer: Across) -> list[str]:
+    """Return what is known across columns for people, a line each."""
+    said = []
+    for decided, heading in (
+        (True, "The same answer in every data set and pairing"),
+        (False, "Depends on the data set or the pairing"),
+    ):
+        if found := [bound for bound in answer.bounds if bound.decided is decided]:
+            said += [heading, *map(_bound, found), ""]
+    if answer.not_bounded:
+        said += [
+            f"No bounds: more than {LISTED:,} multisets in {', '.join(answer.not_bounded)}",
+            "",
+        ]
+    first = answer.distributions[0]
+    said.append(
+        f"Over {first.samples:,} uniform samples ({first.measure}, seed {first.seed}), "
+        "by pairing: median, 2.5 % and 97.5 % quantile, share with p < 0.05"
+    )
+    for question, rows in groupby(answer.distributions, key=lambda row: row.question):
+        said += [f"  {question}", *map(_distribution, rows)]
+    return [*said, ""]
+
+
+def _bound(found: Conclusion) -> str:
+    sharp = "" if found.sharp else " (a bound, perhaps not attained)"
+    if not isfinite(found.high) and found.p_high is not None:
+        return f"  {found.question} {_number(found.low)}, p at most {found.p_high:.2g}"
+    extent = _join(_number(found.low), _number(found.high))
+    p = ""
+    if found.p_low is not None and found.p_high is not None:
+        p = ", p " + _join(f"{found.p_low:.2g}", f"{found.p_high:.2g}")
+    return f"  {found.question}: {extent}{p}{sharp}"
+
+
+def _distribution(row: Distribution) -> str:
+    at = dict(row.quantiles)
+    share = "" if row.significant is None else f"{row.significant:.1%}"
+    values = "".join(f"{_number(at[q]):>9}" for q in (0.5, 0.025, 0.975))
+    return f"    {row.pairing:<17}{values}{share:>9}  {row.method}"
+
+
+def _join(low: str, high: str) -> str:
+    return low if low == high else f"{low} to {high}"
+
+
+def _number(value: float) -> str:
+    return f"{value:.4g}" if isfinite(value) else "infinite"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from analysis.reconstruction.constraints import Targets, targets
 from analysis.reconstruction.counting import MEMORY_GIB, Problem, count, problems
-from analysis.reconstruction.partition import cut
+from analysis.reconstruction.partition import partition
 
 if TYPE_CHECKING:
     from analysis.reconstruction.published_table import Column
@@ -36,8 +36,8 @@ class Solutions:
 
     @cached_property
     def problems(self) -> list[Problem]:
-        """The pieces to solve, grouped by what shares its tables."""
-        return problems(piece for wish in self.targets.wanted for piece in cut(wish))
+        """The parts to solve, grouped by what shares its tables."""
+        return problems(part for wish in self.targets.wanted for part in partition(wish))
 
     @cached_property
     def multisets(self) -> int:

@@ -1,12 +1,12 @@
-"""One side of the dynamic programme: how many ways values on one side of a centre add up.
+"""A table of the dynamic programme: how many ways values on one side of the centre add up.
 
 A value that lies d steps from the centre adds (1, d, w_d) to the state (k, a, w): k values so
 far, a the sum of their distances, and w = (q ± a)/2 with q the sum of squared distances. The
 triangular number w_d = d(d ± 1)/2 takes the place of d², because q and a always have the same
 parity: half of the cells of a table over (k, a, q) could never be reached.
 
-With the plus sign below the centre and the minus sign above it, the two sides of a solution
-meet where a_above = a_below + D and w_above = constant - w_below, so that joining them is a
+With the plus sign below the centre and the minus sign above it, the two halves of a solution
+fit where a_above = a_below + D and w_above = constant - w_below, so that joining them is a
 product of two slices.
 """
 
@@ -37,7 +37,7 @@ WAYS: dict[str, Ways] = {"multisets": multiset_ways, "ordered": comb}
 
 @dataclass(frozen=True)
 class Shape:
-    """The distances of one side and how far its table must reach.
+    """The distances of one half and how far its table must reach.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Shape:
         return distance * (distance + self.sign) // 2
 
 
-class Side:
+class StateTable:
     """A table of counts over (k, a, w), one modulus.
 
     The values enter one distance after the other, far to near (`advance`), and leave again
@@ -101,7 +101,7 @@ class Side:
         """Return the distances, far to near."""
         return range(self.shape.farthest, self.shape.nearest - 1, -1)
 
-    def fill(self) -> Side:
+    def fill(self) -> StateTable:
         """Let every distance enter, unless all are in already; return the table itself."""
         if not self._filled:
             for distance in self.distances():

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.reconstruction.residues import WORD, weights
-from analysis.reconstruction.state_table import WAYS, Array, Side, Ways
+from analysis.reconstruction.state_table import WAYS, Array, StateTable, Ways
 
 if TYPE_CHECKING:
     from analysis.reconstruction.counting import Problem
@@ -37,7 +37,7 @@ class Ranking:
 
     def __init__(self, task: Problem, measure: str, moduli: tuple[int, ...]) -> None:
         self.measure, self.moduli = measure, moduli
-        pairs = [task.sides(measure, modulus) for modulus in moduli]
+        pairs = [task.tables(measure, modulus) for modulus in moduli]
         self._below, self._above = [p[0] for p in pairs], [p[1] for p in pairs]
         self._task = task
         # Joints of the first modulus give the places; their counts come from all moduli.
@@ -74,21 +74,21 @@ class Ranking:
         ndarray of int32, shape (m, n)
         """
         # The last walk has emptied them.
-        for side in (*self._below, *self._above):
-            side.fill()
+        for table in (*self._below, *self._above):
+            table.fill()
         cell = np.searchsorted(self._ends, ranks, side="right")
         before = self._ends[cell - 1]
         before[cell == 0] = 0
         which, row, column = self._places[cell].T
-        table = np.array(
+        joined = np.array(
             [
-                (j.k_below, j.k_above, j.first_a_above, j.first_w_above, j.goal.drift,
-                 (j.goal.spread - j.goal.drift) // 2)
+                (j.k_below, j.k_above, j.first_a_above, j.first_w_above, j.goal.signed_sum,
+                 (j.goal.square_sum - j.goal.signed_sum) // 2)
                 for j in self._joints
             ],
             dtype=np.int64,
         )  # fmt: skip
-        k_below, k_above, first_a, first_w, drift, constant = table[which].T
+        k_below, k_above, first_a, first_w, signed_sum, constant = joined[which].T
         a, w = first_a + row, first_w + column
         ways = np.array([self._number(j.ways) for j in self._joints], dtype=ranks.dtype)[which]
         rest = (ranks - before) // ways
@@ -96,44 +96,44 @@ class Ranking:
         rank_below, rank_above = rest // above_count, rest % above_count
         n = self._size()
         out = np.empty((len(ranks), n), dtype=np.int32)
-        self._walk(self._below, (k_below, a - drift, constant - w), rank_below, out)
+        self._walk(self._below, (k_below, a - signed_sum, constant - w), rank_below, out)
         self._walk(self._above, (k_above, a, w), rank_above, out)
         self._give(which, out)
-        if any(joint.goal.piece.given for joint in self._joints):
+        if any(joint.goal.part.given for joint in self._joints):
             out.sort(axis=1)
         return out
 
     def _size(self) -> int:
         joint = self._joints[0]
-        return joint.goal.n + sum(times for _, times in joint.goal.piece.given)
+        return joint.goal.n + sum(times for _, times in joint.goal.part.given)
 
     def _give(self, which: Array, out: Array) -> None:
         """Write the given values between those below and those above."""
         for index, joint in enumerate(self._joints):
             rows = np.flatnonzero(which == index)
             column = joint.k_below
-            for value, times in joint.goal.piece.given:
+            for value, times in joint.goal.part.given:
                 out[rows, column : column + times] = value
                 column += times
 
     def _walk(
         self,
-        sides: list[Side],
+        tables: list[StateTable],
         state: tuple[Array, Array, Array],
         rank: Array,
         out: Array,
     ) -> None:
-        """Write one side's values, outward from the middle."""
+        """Write the values of one half, outward from the middle."""
         centre, end = self._task.split.centre, out.shape[1]
-        sign = -sides[0].shape.sign
-        shape, ways = sides[0].shape, WAYS[self.measure]
+        sign = -tables[0].shape.sign
+        shape, ways = tables[0].shape, WAYS[self.measure]
         rows = np.flatnonzero(state[0] > 0)
         k, a, w, rank = (part[rows] for part in (*state, rank))
-        place = self._place(sides[0], k, a, w)
-        for distance in reversed(sides[0].distances()):
-            for side in sides:
-                side.retreat(distance)
-            without = self._whole([side.flat.take(place) for side in sides])
+        place = self._place(tables[0], k, a, w)
+        for distance in reversed(tables[0].distances()):
+            for table in tables:
+                table.retreat(distance)
+            without = self._whole([table.flat.take(place) for table in tables])
             movers = np.flatnonzero(rank >= without)
             rest, now = rank[movers] - without[movers], movers
             copies = 0
@@ -144,30 +144,30 @@ class Ranking:
                 here_a = a[now] - copies * distance
                 here_w = w[now] - copies * shape.triangle(distance)
                 factor = _factors(ways, k[now], copies, rank.dtype)
-                block = self._gather(sides, here_k, here_a, here_w) * factor
+                block = self._gather(tables, here_k, here_a, here_w) * factor
                 stay = rest < block
                 done, go = now[stay], ~stay
                 k[done], a[done], w[done] = here_k[stay], here_a[stay], here_w[stay]
                 rank[done] = rest[stay] // factor[stay]
                 rest, now = rest[go] - block[go], now[go]
-            place[movers] = self._place(sides[0], k[movers], a[movers], w[movers])
+            place[movers] = self._place(tables[0], k[movers], a[movers], w[movers])
             left = k > 0
             if np.count_nonzero(left) < WORTH_DROPPING * len(left):
                 rows, k, a, w, rank, place = (part[left] for part in (rows, k, a, w, rank, place))
 
     @staticmethod
-    def _place(side: Side, k: Array, a: Array, w: Array) -> Array:
-        place: Array = side.start[k] + a * side.width[k] + w
+    def _place(table: StateTable, k: Array, a: Array, w: Array) -> Array:
+        place: Array = table.start[k] + a * table.width[k] + w
         return place
 
-    def _gather(self, sides: list[Side], k: Array, a: Array, w: Array) -> Array:
+    def _gather(self, tables: list[StateTable], k: Array, a: Array, w: Array) -> Array:
         """Return whole counts at states; 0 outside the table, where nothing can be."""
-        reach = np.array(sides[0].shape.reach, dtype=np.int64)
+        reach = np.array(tables[0].shape.reach, dtype=np.int64)
         inside = (k >= 0) & (a >= 0) & (w >= 0)
         k = np.maximum(k, 0)
         inside &= (a <= reach[k, 0]) & (w <= reach[k, 1])
-        place = np.where(inside, self._place(sides[0], k, a, w), 0)
-        return self._whole([side.flat.take(place) * inside for side in sides])
+        place = np.where(inside, self._place(tables[0], k, a, w), 0)
+        return self._whole([table.flat.take(place) * inside for table in tables])
 
     def _whole(self, residues: list[Array]) -> Array:
         """Return counts from their residues: machine words, or Python's integers if larger."""

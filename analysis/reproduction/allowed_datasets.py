@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.published import biet2007
 from analysis.reconstruction.published_table import CONVENTIONS, read
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction.solutions import Solutions
@@ -15,8 +15,7 @@ from analysis.reconstruction.solutions import Solutions
 if TYPE_CHECKING:
     from analysis.reconstruction.conclusions import Conclusion
 
-TABLE_3 = Path("biet2007_table3")
-AMPLITUDES_UM_PP = (0.0, 0.5, 1.2, 2.3)
+AMPLITUDES_UM_PP = tuple(biet2007.BY_AMPLITUDE)
 
 
 @dataclass(frozen=True)
@@ -40,7 +39,7 @@ class Section:
 
 def columns() -> list[Solutions]:
     """Return the solutions of the four columns, in the order of `AMPLITUDES_UM_PP`."""
-    return [Solutions(column) for column in read(TABLE_3).columns]
+    return [Solutions(column) for column in read(biet2007.TABLE3_FILE).columns]
 
 
 def counts() -> tuple[Count, ...]:

@@ -161,6 +161,28 @@ def test_an_estimate_settles_a_residue_only_if_it_is_near_enough():
     assert not counting.Estimate(inf, 2.0**-40).settles_a_residue
 
 
+@given(
+    value=st.integers(2**60, 2**140),
+    error=st.floats(1e-30, 1e-3),
+    off=st.floats(-1, 1),
+)
+def test_a_residue_that_is_settled_is_settled_rightly_however_far_off(value, error, off):
+    """The count lies within the relative error of the estimate, whichever way."""
+    estimate = counting.Estimate(float(value), error)
+    count = int(float(value) / (1 + off * error))
+    assume(estimate.settles_a_residue)
+    assert estimate.nearest(count % 2**64) == count
+    assert count <= estimate.bound
+
+
+@pytest.mark.parametrize("share, settled", [(0.24, True), (0.26, False)])
+def test_a_residue_is_settled_by_an_error_of_less_than_a_quarter_of_its_modulus(share, settled):
+    # Half of the modulus is the limit; the other half of that allows for the bound's rounding.
+    value = 2.0**90
+    estimate = counting.Estimate(value, share * 2**64 / (2 * value))
+    assert estimate.settles_a_residue is settled
+
+
 def test_multiples_of_five_are_impossible_at_0_and_2_3_um_and_possible_between(column):
     fives = {"0 um": 0, "0.5 um": 4, "1.2 um": 17, "2.3 um": 0}
     for c in read(Path("biet2007_table3")).columns:

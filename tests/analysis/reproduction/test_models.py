@@ -6,6 +6,7 @@ from importlib.resources import files
 import pytest
 
 from analysis.figures.friction import perception_figure
+from analysis.published.biet2007 import published_means
 from analysis.reproduction import comparison, film, plate
 from analysis.reproduction.comparison import Comparison
 from analysis.reproduction.film import more_than
@@ -90,7 +91,8 @@ def test_listing_the_items_loads_no_solver():
 
 
 def test_perception_figure_puts_estimates_over_falling_friction():
-    figure = perception_figure([0.0, 0.5, 1.2, 2.3], [12.75, 19.58, 56.25, 81.33])
+    means = published_means()
+    figure = perception_figure(list(means), list(means.values()))
     axes = figure.axes[0]
     assert axes.xaxis_inverted()
     reynolds, closed = (line.get_xdata() for line in axes.get_lines()[:2])

@@ -1,0 +1,205 @@
+"""What a table lets one say, computed: an answer for every column, and one across columns.
+
+Pure: how an answer is written for people and machines is `report`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from analysis.reconstruction.marginals import Marginals, marginals
+from analysis.reconstruction.published_table import CONVENTIONS, Scale
+from analysis.reconstruction.rounding import RULES
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from fractions import Fraction
+
+    from analysis.reconstruction.conclusions import Conclusion
+    from analysis.reconstruction.distributions import Distribution
+    from analysis.reconstruction.partition import Wanted
+    from analysis.reconstruction.solutions import Solutions
+
+# What is worth its time on the command line: so many cells of the tables of states, each once
+# for every goal, and so many additions for the ordered samples when multisets are asked for.
+MARGINAL_CELLS = 5_000_000
+ORDERED_ADDITIONS = 6_000_000_000
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrderStatistic:
+    """One of the sorted ratings over all data sets: sharp bounds and the mean."""
+
+    rank: int
+    minimum: float
+    maximum: float
+    mean: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variant:
+    """How many data sets there are under one SD convention and rounding rule; why, if none."""
+
+    sd_convention: str
+    rounding: str
+    multisets: int
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColumnAnswer:
+    """What is known of one column.
+
+    Parameters
+    ----------
+    label, sd_convention, rounding : str
+        Of the column.
+    reason : str
+        Why there is no data set; empty if there is one.
+    multisets : int
+        Data sets when the order of the participants does not count.
+    ordered : int or None
+        When it does; None if counting them takes too long to do unasked.
+    grim, grimmer : bool
+        Whether the mean, and the SD beside it, pass these tests.
+    sums : tuple of (Fraction, Fraction)
+        Admissible sums and sums of squares, in the scale's own unit.
+    order_statistics : tuple of OrderStatistic
+        Empty if there is no data set, or if they take too long to do unasked.
+    variants : tuple of Variant
+        Empty if not asked for.
+    """
+
+    label: str
+    sd_convention: str
+    rounding: str
+    reason: str
+    multisets: int
+    ordered: int | None
+    grim: bool
+    grimmer: bool
+    sums: tuple[tuple[Fraction, Fraction], ...]
+    order_statistics: tuple[OrderStatistic, ...] = ()
+    variants: tuple[Variant, ...] = ()
+
+    @property
+    def consistent(self) -> bool:
+        """Whether there is any data set."""
+        return self.multisets > 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Across:
+    """What is known across columns.
+
+    Parameters
+    ----------
+    bounds : tuple of Conclusion
+        Over all data sets and pairings; none where the data sets are too many to list.
+    not_bounded : tuple of str
+        Labels of the columns with too many.
+    distributions : tuple of Distribution
+        Over uniform samples.
+    """
+
+    bounds: tuple[Conclusion, ...]
+    not_bounded: tuple[str, ...]
+    distributions: tuple[Distribution, ...]
+
+
+def column_answer(solutions: Solutions, measure: str, *, variants: bool = False) -> ColumnAnswer:
+    """Return one column's answer; ``variants``: under every convention and rule, too."""
+    column, found = solutions.column, solutions.targets
+    cells = sum((task.bytes // 8) * len(task.goals) for task in solutions.problems)
+    worth = solutions.consistent and cells <= MARGINAL_CELLS
+    return ColumnAnswer(
+        label=column.label,
+        sd_convention=column.sd_convention,
+        rounding=column.rounding,
+        reason=solutions.reason,
+        multisets=solutions.multisets,
+        ordered=solutions.ordered if worth_ordering(solutions, measure) else None,
+        grim=found.grim,
+        grimmer=found.grimmer,
+        sums=moments(solutions),
+        order_statistics=(
+            order_statistics(marginals(solutions, measure), column.scale) if worth else ()
+        ),
+        variants=all_variants(solutions) if variants else (),
+    )
+
+
+def worth_ordering(solutions: Solutions, measure: str) -> bool:
+    """Whether ordered samples are counted: asked for, or few enough additions."""
+    n, values = solutions.column.n, solutions.column.scale.steps + 1
+    cells = sum(task.bytes // 8 for task in solutions.problems)
+    return measure == "ordered" or cells * n * values <= ORDERED_ADDITIONS
+
+
+def moments(solutions: Solutions) -> tuple[tuple[Fraction, Fraction], ...]:
+    """Return the admissible sums and sums of squares in the scale's own unit."""
+    low, step = solutions.column.scale.minimum, solutions.column.scale.step
+    return tuple(
+        (
+            m.n * low + step * m.total,
+            m.n * low**2 + 2 * low * step * m.total + step**2 * m.squares,
+        )
+        for m in solutions.targets.moments
+    )
+
+
+def order_statistics(found: Marginals, scale: Scale) -> tuple[OrderStatistic, ...]:
+    """Return for each order statistic its sharp bounds and its mean over all data sets."""
+    rows = []
+    for rank in range(1, found.n + 1):
+        chances = found.order_statistic(rank)
+        mean = sum(p * scale.value(v) for v, p in chances.items())
+        rows.append(
+            OrderStatistic(
+                rank=rank,
+                minimum=float(scale.value(min(chances))),
+                maximum=float(scale.value(max(chances))),
+                mean=float(mean),
+            )
+        )
+    return tuple(rows)
+
+
+def all_variants(solutions: Solutions) -> tuple[Variant, ...]:
+    """Return the answer under every SD convention and rounding rule."""
+    rows = []
+    known: dict[tuple[Wanted, ...], tuple[int, str]] = {}
+    for convention in CONVENTIONS:
+        for rule in RULES:
+            other = solutions.under(convention, rule)
+            # Rules that admit the same sums admit the same data sets.
+            if other.targets.wanted not in known or not other.targets.wanted:
+                known[other.targets.wanted] = (other.multisets, other.reason)
+            count, reason = known[other.targets.wanted]
+            rows.append(
+                Variant(sd_convention=convention, rounding=rule, multisets=count, reason=reason)
+            )
+    return tuple(rows)
+
+
+def across(columns: Sequence[Solutions], measure: str, seed: int) -> Across:
+    """Return bounds and distributions; no bounds where the data sets are too many to list.
+
+    Raises
+    ------
+    UserError
+        The columns cannot be compared.
+    """
+    from analysis.reconstruction.conclusions import conclusions  # noqa: PLC0415 - if asked for
+    from analysis.reconstruction.distributions import distributions  # noqa: PLC0415
+    from analysis.reconstruction.sampling import LISTED, Sampler  # noqa: PLC0415
+
+    samplers = [Sampler(solutions, measure) for solutions in columns]
+    drawn = distributions(samplers, seed)
+    long = tuple(s.column.label for s in columns if s.multisets > LISTED)
+    return Across(
+        bounds=() if long else tuple(conclusions(samplers)),
+        not_bounded=long,
+        distributions=tuple(drawn),
+    )

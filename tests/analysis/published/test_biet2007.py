@@ -1,0 +1,21 @@
+"""Table III is typed in one place; what cannot read it from there says the same."""
+
+from __future__ import annotations
+
+from analysis.published.biet2007 import BY_AMPLITUDE, TABLE3, TABLE3_FILE
+from analysis.reconstruction.published_table import read
+from experiments.participants import population
+
+
+def test_reconstruction_reads_the_same_numbers():
+    for row, column in zip(TABLE3, read(TABLE3_FILE).columns, strict=True):
+        assert (row.mean, row.standard_deviation) == (column.mean.text, column.sd.text)
+        assert row.maximum_deviation == column.maximum_deviation.text
+        assert float(row.amplitude_um_pp) == column.amplitude_um_pp
+
+
+def test_the_simulated_population_feels_as_table_iii_says():
+    """Experiments stand below the analysis and cannot read its file."""
+    assert tuple(BY_AMPLITUDE) == population.AMPLITUDE_UM_PP
+    assert tuple(float(row.mean) for row in TABLE3) == population.MEAN_SENSATION
+    assert tuple(float(row.standard_deviation) for row in TABLE3) == population.SD_SENSATION
