@@ -146,8 +146,8 @@ def _peak() -> Harmonic:
 
 _TWIN = (
     "measured in the paper; ours is the twin, which is set to it. The finite elements give "
-    "34.06 kHz and 3.23 µm p-p. That a glue softer than ideal makes the difference is a conjecture, "
-    "which the paper shares (Section IV-A); nobody measured it"
+    "34.06 kHz and 3.23 µm p-p. That a glue softer than ideal makes the difference is a "
+    "conjecture, which the paper shares (Section IV-A); nobody measured it"
 )
 
 

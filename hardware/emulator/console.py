@@ -19,14 +19,14 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
-from hardware.plate.dynamics import Finger
+from hardware.plate.dynamics import FingerLoad
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from hardware.emulator.pty import Emulator
 
-FINGER = Finger(loss=1 / 300)  # Q from 60 to 50
+FINGER = FingerLoad(loss=1 / 300)  # Q from 60 to 50
 
 ACTS: dict[str, Callable[[Emulator], None]] = {
     "state": lambda _: None,

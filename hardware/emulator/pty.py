@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     from hardware.clock import Clock
     from hardware.fault_injection import Injection
-    from hardware.plate.dynamics import Finger
+    from hardware.plate.dynamics import FingerLoad
 
 TICK_S = 0.001
 FOREIGN_IDENTITY = "Hewlett-Packard,34401A,0,10-5-2"
@@ -160,7 +160,7 @@ class Emulator:
         for each in parse_injections(text, faults=(*ANSWER_FAULTS, *COMMAND_FAULTS), phases=PHASES):
             self._schedule.add(each)
 
-    def touch(self, finger: Finger = NO_FINGER) -> None:
+    def touch(self, finger: FingerLoad = NO_FINGER) -> None:
         """Put a finger on the plate, or take it away."""
         self._twin.amplitude_um_pp(self._now())  # until now it was another plate
         self._twin.finger = finger

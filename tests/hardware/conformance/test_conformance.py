@@ -12,7 +12,7 @@ from hardware.conformance.bench import Bench
 from hardware.conformance.table import RULES, examine
 from hardware.emulator import compiled
 from hardware.emulator.firmware import Board
-from hardware.plate.dynamics import Finger
+from hardware.plate.dynamics import FingerLoad
 from hardware.plate.twin import Twin
 
 
@@ -58,7 +58,7 @@ def code(tmp_path_factory):
 
 PLATES = {
     "a free plate": {},
-    "a plate with a finger": {"finger": Finger(loss=1 / 300)},
+    "a plate with a finger": {"finger": FingerLoad(loss=1 / 300)},
     "a noisy sensor": {"noise_um": 0.01, "seed": 3},
 }
 
@@ -141,7 +141,10 @@ class NeverForgotten(Board):
 
 BROKEN = {
     "a frame with ! inside is not run": (ForgetsNotAtStop, {}),
-    "AMPL settles within 2 s, and HOLD is true": (HoldsTooEarly, {"finger": Finger(loss=1 / 300)}),
+    "AMPL settles within 2 s, and HOLD is true": (
+        HoldsTooEarly,
+        {"finger": FingerLoad(loss=1 / 300)},
+    ),
     "no-frames and plain *IDN? do not part a repetition": (ForgetsItsAnswer, {}),
     "lines have 96 bytes at most": (CutsLines, {}),
     "the watchdog silences when no correct frame comes": (NeverForgotten, {}),
