@@ -1,4 +1,4 @@
-"""From a data set to all that `slipscale analyse` tells: computed here, written elsewhere.
+"""From a data set to everything that `slipscale analyse` computes; nothing is written here.
 
 Each stage is a function of data, usable by itself in a notebook; this module calls them in
 order, under the study's frozen choices. Exclusion comes first, by the study's rule, before
@@ -15,8 +15,11 @@ from analysis.preprocessing.log_transform import prepare
 from analysis.reading.dataset import Dataset
 from analysis.reading.load import load
 from analysis.result import Analysis
-from analysis.statistics import descriptives, run_all, textures
+from analysis.statistics import descriptives, textures
 from analysis.statistics.individuals import individuals
+from analysis.statistics.robustness import robustness
+from analysis.statistics.run_all import conclude
+from analysis.statistics.sensitivity import sensitivity
 from experiments.dataset.schema import PARTICIPANT
 from faults import UserError
 
@@ -42,7 +45,7 @@ def analyse(
     normalise : str, optional
         A rule of `analysis.preprocessing.normalisation.RULES`, in place of the study's frozen one.
     progress : callable, optional
-        Told in a few words what comes next.
+        Called with a few words on what comes next.
 
     Raises
     ------
@@ -73,7 +76,7 @@ def analyse(
         seed=choices.bootstrap_seed,
     )
     tell("testing")
-    inference = run_all.conclude(data, prepared, rule if prepared else None)
+    inference = conclude(data, prepared, rule if prepared else None)
     return Analysis(
         dataset=data,
         rule=rule,
@@ -84,10 +87,8 @@ def analyse(
         textures=textures.describe(data.textures, data.estimates, rule, choices.standard_deviation),
         prepared=prepared,
         inference=inference,
-        sensitivity=run_all.sensitivity(data.estimates, rule) if prepared else [],
-        robustness=run_all.robustness(prepared, set(flags.index[flags.any(axis=1)]))
-        if prepared
-        else [],
+        sensitivity=sensitivity(data.estimates, rule) if prepared else (),
+        robustness=robustness(prepared, set(flags.index[flags.any(axis=1)])) if prepared else (),
         individuals=individuals(prepared, inference),
         measures=measures,
         flags=flags,
@@ -98,7 +99,7 @@ def analyse(
             *notes,
             *data_warnings.changing_tops(data),
             *data_warnings.beyond_tops(data),
-            *data_warnings.thin(cells),
+            *data_warnings.too_few_data(cells),
             *data_warnings.scales(cells, rule),
             *data_warnings.unequal(prepared),
         ),

@@ -1,9 +1,9 @@
-"""What an analysis found: one frozen structure that tables, figures and pages are made of."""
+"""The result of an analysis: one frozen structure that tables, figures and pages are made of."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -12,11 +12,14 @@ if TYPE_CHECKING:
 
     from analysis.preprocessing.log_transform import Prepared
     from analysis.reading.dataset import Dataset
+    from analysis.statistics.robustness import SubsetSummary
+    from analysis.statistics.run_all import Inference
+    from analysis.statistics.sensitivity import RuleSummary
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Analysis:
-    """What was found.
+    """Everything that `analysis.pipeline.analyse` computes.
 
     Parameters
     ----------
@@ -32,10 +35,14 @@ class Analysis:
         See `analysis.statistics.descriptives`.
     textures : DataFrame
         See `analysis.statistics.textures.describe`.
-    inference : Mapping
-        What ``inference.json`` holds, see `analysis.statistics.run_all`.
-    sensitivity, robustness : list
-        Results under other normalisations, and without flagged participants.
+    prepared : Prepared or None
+        What the tests were computed from; None where there are no magnitude estimates.
+    inference : Inference
+        One field a test, see `analysis.statistics.run_all`.
+    sensitivity : tuple of RuleSummary
+        Means and spreads under every normalisation.
+    robustness : tuple of SubsetSummary
+        The chief results with and without flagged participants.
     individuals : DataFrame
         See `analysis.statistics.individuals`.
     measures, flags : DataFrame
@@ -54,9 +61,9 @@ class Analysis:
     description: pd.DataFrame
     textures: pd.DataFrame
     prepared: Prepared | None
-    inference: Mapping[str, Any]
-    sensitivity: list[dict[str, Any]]
-    robustness: list[dict[str, Any]]
+    inference: Inference
+    sensitivity: tuple[RuleSummary, ...]
+    robustness: tuple[SubsetSummary, ...]
     individuals: pd.DataFrame
     measures: pd.DataFrame
     flags: pd.DataFrame

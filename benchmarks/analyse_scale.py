@@ -40,10 +40,10 @@ from analysis.pipeline import analyse
 from analysis.reporting import files
 analysis = analyse(folder)
 start, spent = time.perf_counter(), time.process_time()
-from analysis.figures import style
+import figure_style
 for name, figure in files.draw(analysis).items():
-    style.svg(figure, salt=name)
-    style.save(figure, folder.parent / name, (".png", ".pdf"))
+    figure_style.svg(figure, salt=name)
+    figure_style.save(figure, folder.parent / name, (".png", ".pdf"))
 """
 
 ANALYSE = """

@@ -1,48 +1,75 @@
-"""One look for the models' figures: Okabe-Ito colours, quiet axes, units on every axis."""
+"""One look for every figure: Okabe-Ito colours, light axes, and the same bytes on every run.
+
+Matplotlib takes half a second to import, so it is imported where a figure is drawn or written.
+"""
 
 from __future__ import annotations
 
+import io
+import re
 from functools import wraps
-from typing import TYPE_CHECKING, Any, ParamSpec
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-P = ParamSpec("P")
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
-# Okabe and Ito's palette, told apart by colour-blind eyes; dashes tell it again in print.
-BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
-SKY, PURPLE, GREY, BLACK = "#56B4E9", "#CC79A7", "#6E6E6E", "#222222"
-CYCLE = (BLUE, ORANGE, GREEN, RED)
+P = ParamSpec("P")
+R = TypeVar("R")
+
+# Okabe and Ito's palette, which colour-blind readers tell apart; dashes and markers differ too.
+BLUE, VERMILION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
+PURPLE, INK, GREY, PALE = "#CC79A7", "#1F2933", "#52606D", "#7B8794"
+CYCLE = (BLUE, ORANGE, GREEN, VERMILION)
 DASHES = ("-", "--", "-.", ":")
 
-_STYLE: dict[Any, Any] = {
-    "font.size": 10,
-    "axes.titlesize": 11,
-    "axes.titleweight": "bold",
-    "axes.titlelocation": "left",
+#: Typed loosely: matplotlib names each of its settings in its own type.
+STYLE: dict[Any, Any] = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],
+    "font.size": 9.5,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "axes.grid": True,
     "axes.edgecolor": GREY,
-    "grid.color": "#E4E4E4",
+    "axes.labelcolor": INK,
+    "axes.titlesize": 10.5,
+    "axes.titleweight": "bold",
+    "axes.titlelocation": "left",
+    "axes.grid": True,
+    "axes.grid.axis": "y",
+    "axes.axisbelow": True,
+    "grid.color": "#E4E7EB",
+    "grid.linewidth": 0.8,
     "lines.linewidth": 1.8,
+    "xtick.color": GREY,
+    "ytick.color": GREY,
+    "text.color": INK,
     "legend.frameon": False,
+    "legend.fontsize": 8.5,
     "svg.fonttype": "none",
     "svg.hashsalt": "slipscale",
+    "pdf.fonttype": 42,
+    "savefig.dpi": 200,
+}
+#: Suffix: the metadata that keeps the bytes the same on every run.
+FORMATS: dict[str, dict[str, str | None]] = {
+    ".svg": {"Date": None, "Creator": None},
+    ".png": {"Software": None},
+    ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
 }
 
 
-def styled(draw: Callable[P, Any]) -> Callable[P, Any]:
-    """Draw a figure in the house's look, whatever the user's own matplotlib settings are."""
+def styled(draw: Callable[P, R]) -> Callable[P, R]:
+    """Draw a figure in this style, whatever the user's own matplotlib settings are."""
 
     @wraps(draw)
-    def drawn(*args: P.args, **kwargs: P.kwargs) -> Any:
-        # matplotlib takes half a second to import: only a figure pays for it.
-        from matplotlib import rc_context  # noqa: PLC0415
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
+        import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
 
-        with rc_context(_STYLE):
+        with mpl.rc_context(dict(mpl.rcParamsDefault) | STYLE):
             return draw(*args, **kwargs)
 
     return drawn
@@ -50,7 +77,7 @@ def styled(draw: Callable[P, Any]) -> Callable[P, Any]:
 
 def canvas(
     rows: int = 1, columns: int = 1, size: tuple[float, float] = (6.6, 4.2), **grid: Any
-) -> Any:
+) -> tuple[Figure, Any]:
     """Return a matplotlib figure and its axes.
 
     Parameters
@@ -62,31 +89,83 @@ def canvas(
     **grid
         What ``Figure.subplots`` takes.
     """
-    from matplotlib.figure import Figure  # noqa: PLC0415 - see `styled`
+    from matplotlib.figure import Figure  # noqa: PLC0415 - only a figure pays for it
 
     figure = Figure(figsize=size, layout="constrained")
     return figure, figure.subplots(rows, columns, **grid)
 
 
-def save(figure: Any, path: Path) -> None:
-    """Write a figure as its suffix says; the same figure gives the same SVG bytes."""
-    from matplotlib import rc_context  # noqa: PLC0415 - see `styled`
-
-    with rc_context(_STYLE):
-        metadata = {"Date": None} if path.suffix == ".svg" else None
-        figure.savefig(path, dpi=150, metadata=metadata)
-
-
 def note(
-    axes: Any, text: str, at: tuple[float, float], to: tuple[float, float], **how: Any
+    axes: Axes, text: str, at: tuple[float, float], to: tuple[float, float], **how: Any
 ) -> None:
-    """Write a remark at a place of the data, with a thin line to what it is about."""
+    """Write a remark at a place of the data, with a thin line to the point that it is about."""
     axes.annotate(
         text,
         xy=to,
         xytext=at,
-        color=BLACK,
+        color=INK,
         fontsize=9,
         arrowprops={"arrowstyle": "-", "color": GREY, "linewidth": 0.8},
         **how,
     )
+
+
+@styled
+def with_note(figure: Figure, text: str) -> Figure:
+    """Put a line of text under a figure, as a part of it."""
+    figure.supxlabel(text, x=0.01, ha="left", fontsize=8, color=GREY)
+    return figure
+
+
+def lay_out(figure: Figure) -> None:
+    """Place a figure's parts once, for all formats: the same picture in each, and sooner."""
+    import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
+
+    if figure.get_layout_engine() is not None:
+        with mpl.rc_context(STYLE):
+            figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+
+
+def svg(figure: Figure, *, salt: str = "") -> str:
+    """Return a figure as an SVG element: text selectable, no date, no metadata block.
+
+    ``salt`` keeps the element's identifiers apart from those of other figures on the same page.
+    """
+    import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
+
+    stream = io.StringIO()
+    lay_out(figure)
+    with mpl.rc_context(STYLE | {"svg.hashsalt": f"slipscale {salt}", "svg.id": salt or None}):
+        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+    text = re.sub(r"<metadata>.*?</metadata>", "", stream.getvalue(), flags=re.DOTALL)
+    text = text[text.index("<svg") :].strip()
+    # Matplotlib names its groups figure_1, axes_1, ... in every figure: once a page is enough.
+    return re.sub(
+        r' id="(figure|axes|patch|line2d|text|matplotlib\.axis|xtick|ytick|legend|'
+        r'PathCollection|FillBetweenPolyCollection|LineCollection)_\d+"',
+        "",
+        text,
+    )
+
+
+def save(figure: Figure, path: Path, suffixes: tuple[str, ...] = ()) -> list[Path]:
+    """Write a figure, the same bytes on every run; return the paths.
+
+    Parameters
+    ----------
+    figure : Figure
+        Laid out once, so that it is the same picture in every format.
+    path : Path
+        Its suffix says the format, unless ``suffixes`` do.
+    suffixes : tuple of str
+        Of `FORMATS`; one file each, beside ``path``.
+    """
+    import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
+
+    paths = [path.with_suffix(suffix) for suffix in suffixes] or [path]
+    lay_out(figure)
+    with mpl.rc_context(STYLE):
+        for each in paths:
+            figure.savefig(each, metadata=FORMATS[each.suffix])
+    return paths

@@ -76,7 +76,7 @@ def refuse_nonsense(args: Namespace) -> None:
 def run_power(args: Namespace) -> int:
     """Simulate studies of several sizes; 1 where none reaches the power asked for."""
     from analysis.planning.power import fewest, power_curve  # noqa: PLC0415
-    from analysis.reporting.terminal import print_power  # noqa: PLC0415
+    from analysis.planning.terminal import print_power  # noqa: PLC0415
     from experiments.participants.population import Population  # noqa: PLC0415
     from experiments.study.file import read_study  # noqa: PLC0415
     from faults import UserError  # noqa: PLC0415

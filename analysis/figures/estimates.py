@@ -1,39 +1,27 @@
-"""Figures as matplotlib `Figure` objects: made without a screen."""
+"""Figures of magnitude estimates: Fig. 15, and the residuals of log estimates."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.figures.growth import growth
-from analysis.figures.style import (
-    BLUE,
-    LINES_AT_MOST,
-    PALE,
-    VERMILION,
-    amplitude_axis,
-    save,
-    styled,
-    svg,
-    with_note,
-)
-from analysis.figures.yes_no import difference
+from analysis.figures.shared import LINES_AT_MOST, amplitude_axis
 from analysis.preprocessing.normalisation import complete
 from analysis.published import biet2007
 from analysis.statistics import omnibus
 from analysis.statistics.descriptives import cousineau_morey
+from figure_style import BLUE, PALE, VERMILION, styled
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
+    from numpy.typing import NDArray
 
-__all__ = ["difference", "fig15", "growth", "residuals", "save", "svg", "with_note"]
 
-
-def _individuals(axes: Axes, cells: pd.DataFrame, amplitudes: Any) -> None:
-    """Each participant as a thin line; a crowd as bands that hold half and nine tenths."""
+def _individuals(axes: Axes, cells: pd.DataFrame, amplitudes: NDArray[np.float64]) -> None:
+    """Draw each participant as a thin line; many as bands that hold 50 % and 90 % of them."""
     values = cells.to_numpy(float)
     if len(values) <= LINES_AT_MOST:
         for number, row in enumerate(values):
@@ -128,7 +116,7 @@ def fig15(
 
 @styled
 def residuals(logs: pd.DataFrame) -> Figure:
-    """Draw what participants' and amplitudes' means leave: against a normal, and by amplitude.
+    """Draw residuals of participants' and amplitudes' means: against a normal, and by amplitude.
 
     Parameters
     ----------

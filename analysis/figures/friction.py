@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from figure_style import BLACK, BLUE, GREY, ORANGE, canvas, styled
+from figure_style import BLUE, GREY, INK, ORANGE, canvas, styled
 from stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
 
 
 @styled
@@ -20,7 +22,7 @@ def perception_figure(
     roughness_um: float = 0.6,
     frequency_hz: float = 30_500.0,
     normal_force_n: float = 0.5,
-) -> Any:
+) -> Figure:
     """Return estimates of slipperiness against predicted relative friction, by both film models.
 
     Parameters
@@ -71,7 +73,7 @@ def perception_figure(
             xytext=(8, -13),
             textcoords="offset points",
             ha="left",
-            color=BLACK,
+            color=INK,
             fontsize=9,
         )
     axes.invert_xaxis()

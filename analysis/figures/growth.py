@@ -1,25 +1,32 @@
-"""The growth of sensation, drawn."""
+"""Figure of the growth of sensation."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.figures.style import BLUE, GREEN, INK, LINES_AT_MOST, ORANGE, PALE, PURPLE, styled
+from analysis.figures.shared import LINES_AT_MOST
 from analysis.statistics.growth_models import MODELS
+from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.regression import fit_lines
+from figure_style import BLUE, GREEN, INK, ORANGE, PALE, PURPLE, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import pandas as pd
+    from numpy.typing import NDArray
+
+    from analysis.statistics.growth import Growth
+    from analysis.statistics.growth_models import GrowthFit
+
+    Array = NDArray[np.float64]
 
 
 @styled
 def growth(
     logs: pd.DataFrame,
-    found: Mapping[str, Any],
+    found: Growth | NotComputed,
     *,
     unit: str = "% of the scale",
     confidence: float = 0.95,
@@ -30,8 +37,8 @@ def growth(
     ----------
     logs : DataFrame, shape (participants, amplitudes)
         Mean natural logarithms of normalised estimates; 0 µm is left out.
-    found : Mapping
-        `analysis.statistics.power_law.growth`'s result, or its reason.
+    found : Growth or NotComputed
+        `analysis.statistics.growth.growth`'s result.
     unit : str
         Of the estimates.
     confidence : float
@@ -44,14 +51,14 @@ def growth(
     centre = above.mean().to_numpy(float)
     low, high = _student(above, confidence)
     fine = np.linspace(amplitudes.min(), amplitudes.max(), 200)
-    models = found["amplitude"]["models"] if "amplitude" in found else {}
+    models = {} if isinstance(found, NotComputed) else found.amplitude.models
     for (name, model), colour, dash in zip(
         models.items(),
         (BLUE, GREEN, ORANGE, PURPLE),
         ("-", (0, (1, 1.2)), (0, (5, 2)), "-."),
         strict=False,
     ):
-        theta = model_parameters(name, model)
+        theta = model_parameters(name, model.fit)
         curve, points = (MODELS[name].log_f(x, theta) for x in (fine, amplitudes))
         left.plot(
             fine,
@@ -59,9 +66,7 @@ def growth(
             color=colour,
             linestyle=dash,
             linewidth=1.8,
-            label=f"{name}, ΔAICc {model['delta_aicc']:.1f}"
-            if model["delta_aicc"] is not None
-            else name,
+            label=f"{name}, ΔAICc {model.delta_aicc:.1f}" if model.delta_aicc is not None else name,
             zorder=2,
         )
     for axes in (left, right):
@@ -73,6 +78,7 @@ def growth(
             linestyle="none",
             marker="o",
             markersize=5.5,
+            elinewidth=1.5,
             capsize=3,
             zorder=4,
         )
@@ -85,9 +91,13 @@ def growth(
         left.legend(loc="lower right")
     for row in np.exp(above.to_numpy(float))[:LINES_AT_MOST]:
         right.plot(amplitudes, row, color=PALE, linewidth=0.8, alpha=0.75, zorder=1)
-    slope, level = np.polyfit(np.log(amplitudes), centre, 1)
+    line = fit_lines(np.log(amplitudes), centre)
     right.plot(
-        amplitudes, np.exp(level + slope * np.log(amplitudes)), color=BLUE, linewidth=2, zorder=3
+        amplitudes,
+        np.exp(line.intercept + line.slope * np.log(amplitudes)),
+        color=BLUE,
+        linewidth=2,
+        zorder=3,
     )
     right.set_xscale("log")
     right.set_yscale("log")
@@ -98,13 +108,13 @@ def growth(
     return figure
 
 
-def model_parameters(name: str, model: Mapping[str, Any]) -> Any:
+def model_parameters(name: str, model: GrowthFit) -> Array:
     """Return a fitted model's parameters as its function takes them."""
-    values = [float(value) for value in model["parameters"].values()]
+    values = [float(value) for value in model.parameters.values()]
     return np.array([np.log(values[0])] if name == "fechner" else values)
 
 
-def _student(table: pd.DataFrame, confidence: float) -> tuple[Any, Any]:
+def _student(table: pd.DataFrame, confidence: float) -> tuple[Array, Array]:
     """Return Student's intervals of the columns' means."""
     from scipy import stats  # noqa: PLC0415 - a second's import
 

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from figure_style import BLACK, BLUE, CYCLE, DASHES, GREY, ORANGE, RED, canvas, note, styled
+from figure_style import BLUE, CYCLE, DASHES, GREY, INK, ORANGE, VERMILION, canvas, note, styled
 from stimuli import reynolds, squeeze_film
 from stimuli.reynolds import WorkingPoint
 from stimuli.squeeze_film import FINGER, Finger
 from stimuli.surface import peak_from_pp, pp_from_peak
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from stimuli.quantities import Array
 
 ROUGHNESS_UM = (0.4, 0.8, 1.2, 1.6)  # Table I
@@ -21,7 +23,7 @@ WORST_CASE = (3.0, 1.6)  # h_vib in µm peak and h_r in µm of Figs. 3 and 4
 
 
 @styled
-def squeeze_number_figure() -> Any:
+def squeeze_number_figure() -> Figure:
     """Return Fig. 3: squeeze number against frequency, h_r = 1.6 µm and h_vib = 3 µm."""
     figure, axes = canvas()
     frequency = np.linspace(1, 60, 60)
@@ -29,7 +31,7 @@ def squeeze_number_figure() -> Any:
     reached = 10 / number[0]
     axes.plot(frequency, number, color=BLUE)
     axes.axhline(10, color=GREY, linestyle="--", linewidth=1)
-    axes.plot([25], squeeze_film.squeeze_number([25e3], *WORST_CASE), "o", color=RED)
+    axes.plot([25], squeeze_film.squeeze_number([25e3], *WORST_CASE), "o", color=VERMILION)
     note(axes, "criterion of the paper: 25 kHz, σ = 11.7", (28, 6.5), (25, 11.5))
     note(axes, f"σ = 10 is reached at {reached:.1f} kHz", (3, 15), (reached, 10))
     axes.set(
@@ -43,7 +45,7 @@ def squeeze_number_figure() -> Any:
 
 
 @styled
-def film_figure() -> Any:
+def film_figure() -> Figure:
     """Return Fig. 4: film and mean pressure under the finger, closed form and Reynolds."""
     figure, (upper, lower) = canvas(2, 1, (6.6, 5.6), sharex=True)
     vibration, roughness = WORST_CASE
@@ -51,11 +53,11 @@ def film_figure() -> Any:
     thickness = squeeze_film.film_thickness_um(x, np.pi, vibration, roughness)
     floor = roughness + vibration
     upper.fill_between(x, thickness, 115, color="#F2D6C4", linewidth=0)
-    upper.plot(x, thickness, color=RED)
+    upper.plot(x, thickness, color=VERMILION)
     upper.fill_between(x, 0, floor, color="#D8E6F0", linewidth=0)
     upper.axhline(floor, color=BLUE, linewidth=1)
-    upper.text(0.02, 60, "film", ha="center", color=BLACK)
-    upper.text(0.35 / 2, 108, "finger", ha="center", color=BLACK)
+    upper.text(0.02, 60, "film", ha="center", color=INK)
+    upper.text(0.35 / 2, 108, "finger", ha="center", color=INK)
     note(upper, "h_r + h_vib", (-0.98, 32), (-0.9, floor))
     upper.set(ylabel="Film thickness (µm)", ylim=(0, 115), title="Film when the plate is highest")
 
@@ -94,7 +96,7 @@ def film_figure() -> Any:
 
 
 @styled
-def friction_figure() -> Any:
+def friction_figure() -> Figure:
     """Return Fig. 5: relative friction against amplitude, four roughnesses, 0.5 N."""
     figure, axes = canvas()
     amplitude = np.linspace(0, 5, 201)
@@ -104,7 +106,7 @@ def friction_figure() -> Any:
     axes.axhspan(-0.6, 0, color="#F0F0F0", zorder=0)
     axes.text(0.08, -0.3, "below 0: the finger would levitate", color=GREY, fontsize=9)
     half = float(squeeze_film.relative_friction(1.5, 0.6, 40_000).relative_friction)
-    axes.plot([1.5], [half], "D", color=BLACK, label="0.6 µm at 1.5 µm")
+    axes.plot([1.5], [half], "D", color=INK, label="0.6 µm at 1.5 µm")
     note(axes, f"guideline: about one half\n(ours {half:.2f})", (0.12, 0.08), (1.5, half))
     axes.set(
         xlabel="Vibration amplitude h_vib (µm peak)",
@@ -140,7 +142,7 @@ def convergence_data(factors: Array, finger: Finger = FINGER) -> tuple[Array, Ar
 
 
 @styled
-def closed_form_figure() -> Any:
+def closed_form_figure() -> Figure:
     """Return what the closed form hides: friction, and when the two forms meet."""
     figure, (left, right) = canvas(1, 2, (9.6, 4.2))
     peak = np.linspace(0, 1.15, 24)
@@ -175,9 +177,9 @@ def closed_form_figure() -> Any:
     right.plot(
         numbers, ratio, "o-", color=ORANGE, markersize=4, label="ridged finger (ours: 29 ridges)"
     )
-    right.plot(flat_numbers, flat, "s--", color=BLACK, markersize=4, label="flat finger")
-    right.axvline(10, color=RED, linewidth=1, linestyle=":")
-    right.text(8.2, 0.08, "paper: 10\nsuffices", color=RED, fontsize=9, ha="right")
+    right.plot(flat_numbers, flat, "s--", color=INK, markersize=4, label="flat finger")
+    right.axvline(10, color=VERMILION, linewidth=1, linestyle=":")
+    right.text(8.2, 0.08, "paper: 10\nsuffices", color=VERMILION, fontsize=9, ha="right")
     right.set(
         xscale="log",
         xlabel="Squeeze number σ",

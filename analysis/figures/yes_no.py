@@ -1,25 +1,29 @@
-"""The descending difference, drawn: every kind of step, and "yes" against the size of the step."""
+"""Figure of the descending difference: each step, and "yes" against the size of the step."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import PercentFormatter
 
-from analysis.figures.style import BLUE, GREY, INK, LINES_AT_MOST, PALE, VERMILION, styled
-from analysis.statistics.omnibus import interval_name
+from analysis.figures.shared import LINES_AT_MOST
+from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.psychometric import curve
 from analysis.statistics.yes_no import exact_interval
 from experiments.dataset.schema import PARTICIPANT
+from figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import pandas as pd
     from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from analysis.statistics.confidence_interval import ConfidenceInterval
+    from analysis.statistics.psychometric import PsychometricCurve
+    from analysis.statistics.yes_no import DescendingDifference
 
 #: Steps this much apart in size, µm, are of one size.
 SAME_SIZE = 1e-6
@@ -29,20 +33,20 @@ ROW, LOWER = 0.36, 2.9
 
 @styled
 def difference(
-    found: Mapping[str, Any], steps: pd.DataFrame, *, confidence: float = 0.95
+    found: DescendingDifference, steps: pd.DataFrame, *, confidence: float = 0.95
 ) -> Figure:
     """Draw the share of "yes": of each step and of catch steps, and against the size of the step.
 
     Parameters
     ----------
-    found : Mapping
+    found : DescendingDifference
         `analysis.statistics.yes_no.analyse_differences`'s result.
     steps : DataFrame
         `analysis.reading.dataset.Dataset.differences`, what it was computed from.
     confidence : float
         Of all intervals and of the curve's band.
     """
-    rows = len(found["steps"]) + (found["catch"]["n"] > 0)
+    rows = len(found.steps) + (found.catch.n > 0)
     upper = 0.9 + ROW * rows
     sizes = _sizes(steps)
     if len(np.unique(sizes)) == 1:
@@ -54,21 +58,22 @@ def difference(
     top, bottom = figure.subplots(2, 1, height_ratios=[upper, LOWER])
     _each_step(top, found, confidence)
     top.set_title("Each step down")
-    _against_size(bottom, found["psychometric"], steps.assign(size=sizes), confidence)
+    _against_size(bottom, found.psychometric, steps.assign(size=sizes), confidence)
     # Outside: the data may lie anywhere.
     figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=4)
     return figure
 
 
-def _each_step(axes: Axes, found: Mapping[str, Any], confidence: float) -> None:
-    key = interval_name(confidence)
-    labels = [f"{row['from_um_pp']:g} → {row['to_um_pp']:g} µm" for row in found["steps"]]
-    rows = [(row, BLUE, "o") for row in found["steps"]]
-    if found["catch"]["n"]:
+def _each_step(axes: Axes, found: DescendingDifference, confidence: float) -> None:
+    labels = [f"{step.from_um_pp:g} → {step.to_um_pp:g} µm" for step in found.steps]
+    rows: list[tuple[int, int, ConfidenceInterval, str, str]] = [
+        (step.yes, step.n, step.interval, BLUE, "o") for step in found.steps
+    ]
+    if found.catch.interval is not None:
         labels.append("catch: no change")
-        rows.append((found["catch"], VERMILION, "s"))
-    for place, (row, colour, marker) in enumerate(rows):
-        share, (low, high) = row["yes"] / row["n"], row[key]
+        rows.append((found.catch.yes, found.catch.n, found.catch.interval, VERMILION, "s"))
+    for place, (yes, n, (low, high), colour, marker) in enumerate(rows):
+        share = yes / n
         axes.errorbar(
             share,
             place,
@@ -82,7 +87,7 @@ def _each_step(axes: Axes, found: Mapping[str, Any], confidence: float) -> None:
             zorder=3,
         )
         axes.annotate(
-            f"{row['yes']} of {row['n']}",
+            f"{yes} of {n}",
             (1.03, place),
             xycoords=("axes fraction", "data"),
             va="center",
@@ -99,20 +104,20 @@ def _each_step(axes: Axes, found: Mapping[str, Any], confidence: float) -> None:
     axes.set_xlabel(f"“Yes, I feel a difference” (exact {100 * confidence:g} % intervals)")
 
 
-def _sizes(steps: pd.DataFrame) -> Any:
+def _sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
     """Return how much amplitude each step removed, µm peak to peak; rounding makes no new size."""
     removed = steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]
     return (removed / SAME_SIZE).round().to_numpy(float) * SAME_SIZE
 
 
 def _against_size(
-    axes: Axes, fit: Mapping[str, Any], steps: pd.DataFrame, confidence: float
+    axes: Axes, fit: PsychometricCurve | NotComputed, steps: pd.DataFrame, confidence: float
 ) -> None:
     level = f"{100 * confidence:g} %"
     sizes = np.unique(steps["size"])
     span = float(np.ptp(sizes))
     swarm = max(0.9 * float(np.diff(sizes).min()), 0.06 * span)
-    if "reason" not in fit:
+    if not isinstance(fit, NotComputed):
         fine = np.linspace(sizes[0], sizes[-1], 200)
         middle, low, high = curve(fit, fine, confidence)
         axes.plot(fine, middle, color=BLUE, linewidth=1.8, label="logistic curve", zorder=2)
@@ -154,10 +159,12 @@ def _participants(axes: Axes, steps: pd.DataFrame, width: float) -> None:
         .mean()
         .reset_index()
     )
-    kin = own.groupby(["size", "difference_felt"])
+    alike = own.groupby(["size", "difference_felt"])
     # As many as the paper's twelve stand at the same distance, a crowd closer.
-    together = np.maximum(kin["size"].transform("size").to_numpy(float), 12)
-    x = own["size"].to_numpy(float) + width * (kin.cumcount().to_numpy(float) + 2) / (together + 2)
+    together = np.maximum(alike["size"].transform("size").to_numpy(float), 12)
+    x = own["size"].to_numpy(float) + width * (alike.cumcount().to_numpy(float) + 2) / (
+        together + 2
+    )
     axes.plot(
         x,
         own["difference_felt"].to_numpy(float),

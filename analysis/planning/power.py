@@ -1,4 +1,4 @@
-"""How many participants: simulated studies of the shipped population, analysed as the report does.
+"""How many participants a study needs: simulated studies, tested as the report tests.
 
 The population (`experiments.participants.population`) is the pilot's: its means and spreads are
 Table III's, the rest is assumed and can be varied. Studies are simulated by the thousand, whole
@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.statistics.pairwise import EXACT_AT_MOST
+from analysis.statistics import batched
+from analysis.statistics.regression import fit_lines
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -97,7 +98,7 @@ def simulate(
     for place, amplitude in enumerate(amplitudes):
         curve = np.array([sensation(float(amplitude), float(deviate)) for deviate in grid])
         felt[:, :, place] = np.interp(deviates[:, :, place], grid, curve)
-    # People answer in whole hundredths of their scale: ties and zeros are part of the matter.
+    # People answer in whole hundredths of their scale, so that ties and zeros occur.
     return np.asarray(np.round(felt).mean(axis=-1))
 
 
@@ -117,11 +118,13 @@ def power_of(
     """
     studies, participants, kinds = values.shape
     pairs = list(combinations(range(kinds), 2))
-    p = np.column_stack([_wilcoxon(values[..., high] - values[..., low]) for low, high in pairs])
-    told_apart = holm(p) < alpha
+    p = np.column_stack(
+        [batched.signed_rank_p(values[..., high] - values[..., low]) for low, high in pairs]
+    )
+    told_apart = batched.holm(p) < alpha
     column = {pair: place for place, pair in enumerate(pairs)}
     # Friedman's test needs three amplitudes.
-    found = friedman(values) < alpha if kinds > 2 else told_apart  # noqa: PLR2004
+    found = batched.friedman_p(values) < alpha if kinds > 2 else told_apart  # noqa: PLR2004
     omnibus = float(found.mean())
     return Power(
         participants=participants,
@@ -135,47 +138,6 @@ def power_of(
     )
 
 
-def friedman(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the p of Friedman's test of each study; `scipy.stats.friedmanchisquare` at scale.
-
-    Parameters
-    ----------
-    values : array, shape (studies, participants, amplitudes)
-    """
-    from scipy import stats  # noqa: PLC0415
-
-    _, n, k = values.shape
-    ranks = stats.rankdata(values, axis=2)
-    # A group of t equal values adds t (t² - 1), each of its members t² - 1.
-    equal = (values[..., None] == values[..., None, :]).sum(axis=-1)
-    tied = 1 - (equal**2 - 1).sum(axis=(1, 2)) / (n * k * (k**2 - 1))
-    chi2 = 12 / (n * k * (k + 1)) * (ranks.sum(axis=1) ** 2).sum(axis=1) - 3 * n * (k + 1)
-    with np.errstate(invalid="ignore"):
-        return np.asarray(np.nan_to_num(stats.chi2.sf(chi2 / tied, k - 1), nan=1.0))
-
-
-def holm(p: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return Holm's adjusted p, each row a family; statsmodels' `multipletests` at scale."""
-    order = np.argsort(p, axis=1)
-    steps = np.take_along_axis(p, order, axis=1) * np.arange(p.shape[1], 0, -1)
-    adjusted = np.empty_like(p)
-    np.put_along_axis(adjusted, order, np.maximum.accumulate(steps, axis=1), axis=1)
-    return np.minimum(adjusted, 1.0)
-
-
-def _wilcoxon(differences: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return Wilcoxon's p of each study; 1 where all differences are zero."""
-    from scipy import stats  # noqa: PLC0415
-
-    some = np.any(differences != 0, axis=1)
-    p = np.ones(len(differences))
-    if some.any():
-        # Exact up to the size where the report's test is, ties aside.
-        method = "exact" if differences.shape[1] <= EXACT_AT_MOST else "asymptotic"
-        p[some] = stats.wilcoxon(differences[some], axis=1, method=method).pvalue
-    return p
-
-
 def _exponent_half_width(amplitudes: Sequence[float], values: NDArray[np.float64]) -> float:
     from scipy import stats  # noqa: PLC0415
 
@@ -186,8 +148,7 @@ def _exponent_half_width(amplitudes: Sequence[float], values: NDArray[np.float64
     x = np.log(np.asarray(amplitudes)[above])
     # Where somebody answers zero the least answer possible stands in: it is for planning only.
     y = np.log(np.maximum(values[..., above], 0.5))
-    weights = (x - x.mean()) / ((x - x.mean()) ** 2).sum()
-    spread = (y @ weights).std(axis=1, ddof=1)
+    spread = fit_lines(x, y).slope.std(axis=1, ddof=1)
     return float(spread.mean() * stats.t.ppf(0.975, n - 1) / np.sqrt(n))
 
 

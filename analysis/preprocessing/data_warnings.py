@@ -1,4 +1,4 @@
-"""What is to be said of poor data before anybody reads a number: one sentence each."""
+"""Warnings about the data, to be read before any result: one sentence each."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def nothing(data: Dataset) -> str:
     return f"no answered trials; nothing to analyse{why}{first}"
 
 
-def thin(cells: pd.DataFrame) -> list[str]:
+def too_few_data(cells: pd.DataFrame) -> list[str]:
     """Say what so few data cannot tell."""
     notes = []
     participants, amplitudes = cells.shape

@@ -22,30 +22,28 @@ if TYPE_CHECKING:
 
     from experiments.study.analysis_choices import AnalysisChoices
 
-Reason = dict[str, str]
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ZeroOutcome:
-    """What a zero rule did: the values to take logarithms of (NaN: left out), and a sentence."""
+class PositiveEstimates:
+    """Estimates after a zero rule: what to take logarithms of (NaN: left out), and a sentence."""
 
     values: pd.Series[float]
     sentence: str
     refused: bool = False
 
 
-def _exclude(values: pd.Series[float]) -> ZeroOutcome:
+def _exclude(values: pd.Series[float]) -> PositiveEstimates:
     count = int((values <= 0).sum())
-    return ZeroOutcome(
+    return PositiveEstimates(
         values=values.where(values > 0),
         sentence=f"Estimates of zero: {count}. They have no logarithm and are left out of what is "
         "computed on logarithms (zero rule: exclude).",
     )
 
 
-def _refuse(values: pd.Series[float]) -> ZeroOutcome:
+def _refuse(values: pd.Series[float]) -> PositiveEstimates:
     count = int((values <= 0).sum())
-    return ZeroOutcome(
+    return PositiveEstimates(
         values=values.where(values > 0),
         sentence=f"Estimates of zero: {count}. The zero rule is 'refuse': nothing is computed on "
         "logarithms.",
@@ -53,10 +51,10 @@ def _refuse(values: pd.Series[float]) -> ZeroOutcome:
     )
 
 
-def _half_minimum(values: pd.Series[float]) -> ZeroOutcome:
+def _half_minimum(values: pd.Series[float]) -> PositiveEstimates:
     half = float(values[values > 0].min()) / 2
     count = int((values <= 0).sum())
-    return ZeroOutcome(
+    return PositiveEstimates(
         values=values.where(values > 0, half),
         sentence=f"Estimates of zero: {count}. They were replaced by {half:.4g}, half the smallest "
         "positive normalised estimate, before logarithms were taken (zero rule: half_minimum).",
@@ -64,7 +62,7 @@ def _half_minimum(values: pd.Series[float]) -> ZeroOutcome:
 
 
 #: Zero rule -> what it does to normalised estimates. Never a constant added in silence.
-ZERO_RULES: dict[str, Callable[[pd.Series[float]], ZeroOutcome]] = {
+ZERO_RULES: dict[str, Callable[[pd.Series[float]], PositiveEstimates]] = {
     "exclude": _exclude,
     "refuse": _refuse,
     "half_minimum": _half_minimum,
@@ -123,13 +121,15 @@ def prepare(estimates: pd.DataFrame, choices: AnalysisChoices) -> Prepared:
     """
     values = estimates["normalised"]
     zeros = int((values <= 0).sum())
-    outcome = (
-        ZERO_RULES[choices.zero_rule](values) if zeros else ZeroOutcome(values=values, sentence="")
+    positive = (
+        ZERO_RULES[choices.zero_rule](values)
+        if zeros
+        else PositiveEstimates(values=values, sentence="")
     )
     by_participant = estimates.groupby(PARTICIPANT, observed=True, sort=False)
     by_cell = estimates.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True, sort=False)
     trials = estimates.assign(
-        log=np.log(outcome.values),
+        log=np.log(positive.values),
         position=by_participant.cumcount() + 1,
         repetition=by_cell.cumcount() + 1,
     )
@@ -138,7 +138,7 @@ def prepare(estimates: pd.DataFrame, choices: AnalysisChoices) -> Prepared:
         cells=cell_means(trials, "normalised"),
         logs=cell_means(trials, "log"),
         zeros=zeros,
-        zero_sentence=outcome.sentence,
-        refused=outcome.refused,
+        zero_sentence=positive.sentence,
+        refused=positive.refused,
         choices=choices,
     )

@@ -1,9 +1,9 @@
-"""What is left of logarithms beside participants' and amplitudes' means, and its slopes."""
+"""Residuals of log estimates after participants' and amplitudes' means, and their slopes."""
 
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -37,7 +37,7 @@ def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
 
 
 def slopes_per_participant(
-    who: NDArray[Any], x: NDArray[np.float64], y: NDArray[np.float64], people: int
+    who: NDArray[np.intp], x: NDArray[np.float64], y: NDArray[np.float64], people: int
 ) -> NDArray[np.float64]:
     """Return each participant's least-squares slope of y on x; NaN where x does not vary.
 

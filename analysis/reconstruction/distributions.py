@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction import paired_statistics
 from analysis.reconstruction.comparable_columns import (
     LEVEL,
     labels,
@@ -22,6 +21,7 @@ from analysis.reconstruction.comparable_columns import (
     values_of,
 )
 from analysis.reconstruction.pairing import at_random, least_alike, most_alike, searched
+from analysis.statistics import batched
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -147,14 +147,14 @@ def _questions(columns: list[Sampler]) -> list[_Question]:
             "rm_f",
             f"repeated-measures F{k - 1, (k - 1) * (n - 1)}, p by Greenhouse and Geisser",
             everything,
-            paired_statistics.repeated_measures_f,
+            batched.repeated_measures_f,
             _p_of_f,
             ("exact" if k == 2 else "heuristic", _fixed(least_alike)),  # noqa: PLR2004 - a pair
             ("exact", _fixed(most_alike)),
         ),
         _by_search(
             "friedman", f"Friedman's chi-square({k - 1})", everything,
-            paired_statistics.friedman, _p_of_friedman,
+            batched.friedman, _p_of_friedman,
         ),
     ]  # fmt: skip
     for i, j in combinations(everything, 2):
@@ -163,7 +163,7 @@ def _questions(columns: list[Sampler]) -> list[_Question]:
                 f"t.{names[i]}.{names[j]}",
                 f"paired t({n - 1}) of {names[j]} minus {names[i]}",
                 (i, j),
-                paired_statistics.paired_t,
+                batched.paired_t,
                 _p_of_t,
                 ("exact", partial(_extreme_t, sign=-1)),
                 ("exact", partial(_extreme_t, sign=1)),
@@ -173,8 +173,8 @@ def _questions(columns: list[Sampler]) -> list[_Question]:
     if len(logs) > 1:
         x = tuple(logs.values())
         for name, words, function in (
-            ("mean", "mean of the participants' exponents", paired_statistics.mean_exponent),
-            ("sd", "SD of the participants' exponents", paired_statistics.sd_of_exponents),
+            ("mean", "mean of the participants' exponents", batched.mean_exponent),
+            ("sd", "SD of the participants' exponents", batched.sd_of_exponents),
         ):
             asked.append(
                 _by_search(
@@ -223,18 +223,18 @@ def _p_of_f(tables: Array) -> Array:
     from scipy.stats import f  # noqa: PLC0415 - SciPy takes longer than the counts
 
     _, n, k = tables.shape
-    epsilon = paired_statistics.greenhouse_geisser(tables)
+    epsilon = batched.greenhouse_geisser(tables)
     degrees = epsilon * (k - 1), epsilon * (k - 1) * (n - 1)
-    return np.asarray(f.sf(paired_statistics.repeated_measures_f(tables), *degrees))
+    return np.asarray(f.sf(batched.repeated_measures_f(tables), *degrees))
 
 
 def _p_of_friedman(tables: Array) -> Array:
     from scipy.stats import chi2  # noqa: PLC0415
 
-    return np.asarray(chi2.sf(paired_statistics.friedman(tables), tables.shape[2] - 1))
+    return np.asarray(chi2.sf(batched.friedman(tables), tables.shape[2] - 1))
 
 
 def _p_of_t(tables: Array) -> Array:
     from scipy.stats import t  # noqa: PLC0415
 
-    return np.asarray(2 * t.sf(np.abs(paired_statistics.paired_t(tables)), tables.shape[1] - 1))
+    return np.asarray(2 * t.sf(np.abs(batched.paired_t(tables)), tables.shape[1] - 1))

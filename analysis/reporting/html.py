@@ -1,16 +1,16 @@
 """The report's building blocks: tables, figures, sentences, as safe HTML.
 
-Everything that comes from data goes through markupsafe's escaping; nothing is marked safe but
-what is built here.
+Everything that comes from data is escaped, by Jinja or by markupsafe.
 """
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from functools import cache
+from typing import TYPE_CHECKING
 
-from markupsafe import Markup, escape
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -21,15 +21,15 @@ ROWS_TOGETHER = 16
 
 
 @dataclass(slots=True)
-class Section:
-    """A heading and what stands under it."""
+class ReportSection:
+    """A heading and the blocks under it."""
 
     title: str
     blocks: list[Markup] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Column:
+class TableColumn:
     """A column of a table: its heading, unit, alignment, and whether it is the paper's.
 
     A left-aligned column holds words and may break its lines, unless it is ``whole``.
@@ -41,46 +41,24 @@ class Column:
     paper: bool = False
     whole: bool = False
 
+    @property
     def classes(self) -> str:
-        """Return the class attribute, or nothing."""
-        names = [
-            name
-            for name, on in (("l", self.left), ("paper", self.paper), ("whole", self.whole))
-            if on
-        ]
-        return f' class="{" ".join(names)}"' if names else ""
+        """Its classes of report.css, separated by blanks."""
+        names = (("l", self.left), ("paper", self.paper), ("whole", self.whole))
+        return " ".join(name for name, on in names if on)
 
 
-def number(value: Any, decimals: int = 2) -> str:
-    """Return a number for reading: fixed decimals, a real minus, a dash where there is none.
-
-    >>> number(-1.5), number(float("nan")), number(1234567, 0), number(None)
-    ('−1.50', '–', '1 234 567', '–')
-    """
-    if value is None or (isinstance(value, float) and not math.isfinite(value)):
-        return "–"
-    # Narrow no-break space between thousands, as ISO 80000 has it.
-    return f"{value:,.{decimals}f}".replace(",", " ").replace("-", "−")
-
-
-def counted(count: int, one: str, many: str) -> str:
-    """Return a count with its noun.
-
-    >>> counted(1, "participant", "participants"), counted(0, "trial", "trials")
-    ('1 participant', '0 trials')
-    """
-    return f"{number(count, 0)} {one if count == 1 else many}"
-
-
-def interval(low: float | None, high: float | None, decimals: int = 2) -> str:
-    """Return "[low, high]", or a dash.
-
-    >>> interval(0.4, 0.62)
-    '[0.40, 0.62]'
-    """
-    if low is None or high is None or not (math.isfinite(low) and math.isfinite(high)):
-        return "–"
-    return f"[{number(low, decimals)}, {number(high, decimals)}]"
+@cache
+def environment() -> Environment:
+    """Return the templates' environment: everything is escaped, nothing may be undefined."""
+    return Environment(
+        loader=PackageLoader("analysis.reporting"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
 
 
 def paragraph(text: str, kind: str = "") -> Markup:
@@ -110,16 +88,16 @@ def figure(svg: str, caption: str, alt: str) -> Markup:
     caption : str
         Plain text under the figure.
     alt : str
-        What the picture shows, for who does not see it.
+        What the picture shows, for readers who cannot see it.
     """
     attributes = Markup('<svg role="img" aria-label="{}"').format(alt)
-    picture = Markup(svg.replace("<svg", attributes, 1))  # noqa: S704 - analysis.figures.estimates escapes
+    picture = Markup(svg.replace("<svg", attributes, 1))  # noqa: S704 - matplotlib escapes
     return Markup("<figure>{}<figcaption>{}</figcaption></figure>").format(picture, caption)
 
 
 def table(
-    columns: Sequence[Column],
-    rows: Iterable[Sequence[Any]],
+    columns: Sequence[TableColumn],
+    rows: Iterable[Sequence[str]],
     caption: str,
     *,
     over: Sequence[tuple[str, int]] = (),
@@ -127,41 +105,29 @@ def table(
 ) -> Markup:
     """Return a table.
 
+    A table of more than `ROWS_TOGETHER` rows may break across printed pages, under the same head.
+
     Parameters
     ----------
-    rows : iterable of sequences
+    columns : sequence of TableColumn
+        Their headings.
+    rows : iterable of sequences of str
         Cells as text; the first is the row's heading.
+    caption : str
+        Above the table.
     over : sequence of (str, int)
         A line of headings over the columns, each with how many it spans.
     marked : int, optional
-        The row to set off.
-
-    A table of more than `ROWS_TOGETHER` rows may break across printed pages, under the same head.
+        The row to emphasise.
     """
-    rows = list(rows)
-    head = ""
-    if over:
-        spans = "".join(
-            f'<th colspan="{count}" scope="colgroup">{escape(t)}</th>' for t, count in over
+    macro = environment().get_template("table.html").module.table  # type: ignore[attr-defined]
+    return Markup(  # noqa: S704 - the template escapes every cell
+        macro(
+            columns=columns,
+            rows=list(rows),
+            caption=caption,
+            over=over,
+            marked=marked,
+            rows_together=ROWS_TOGETHER,
         )
-        head = f'<tr class="over">{spans}</tr>'
-    cells = "".join(
-        f'<th scope="col"{c.classes()}>{escape(c.title)}'
-        + (f'<br><span class="unit">{escape(c.unit)}</span>' if c.unit else "")
-        + "</th>"
-        for c in columns
-    )
-    body = []
-    for place, row in enumerate(rows):
-        first, *rest = row
-        line = f'<th scope="row"{columns[0].classes()}>{escape(first)}</th>' + "".join(
-            f"<td{column.classes()}>{escape(cell)}</td>"
-            for column, cell in zip(columns[1:], rest, strict=True)
-        )
-        body.append(f'<tr class="on">{line}</tr>' if place == marked else f"<tr>{line}</tr>")
-    kind = ' class="long"' if len(rows) > ROWS_TOGETHER else ""
-    return Markup(  # noqa: S704 - every cell is escaped above
-        '<div class="wide" role="group" aria-label="Table" tabindex="0">'
-        f"<table{kind}><caption>{escape(caption)}</caption>"
-        f"<thead>{head}<tr>{cells}</tr></thead><tbody>{''.join(body)}</tbody></table></div>"
     )

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from analysis.reporting import apa, html
-from analysis.reporting.apa_difference import difference_sentences
+from analysis.reporting.numbers import grouped
 from analysis.reporting.sections.assumptions import assumptions
 from analysis.reporting.sections.comparisons import comparisons
 from analysis.reporting.sections.difference import difference
@@ -31,7 +30,7 @@ try:
 except PackageNotFoundError:  # a checkout that was never installed
     VERSION = "unknown"
 
-#: A question with more different answers than this is none to be counted.
+#: Answers to a question are counted where there are at most this many different ones.
 ANSWERS_LISTED = 8
 MODES = {"pilot": "pilot", "participant": "participants", "unknown": "not recorded"}
 
@@ -42,29 +41,25 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
     Parameters
     ----------
     svgs : Mapping
-        Figure's name -> SVG element, as `analysis.figures.estimates.svg` makes it.
+        Figure's name -> SVG element, as `figure_style.svg` makes it.
     software : Mapping
         Name -> version of what took part.
     """
-    environment = Environment(
-        loader=PackageLoader("analysis.reporting"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     css = (
         files("analysis.reporting").joinpath("templates", "report.css").read_text(encoding="utf-8")
     )
-    return environment.get_template("report.html").render(
-        title=analysis.dataset.name,
-        version=VERSION,
-        css=Markup(css),  # noqa: S704 - our own file
-        pilot=analysis.dataset.mode == "pilot",
-        facts=facts(analysis),
-        sections=sections(analysis, svgs, software),
-        sha256=analysis.dataset.sha256,
+    return (
+        html.environment()
+        .get_template("report.html")
+        .render(
+            title=analysis.dataset.name,
+            version=VERSION,
+            css=Markup(css),  # noqa: S704 - our own file
+            pilot=analysis.dataset.mode == "pilot",
+            facts=facts(analysis),
+            sections=sections(analysis, svgs, software),
+            sha256=analysis.dataset.sha256,
+        )
     )
 
 
@@ -77,7 +72,7 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
     if analysis.prepared is not None:
         amplitudes = ", ".join(f"{a:g}" for a in analysis.cells.columns)
         found += [
-            ("Estimates analysed", html.number(len(analysis.estimates), 0)),
+            ("Estimates analysed", grouped(len(analysis.estimates), 0)),
             ("Amplitudes", f"{amplitudes} µm (peak to peak)"),
             ("Normalisation", analysis.rule),
         ]
@@ -112,7 +107,7 @@ def about_participants(analysis: Analysis) -> list[tuple[str, str]]:
 
 def sections(
     analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, str]
-) -> list[html.Section]:
+) -> list[html.ReportSection]:
     """Return the page's sections, in reading order; empty ones are left out."""
     found = [
         estimates(analysis, svgs),
@@ -128,12 +123,12 @@ def sections(
     return [section for section in found if section.blocks]
 
 
-def results(analysis: Analysis) -> html.Section:
+def results(analysis: Analysis) -> html.ReportSection:
     """Return the sentences that a results section is written from."""
     level = analysis.dataset.choices.confidence
-    texts: list[Any] = apa.sentences(dict(analysis.inference), level)
-    texts += difference_sentences(analysis.inference["difference"], level)
-    section = html.Section("Results, in sentences")
+    texts = apa.sentences(analysis.inference, level)
+    texts += apa.difference_sentences(analysis.inference.difference, level)
+    section = html.ReportSection("Results, in sentences")
     section.blocks += [html.paragraph(_unbroken(text), "sentence") for text in texts]
     if analysis.problems:
         section.blocks.append(html.heading("To be looked at first"))

@@ -183,7 +183,7 @@ def write_figures(
     out: Path, wanted: Sequence[str] = (), progress: Callable[[str], None] | None = None
 ) -> list[Path]:
     """Write the figures that belong to the items chosen, as SVG and PNG; return their paths."""
-    from analysis.figures import estimates  # noqa: PLC0415 - matplotlib takes a second to load
+    from figure_style import save  # noqa: PLC0415 - as late as the figures themselves
 
     # A figure belongs to the items that bear its name: fig15 to fig15.0.5.
     chosen = {name.split(".")[0] for name in choose(wanted)}
@@ -195,7 +195,7 @@ def write_figures(
                     continue
                 if progress:
                     progress(name)
-                paths += estimates.save(draw(), out / name, (".svg", ".png"))
+                paths += save(draw(), out / name, (".svg", ".png"))
     except OSError as error:
         raise UserError(
             f"{error.filename or out}: cannot be written ({error.strerror or error})"

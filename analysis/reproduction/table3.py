@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from analysis.pipeline import analyse
 from analysis.published import biet2007
 from analysis.reproduction.comparison import Outcome
+from figure_style import with_note
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -45,7 +46,7 @@ def draw_fig15() -> Figure:
     from analysis.figures import estimates  # noqa: PLC0415 - matplotlib takes a second to load
 
     figure = estimates.fig15(allowed().cells, unit="normalised, 0 to 100")
-    return estimates.with_note(
+    return with_note(
         figure, "A data set that Table III allows; the authors' raw data were never published."
     )
 

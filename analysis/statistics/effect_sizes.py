@@ -6,38 +6,41 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.statistics.confidence_interval import ConfidenceInterval
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
-    Interval = list[float | None]
 
-UNDEFINED: Interval = [None, None]
 #: Sums of squares below this, relative, are rounding.
 TINY = 1e-12
 
 
-def d_z_interval(t: float, n: int, confidence: float) -> Interval:
+def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | None:
     """Return the interval of d_z, the mean of n differences over their standard deviation.
+
+    None where SciPy cannot find it, t being too large.
 
     Exact for normal differences: t is non-central with d_z √n, so the interval leaves out 0
     exactly where the paired t test is significant (Cumming and Finch 2001, Educ. Psychol. Meas.
     61, 532-574; also what JASP prints). pingouin's approximation does not: at n = 4 it covers
     0 with p = .02.
 
-    >>> [round(bound, 2) for bound in d_z_interval(4.66, 4, 0.95)]
+    >>> [round(bound, 2) for bound in d_z_interval(4.66, 4, 0.95) or ()]
     [0.3, 4.33]
     """
     from scipy import special  # noqa: PLC0415 - a second's import, only when an interval is asked for
 
     tail = (1 - confidence) / 2
     bounds = [float(special.nctdtrinc(n - 1, p, t)) for p in (1 - tail, tail)]
-    # SciPy's search ends at its own bounds where t is beyond all measure.
+    # SciPy's search ends at its own bounds where t is too large.
     found = all(
         np.isclose(special.nctdtr(n - 1, bound, t), p, atol=1e-3)
         for bound, p in zip(bounds, (1 - tail, tail), strict=True)
     )
-    return [bound / n**0.5 for bound in bounds] if found else UNDEFINED
+    low, high = (bound / n**0.5 for bound in bounds)
+    return ConfidenceInterval(low, high, confidence) if found else None
 
 
 def generalised_eta_squared(values: Array) -> float:
@@ -67,7 +70,7 @@ def _sums(centred: Array, leave_out: bool = False) -> tuple[Array, Array]:
     return effect, squares - n * k * grand**2
 
 
-def eta_squared_interval(values: Array, confidence: float) -> Interval:
+def eta_squared_interval(values: Array, confidence: float) -> ConfidenceInterval | None:
     """Return the interval of generalised eta squared; None where it is not defined.
 
     Tukey's jackknife over participants on Fisher's z of the correlation ratio, artanh η, with
@@ -85,9 +88,9 @@ def eta_squared_interval(values: Array, confidence: float) -> Interval:
     centred = values - values.mean()
     (effect, total), (effects, totals) = _sums(centred), _sums(centred, leave_out=True)
     if min(totals.min(), (totals - effects).min()) <= TINY * total[0]:
-        return UNDEFINED
+        return None
     whole, each = np.arctanh(np.sqrt(effect / total)), np.arctanh(np.sqrt(effects / totals))
     pseudo = n * whole - (n - 1) * each
     half = stats.t.ppf((1 + confidence) / 2, n - 1) * pseudo.std(ddof=1) / n**0.5
     low, high = (float(np.tanh(max(pseudo.mean() + sign * half, 0.0)) ** 2) for sign in (-1, 1))
-    return [low, high]
+    return ConfidenceInterval(low, high, confidence)

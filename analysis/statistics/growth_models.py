@@ -1,4 +1,4 @@
-"""Growth of sensation: Stevens's power law and its rivals.
+"""Growth functions of sensation: Stevens's power law and three others, fitted and compared.
 
 All models are of the logarithm of an estimate: log y = a_i + log f(x; θ) + error, with an own
 factor exp(a_i) for each participant, so that the error is proportional and the normalisation
@@ -23,10 +23,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from analysis.preprocessing.sufficiency import FEWEST, TINY, few
-from analysis.statistics.omnibus import Result, reason
+from analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     import pandas as pd
     from numpy.typing import NDArray
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Growth:
+class GrowthFunction:
     """A growth function: its logarithm, and starting points within bounds for its parameters.
 
     ``log_f(x, θ)`` takes stimuli above 0; ``starts(x)`` gives several θ to start from, and
@@ -52,26 +52,26 @@ def _just_below(x: Array) -> float:
     return float(x.min()) * (1 - 1e-6)
 
 
-MODELS: dict[str, Growth] = {
-    "power": Growth(
+MODELS: dict[str, GrowthFunction] = {
+    "power": GrowthFunction(
         parameters=("exponent",),
         log_f=lambda x, theta: theta[0] * np.log(x),
         starts=lambda _: [[1.0]],
         bounds=lambda _: ([-20.0], [20.0]),
     ),
-    "threshold": Growth(
+    "threshold": GrowthFunction(
         parameters=("exponent", "threshold"),
         log_f=lambda x, theta: theta[0] * np.log(x - theta[1]),
         starts=lambda x: [[1.0, 0.0], [0.5, 0.5 * x.min()], [0.3, 0.95 * x.min()]],
         bounds=lambda x: ([-20.0, -10.0 * float(x.max())], [20.0, _just_below(x)]),
     ),
-    "linear": Growth(
+    "linear": GrowthFunction(
         parameters=("offset",),
         log_f=lambda x, theta: np.log(x + theta[0]),
         starts=lambda x: [[0.0], [-0.5 * x.min()], [2.0 * x.max()]],
         bounds=lambda x: ([-_just_below(x)], [1000.0 * float(x.max())]),
     ),
-    "fechner": Growth(
+    "fechner": GrowthFunction(
         parameters=("threshold",),
         log_f=lambda x, theta: np.log(np.log(x) - theta[0]),
         starts=lambda x: [[float(np.log(x.min())) - 0.1], [float(np.log(x.min())) - 2.0]],
@@ -80,7 +80,75 @@ MODELS: dict[str, Growth] = {
 }
 
 
-def fit(name: str, stimuli: Array, logs: Array) -> Result:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GrowthFit:
+    """A growth function fitted to one or more participants.
+
+    Parameters
+    ----------
+    parameters : Mapping
+        Name -> value; thresholds and offsets in the stimulus' unit.
+    sd : float
+        Of residuals, natural logarithm.
+    log_likelihood, aic, bic : float
+        Of independent normal residuals.
+    aicc : float or None
+        The corrected Akaike criterion; None where the points do not suffice.
+    points : int
+        Mean logarithms fitted.
+    estimated : int
+        How many numbers were fitted.
+    """
+
+    parameters: Mapping[str, float]
+    sd: float
+    log_likelihood: float
+    aic: float
+    aicc: float | None
+    bic: float
+    points: int
+    estimated: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RankedFit:
+    """A fit among others.
+
+    Parameters
+    ----------
+    fit : GrowthFit
+        Of one growth function.
+    delta_aicc : float or None
+        Its criterion less the least one; None where it has none.
+    weight : float
+        Akaike weight; 0 where it has no criterion.
+    """
+
+    fit: GrowthFit
+    delta_aicc: float | None
+    weight: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GrowthComparison:
+    """Growth functions fitted to the same participants.
+
+    Parameters
+    ----------
+    models : Mapping
+        A key of `MODELS` -> its fit.
+    best : str
+        The model of least AICc.
+    n : int
+        Participants.
+    """
+
+    models: Mapping[str, RankedFit]
+    best: str
+    n: int
+
+
+def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     """Fit one growth function to one or more participants, each with an own factor.
 
     Parameters
@@ -91,12 +159,6 @@ def fit(name: str, stimuli: Array, logs: Array) -> Result:
         Above 0.
     logs : array, shape (n, k)
         Mean natural logarithms of estimates; NaN where missing.
-
-    Returns
-    -------
-    dict
-        ``parameters``, residual ``sd``, ``log_likelihood``, ``aic``, ``aicc`` (None where the
-        points do not suffice), ``bic``, ``points``, ``estimated`` (how many numbers were fitted).
     """
     from scipy import optimize  # noqa: PLC0415
 
@@ -124,51 +186,55 @@ def fit(name: str, stimuli: Array, logs: Array) -> Result:
     values = dict(zip(model.parameters, (float(value) for value in best.x), strict=True))
     if name == "fechner":
         values["threshold"] = float(np.exp(values["threshold"]))
-    return {
-        "parameters": values,
-        "sd": float(np.sqrt(squares / max(points - estimated + 1, 1))),
-        "log_likelihood": float(log_likelihood),
-        "aic": float(aic),
-        "aicc": float(aic + 2 * estimated * (estimated + 1) / spare) if spare > 0 else None,
-        "bic": float(estimated * np.log(points) - 2 * log_likelihood),
-        "points": points,
-        "estimated": estimated,
-    }
+    return GrowthFit(
+        parameters=values,
+        sd=float(np.sqrt(squares / max(points - estimated + 1, 1))),
+        log_likelihood=float(log_likelihood),
+        aic=float(aic),
+        aicc=float(aic + 2 * estimated * (estimated + 1) / spare) if spare > 0 else None,
+        bic=float(estimated * np.log(points) - 2 * log_likelihood),
+        points=points,
+        estimated=estimated,
+    )
 
 
-def compare(logs: pd.DataFrame) -> Result:
+def compare(logs: pd.DataFrame) -> GrowthComparison | NotComputed:
     """Fit every growth function to the group and rank them by the corrected Akaike criterion.
 
     Parameters
     ----------
     logs : DataFrame, shape (participants, stimuli)
-        As for `exponents`.
-
-    Returns
-    -------
-    dict
-        Model -> `fit` with ``delta_aicc`` and ``weight``; under ``best`` the model of least AICc.
+        Mean natural logarithms of estimates; columns not above 0 are left out.
     """
     usable = logs.loc[:, logs.columns.to_numpy(float) > 0]
     usable = usable[usable.notna().sum(axis=1) >= 2]  # noqa: PLR2004
     stimuli = usable.columns.to_numpy(float)
     if len(stimuli) < 3:  # noqa: PLR2004 - the largest model has two numbers of shape
-        return reason(few("amplitudes above 0", len(stimuli), 3))
+        return NotComputed(few("amplitudes above 0", len(stimuli), 3))
     if len(usable) < FEWEST:
-        return reason(few("participants with estimates above zero at two amplitudes", len(usable)))
+        return NotComputed(
+            few("participants with estimates above zero at two amplitudes", len(usable))
+        )
     if (np.nanmax(usable, axis=1) - np.nanmin(usable, axis=1) <= TINY).all():
-        return reason("every participant's estimates are all the same")
+        return NotComputed("every participant's estimates are all the same")
     fits = {name: fit(name, stimuli, usable.to_numpy(float)) for name in MODELS}
-    scores = {name: found["aicc"] for name, found in fits.items() if found["aicc"] is not None}
+    scores = {name: found.aicc for name, found in fits.items() if found.aicc is not None}
     if not scores:
-        return reason("too few points for the corrected Akaike criterion")
+        return NotComputed("too few points for the corrected Akaike criterion")
     least = min(scores.values())
     weights = {name: np.exp(-(score - least) / 2) for name, score in scores.items()}
-    for name, found in fits.items():
-        score = scores.get(name)
-        found["delta_aicc"] = None if score is None else float(score - least)
-        found["weight"] = float(weights.get(name, 0.0) / sum(weights.values()))
-    return {"models": fits, "best": min(scores, key=lambda name: scores[name]), "n": len(usable)}
+    return GrowthComparison(
+        models={
+            name: RankedFit(
+                fit=found,
+                delta_aicc=float(scores[name] - least) if name in scores else None,
+                weight=float(weights.get(name, 0.0) / sum(weights.values())),
+            )
+            for name, found in fits.items()
+        },
+        best=min(scores, key=lambda name: scores[name]),
+        n=len(usable),
+    )
 
 
 def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
@@ -177,8 +243,8 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
     Parameters
     ----------
     trials : DataFrame
-        ``participant_id amplitude_um_pp log``; amplitudes of 0 and missing logarithms count for
-        nothing.
+        ``participant_id amplitude_um_pp log``; amplitudes of 0 and missing logarithms are left
+        out.
 
     Returns
     -------
@@ -192,7 +258,7 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
         scores: dict[str, float] = {}
         # The largest model has four numbers to estimate; AICc needs six points for that.
         if len(stimuli) >= 6 and len(np.unique(stimuli)) >= 3:  # noqa: PLR2004
-            found = {name: fit(name, stimuli, logs)["aicc"] for name in MODELS}
+            found = {name: fit(name, stimuli, logs).aicc for name in MODELS}
             scores = {name: aicc for name, aicc in found.items() if aicc is not None}
         winners[str(who)] = min(scores, key=lambda name: scores[name]) if scores else None
     return winners

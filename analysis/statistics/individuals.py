@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import asdict
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from analysis.statistics.growth import Growth, IndividualGrowth
 from analysis.statistics.power_law import exponents
+from analysis.statistics.yes_no import DescendingDifference, SignalDetection
 from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from analysis.preprocessing.log_transform import Prepared
+    from analysis.statistics.run_all import Inference
 
 
-def individuals(prepared: Prepared | None, inference: Mapping[str, Any]) -> pd.DataFrame:
+def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame:
     """Return one row a participant; columns only of what was computed.
 
     Parameters
     ----------
     prepared : Prepared or None
         Magnitude estimates.
-    inference : Mapping
+    inference : Inference
         `analysis.statistics.run_all.conclude`'s result.
 
     Returns
@@ -40,14 +42,21 @@ def individuals(prepared: Prepared | None, inference: Mapping[str, Any]) -> pd.D
         table = table[table["exponent"].notna()]
         table.index = table.index.astype(str)
         table.insert(1, "estimate_at_1_um", np.exp(table.pop("intercept")))
-        winners = inference["growth"].get("individual", {}).get("participants", {})
-        if any(winners.values()):
-            table["growth_function"] = table.index.map(winners)
+        growth = inference.growth
+        if isinstance(growth, Growth) and isinstance(growth.individual, IndividualGrowth):
+            winners = growth.individual.participants
+            if any(winners.values()):
+                table["growth_function"] = table.index.map(winners)
         if len(table):
             parts.append(table)
-    detection = inference["difference"].get("signal_detection", {})
-    if detection.get("participants"):
-        parts.append(pd.DataFrame.from_dict(detection["participants"], orient="index"))
+    detection = (
+        inference.difference.signal_detection
+        if isinstance(inference.difference, DescendingDifference)
+        else None
+    )
+    if isinstance(detection, SignalDetection) and detection.participants:
+        own = {who: asdict(found) for who, found in detection.participants.items()}
+        parts.append(pd.DataFrame.from_dict(own, orient="index"))
     if not parts:
         return pd.DataFrame(columns=[PARTICIPANT])
     return pd.concat(parts, axis=1).sort_index().rename_axis(PARTICIPANT).reset_index()

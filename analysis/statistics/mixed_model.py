@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from analysis.preprocessing.sufficiency import FEWEST, TINY, few
-from analysis.statistics.omnibus import Result, reason
+from analysis.statistics.confidence_interval import ConfidenceInterval
+from analysis.statistics.not_computed import NotComputed
 from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
+    from statsmodels.regression.mixed_linear_model import MixedLMResults
+
     from analysis.preprocessing.log_transform import Prepared
 
 #: A mixed model of more participants takes minutes and says what the slopes' t interval says.
@@ -26,46 +30,90 @@ SAME_MAXIMUM = 1e-3
 AT_ITS_BOUND = ("boundary", "not positive definite", "singular")
 
 
-def mixed_model(data: Prepared) -> Result:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MixedModel:
+    """Log estimate on log amplitude, with random intercepts and slopes.
+
+    Parameters
+    ----------
+    intercept, exponent : float
+        Fixed effects: natural logarithm of the normalised estimate at 1 µm peak to peak, and the
+        power function's exponent.
+    se : float
+        The exponent's standard error.
+    interval : ConfidenceInterval
+        The exponent's, Student's with n - 1 degrees of freedom.
+    sd_intercept, sd_exponent, sd_residual : float
+        Standard deviations of the random effects and of the residual.
+    log_likelihood_reml : float
+        Restricted.
+    converged : bool
+        An optimiser ended there by its own rule.
+    at_bound : bool
+        A variance or correlation cannot go further.
+    optimiser : str
+        The one whose fit this is.
+    warnings : tuple of str
+        statsmodels' of that fit.
+    n, trials : int
+        Participants and trials above 0 µm.
+    """
+
+    intercept: float
+    exponent: float
+    se: float
+    interval: ConfidenceInterval
+    sd_intercept: float
+    sd_exponent: float
+    sd_residual: float
+    log_likelihood_reml: float
+    converged: bool
+    at_bound: bool
+    optimiser: str
+    warnings: tuple[str, ...]
+    n: int
+    trials: int
+
+
+def mixed_model(data: Prepared) -> MixedModel | NotComputed:
     """Linear mixed model of log estimate on log amplitude, random intercepts and slopes (REML).
 
     Fitted by statsmodels on trials above 0 µm. The interval of the slope is Student's with n - 1
     degrees of freedom: statsmodels' own is the normal's, too short for a dozen people. Variances
     are given without errors: those of statsmodels are not usable. The fit is the
-    likeliest of `OPTIMISERS`'; ``converged`` says that one of them ended there by its own rule,
-    ``at_bound`` that a variance or correlation cannot go further, ``warnings`` are that fit's.
+    likeliest of `OPTIMISERS`'.
     """
     from scipy import stats  # noqa: PLC0415
 
     frame, why = _frame(data)
     if why:
-        return reason(why)
+        return NotComputed(why)
     try:
         fit, optimiser, said = _fit(frame)
     except (np.linalg.LinAlgError, ValueError) as error:
-        return reason(f"the model could not be fitted ({error})")
+        return NotComputed(f"the model could not be fitted ({error})")
     se = float(fit.bse_fe["lx"])
     if not np.isfinite(se):
-        return reason("the model could not be fitted (no standard error)")
+        return NotComputed("the model could not be fitted (no standard error)")
     n = frame["who"].nunique()
     slope = float(fit.fe_params["lx"])
     half = float(stats.t.ppf((1 + data.choices.confidence) / 2, n - 1)) * se
-    return {
-        "intercept": float(fit.fe_params["Intercept"]),
-        "exponent": slope,
-        "se": se,
-        "ci": [slope - half, slope + half],
-        "sd_intercept": float(np.sqrt(max(fit.cov_re.iloc[0, 0], 0.0))),
-        "sd_exponent": float(np.sqrt(max(fit.cov_re.iloc[1, 1], 0.0))),
-        "sd_residual": float(np.sqrt(fit.scale)),
-        "log_likelihood_reml": float(fit.llf),
-        "converged": bool(fit.converged),
-        "at_bound": any(mark in text for text in said for mark in AT_ITS_BOUND),
-        "optimiser": optimiser,
-        "warnings": said,
-        "n": n,
-        "trials": len(frame),
-    }
+    return MixedModel(
+        intercept=float(fit.fe_params["Intercept"]),
+        exponent=slope,
+        se=se,
+        interval=ConfidenceInterval(slope - half, slope + half, data.choices.confidence),
+        sd_intercept=float(np.sqrt(max(fit.cov_re.iloc[0, 0], 0.0))),
+        sd_exponent=float(np.sqrt(max(fit.cov_re.iloc[1, 1], 0.0))),
+        sd_residual=float(np.sqrt(fit.scale)),
+        log_likelihood_reml=float(fit.llf),
+        converged=bool(fit.converged),
+        at_bound=any(mark in text for text in said for mark in AT_ITS_BOUND),
+        optimiser=optimiser,
+        warnings=tuple(said),
+        n=n,
+        trials=len(frame),
+    )
 
 
 def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
@@ -94,7 +142,7 @@ def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
     return frame, next((text for text, holds in reasons.items() if holds), None)
 
 
-def _fit(frame: pd.DataFrame) -> tuple[Any, str, list[str]]:
+def _fit(frame: pd.DataFrame) -> tuple[MixedLMResults, str, list[str]]:
     """Return the likeliest fit, its optimiser, and what statsmodels warned of in that attempt."""
     import statsmodels.formula.api as smf  # noqa: PLC0415
 
@@ -105,7 +153,7 @@ def _fit(frame: pd.DataFrame) -> tuple[Any, str, list[str]]:
             warnings.simplefilter("always")
             fit = model.fit(reml=True, method=[optimiser])
             fit.bse_fe  # noqa: B018 - computed on first use, and it warns
-        # An optimiser that lost its way leaves no likelihood.
+        # An optimiser that diverged leaves no likelihood.
         if np.isfinite(fit.llf):
             said = sorted({str(w.message).splitlines()[0] for w in caught})
             attempts.append((fit, optimiser, said))

@@ -1,39 +1,116 @@
-"""Tests on magnitude estimates: called from SciPy, statsmodels and pingouin, with their traps shut.
+"""Do estimates differ between amplitudes: analysis of variance, Friedman's test, trends.
 
-Each test takes a `Prepared` and returns its numbers, or ``{"reason": ...}``: constant data, too
-few participants or conditions are checked first, because the libraries answer them with a
-silent NaN. Tables of tests at the end say which there are.
+Each test takes a `Prepared` and returns its numbers or `NotComputed`: constant data and too few
+participants or conditions are checked first, because SciPy and pingouin answer them with NaN.
 """
 
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from analysis.statistics.effect_sizes import eta_squared_interval
+from analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
+from analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from analysis.preprocessing.log_transform import Prepared
+    from analysis.statistics.confidence_interval import ConfidenceInterval
 
-Result = dict[str, Any]
-
-
-def reason(text: str) -> Result:
-    """Return what stands in place of a result that could not be computed."""
-    return {"reason": text}
+#: SciPy's p of Shapiro and Wilk's test is not accurate of more values than this.
+SHAPIRO_AT_MOST = 5000
 
 
-def interval_name(confidence: float) -> str:
-    """Return the key of an interval in inference.json: "ci95" only where it is one."""
-    return "ci95" if confidence == 0.95 else "ci"  # noqa: PLR2004
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RmAnova:
+    """Repeated-measures analysis of variance of mean logarithms.
+
+    Parameters
+    ----------
+    F, df1, df2, p : float, int, int, float
+        Without correction.
+    epsilon_gg, p_gg : float
+        Greenhouse and Geisser's.
+    epsilon_hf, p_hf : float
+        Huynh and Feldt's.
+    eta2_generalised : float
+        Generalised eta squared.
+    eta2_generalised_interval : ConfidenceInterval or None
+        None where it is not defined.
+    mauchly_w, mauchly_p : float or None
+        Test of sphericity; None of two amplitudes, which are always spherical.
+    shapiro_w, shapiro_p : float or None
+        Test of the residuals' normality; None of more values than SciPy's p is accurate for.
+    n, n_incomplete : int
+        Participants tested, and participants without a logarithm at some amplitude.
+    """
+
+    F: float
+    df1: int
+    df2: int
+    p: float
+    epsilon_gg: float
+    p_gg: float
+    epsilon_hf: float
+    p_hf: float
+    eta2_generalised: float
+    eta2_generalised_interval: ConfidenceInterval | None
+    mauchly_w: float | None
+    mauchly_p: float | None
+    shapiro_w: float | None
+    shapiro_p: float | None
+    n: int
+    n_incomplete: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Friedman:
+    """Friedman's rank test, with Kendall's W as effect size."""
+
+    chi2: float
+    df: int
+    p: float
+    kendalls_w: float
+    n: int
+    n_incomplete: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PageTrend:
+    """Page's test of an ordered trend; ``p`` is one-sided, ``method`` SciPy's."""
+
+    L: float
+    p: float
+    method: str
+    n: int
+    n_incomplete: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinearTrend:
+    """Linear contrast of mean logarithms.
+
+    Parameters
+    ----------
+    log_slope_per_um_pp : MeanOverParticipants or NotComputed
+        Natural logarithm per µm peak to peak.
+    n, n_incomplete : int
+        Participants tested, and participants without a logarithm at some amplitude.
+    """
+
+    log_slope_per_um_pp: MeanOverParticipants | NotComputed
+    n: int
+    n_incomplete: int
 
 
 def lacking(table: pd.DataFrame, conditions: int = 2) -> str | None:
@@ -74,11 +151,11 @@ def _rank_table(data: Prepared) -> tuple[pd.DataFrame, str | None]:
     return table, why
 
 
-def _dropped(data: Prepared, table: pd.DataFrame) -> dict[str, int]:
-    return {"n": len(table), "n_incomplete": len(data.cells) - len(table)}
+def _incomplete(data: Prepared, table: pd.DataFrame) -> int:
+    return len(data.cells) - len(table)
 
 
-def rm_anova(data: Prepared) -> Result:
+def rm_anova(data: Prepared) -> RmAnova | NotComputed:
     """Repeated-measures analysis of variance of participants' mean logarithms.
 
     Sphericity: Mauchly's test; degrees of freedom corrected after Greenhouse and Geisser and
@@ -90,14 +167,15 @@ def rm_anova(data: Prepared) -> Result:
 
     table, why = log_table(data)
     if why:
-        return reason(why)
+        return NotComputed(why)
     values = table.to_numpy(float)
     if _is_constant(values):
-        return reason("no variance is left beside participants' and amplitudes' means")
+        return NotComputed("no variance is left beside participants' and amplitudes' means")
     long = _long(table)
     corrected = values.shape[1] > 2  # noqa: PLR2004 - two conditions are always spherical
     with warnings.catch_warnings():
-        _mute_known(warnings)
+        # pingouin's one warning on pandas 3 (dropna in place); no other.
+        warnings.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
         found = pingouin.rm_anova(
             data=long,
             dv="value",
@@ -112,103 +190,79 @@ def rm_anova(data: Prepared) -> Result:
     df1 = values.shape[1] - 1
     df2 = df1 * (len(values) - 1)
     f, epsilon = float(found["F"]), float(found.get("eps", 1.0))
-    return {
-        "scale": "log",
-        "F": f,
-        "df1": df1,
-        "df2": df2,
-        "p": float(stats.f.sf(f, df1, df2)),
-        "epsilon_gg": epsilon,
-        "p_gg": float(stats.f.sf(f, df1 * epsilon, df2 * epsilon)),
-        "epsilon_hf": epsilon_hf,
-        "p_hf": float(stats.f.sf(f, df1 * epsilon_hf, df2 * epsilon_hf)),
-        "eta2_generalised": float(found["ng2"]),
-        "eta2_generalised_ci": eta_squared_interval(values, data.choices.confidence),
-        "mauchly_w": float(sphericity.W) if sphericity else None,
-        "mauchly_p": float(sphericity.pval) if sphericity else None,
-        **_shapiro(values),
-        **_dropped(data, table),
-    }
-
-
-def _shapiro(values: NDArray[np.float64]) -> dict[str, float]:
-    from scipy import stats  # noqa: PLC0415
-
     residuals = additive_residuals(values).ravel()
-    # SciPy's p is not accurate above 5000 values.
-    if residuals.size > 5000:  # noqa: PLR2004
-        return {}
-    found = stats.shapiro(residuals)
-    return {"shapiro_w": float(found.statistic), "shapiro_p": float(found.pvalue)}
+    normality = stats.shapiro(residuals) if residuals.size <= SHAPIRO_AT_MOST else None
+    return RmAnova(
+        F=f,
+        df1=df1,
+        df2=df2,
+        p=float(stats.f.sf(f, df1, df2)),
+        epsilon_gg=epsilon,
+        p_gg=float(stats.f.sf(f, df1 * epsilon, df2 * epsilon)),
+        epsilon_hf=epsilon_hf,
+        p_hf=float(stats.f.sf(f, df1 * epsilon_hf, df2 * epsilon_hf)),
+        eta2_generalised=float(found["ng2"]),
+        eta2_generalised_interval=eta_squared_interval(values, data.choices.confidence),
+        mauchly_w=float(sphericity.W) if sphericity else None,
+        mauchly_p=float(sphericity.pval) if sphericity else None,
+        shapiro_w=float(normality.statistic) if normality else None,
+        shapiro_p=float(normality.pvalue) if normality else None,
+        n=len(table),
+        n_incomplete=_incomplete(data, table),
+    )
 
 
-def friedman(data: Prepared) -> Result:
+def friedman(data: Prepared) -> Friedman | NotComputed:
     """Friedman's rank test and Kendall's W, on mean estimates: zeros and scales do not matter."""
     from scipy import stats  # noqa: PLC0415
 
     table, why = _rank_table(data)
     if why:
-        return reason(why)
+        return NotComputed(why)
     values = table.to_numpy(float)
     found = stats.friedmanchisquare(*values.T)
     n, k = values.shape
-    return {
-        "chi2": float(found.statistic),
-        "df": k - 1,
-        "p": float(found.pvalue),
-        "kendalls_w": float(found.statistic) / (n * (k - 1)),
-        **_dropped(data, table),
-    }
+    return Friedman(
+        chi2=float(found.statistic),
+        df=k - 1,
+        p=float(found.pvalue),
+        kendalls_w=float(found.statistic) / (n * (k - 1)),
+        n=n,
+        n_incomplete=_incomplete(data, table),
+    )
 
 
-def page_trend(data: Prepared) -> Result:
+def page_trend(data: Prepared) -> PageTrend | NotComputed:
     """Page's test of an ordered trend: estimates grow with amplitude. One-sided by nature."""
     from scipy import stats  # noqa: PLC0415
 
     table, why = _rank_table(data)
     if why:
-        return reason(why)
+        return NotComputed(why)
     values = table.to_numpy(float)
     found = stats.page_trend_test(values)
-    return {
-        "L": float(found.statistic),
-        "p": float(found.pvalue),
-        "method": str(found.method),
-        **_dropped(data, table),
-    }
+    return PageTrend(
+        L=float(found.statistic),
+        p=float(found.pvalue),
+        method=str(found.method),
+        n=len(table),
+        n_incomplete=_incomplete(data, table),
+    )
 
 
-def linear_trend(data: Prepared) -> Result:
+def linear_trend(data: Prepared) -> LinearTrend | NotComputed:
     """Linear contrast of mean logarithms at the amplitudes' true distances, one a participant."""
     table, why = log_table(data)
     if why:
-        return reason(why)
+        return NotComputed(why)
     amplitudes = table.columns.to_numpy(float)
     weights = amplitudes - amplitudes.mean()
     slopes = table.to_numpy(float) @ (weights / (weights**2).sum())
-    found = mean_with_interval(slopes, data.choices.confidence)
-    return {"unit": "natural logarithm per um_pp", **found, **_dropped(data, table)}
-
-
-def mean_with_interval(values: NDArray[np.float64], confidence: float) -> Result:
-    """Return mean, Student's interval and the test against 0 of one value per participant."""
-    from scipy import stats  # noqa: PLC0415
-
-    values = values[np.isfinite(values)]
-    if len(values) < FEWEST:
-        return reason(few("participants", len(values)))
-    if np.ptp(values) <= TINY * max(float(np.abs(values).max()), 1.0):
-        return reason("all participants have the same value: no spread to judge it by")
-    found = stats.ttest_1samp(values, 0.0)
-    interval = found.confidence_interval(confidence)
-    return {
-        "mean": float(values.mean()),
-        "ci": [float(interval.low), float(interval.high)],
-        "sd": float(values.std(ddof=1)),
-        "t": float(found.statistic),
-        "df": len(values) - 1,
-        "p": float(found.pvalue),
-    }
+    return LinearTrend(
+        log_slope_per_um_pp=mean_over_participants(slopes, data.choices.confidence),
+        n=len(table),
+        n_incomplete=_incomplete(data, table),
+    )
 
 
 def _long(table: pd.DataFrame) -> pd.DataFrame:
@@ -220,17 +274,3 @@ def _long(table: pd.DataFrame) -> pd.DataFrame:
             "value": table.to_numpy(float).ravel(),
         }
     )
-
-
-def _mute_known(control: Any) -> None:
-    """Mute pingouin's one warning on pandas 3 (dropna in place); no other."""
-    control.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
-
-
-#: Name in inference.json: the test.
-TESTS: dict[str, Callable[[Prepared], Any]] = {
-    "rm_anova": rm_anova,
-    "friedman": friedman,
-    "page_trend": page_trend,
-    "linear_trend": linear_trend,
-}

@@ -1,26 +1,75 @@
-"""What order and repetition tell: drift, carry-over, test-retest reliability."""
+"""Effects of order (drift, carry-over) and test-retest reliability."""
 
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from analysis.preprocessing.residuals import residuals, slopes_per_participant
 from analysis.preprocessing.sufficiency import TINY
-from analysis.statistics.omnibus import Result, mean_with_interval, reason
+from analysis.statistics.confidence_interval import ConfidenceInterval
+from analysis.statistics.mean_over_participants import mean_over_participants
+from analysis.statistics.not_computed import NotComputed
 from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from analysis.preprocessing.log_transform import Prepared
+    from analysis.statistics.mean_over_participants import MeanOverParticipants
 
 #: Reliability is computed on at most this many targets (participant x amplitude).
 TARGETS_AT_MOST = 2000
 
 
-def order(data: Prepared) -> Result:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OrderEffects:
+    """Participants' mean slopes of residual log estimates.
+
+    Parameters
+    ----------
+    log_slope_per_trial : MeanOverParticipants or NotComputed
+        On the trial's position: drift.
+    log_slope_per_um_pp_before : MeanOverParticipants or NotComputed
+        On the amplitude of the surface before, µm peak to peak: carry-over.
+    """
+
+    log_slope_per_trial: MeanOverParticipants | NotComputed
+    log_slope_per_um_pp_before: MeanOverParticipants | NotComputed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IntraclassCorrelation:
+    """One of Shrout and Fleiss's six coefficients."""
+
+    value: float
+    interval: ConfidenceInterval
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reliability:
+    """Intraclass correlations over repetitions.
+
+    Parameters
+    ----------
+    icc : Mapping
+        ICC1, ICC2, ICC3, ICC1k, ICC2k, ICC3k -> coefficient, with a 95 % interval.
+    targets : int
+        Pairs of participant and amplitude.
+    repetitions : int
+        Estimates of each.
+    """
+
+    icc: Mapping[str, IntraclassCorrelation]
+    targets: int
+    repetitions: int
+
+
+def order(data: Prepared) -> OrderEffects | NotComputed:
     """Test whether estimates drift with the trial's position, or follow the surface before.
 
     Each participant's slope of the residual (log estimate less participants' and amplitudes'
@@ -28,7 +77,7 @@ def order(data: Prepared) -> Result:
     slope against 0, Student's t.
     """
     if data.refused:
-        return reason(data.zero_sentence)
+        return NotComputed(data.zero_sentence)
     trials = data.trials
     left = residuals(trials, data.logs)
     codes = data.logs.index.get_indexer(pd.Index(trials[PARTICIPANT]))
@@ -38,17 +87,16 @@ def order(data: Prepared) -> Result:
     ].shift()
     if "after_texture" in trials:
         before = before.mask(trials["after_texture"])
-    found: dict[str, Any] = {}
-    for name, unit, x in (
-        ("position", "natural logarithm per trial", trials["position"].to_numpy(float)),
-        ("carry_over", "natural logarithm per um_pp", before.to_numpy(float)),
-    ):
-        slopes = slopes_per_participant(codes, x, left, people)
-        found[name] = {"unit": unit, **mean_with_interval(slopes, data.choices.confidence)}
-    return found
+    by_position, by_before = (
+        mean_over_participants(
+            slopes_per_participant(codes, x.to_numpy(float), left, people), data.choices.confidence
+        )
+        for x in (trials["position"], before)
+    )
+    return OrderEffects(log_slope_per_trial=by_position, log_slope_per_um_pp_before=by_before)
 
 
-def reliability(data: Prepared) -> Result:
+def reliability(data: Prepared) -> Reliability | NotComputed:
     """Intraclass correlations of log estimates over repetitions (Shrout and Fleiss 1979).
 
     Targets are participant-amplitude pairs, raters are repetitions; pingouin's. Participants
@@ -57,13 +105,13 @@ def reliability(data: Prepared) -> Result:
     import pingouin  # noqa: PLC0415 - a second's import
 
     if data.refused:
-        return reason(data.zero_sentence)
+        return NotComputed(data.zero_sentence)
     target = [PARTICIPANT, "amplitude_um_pp"]
     usable = data.trials[data.trials["log"].notna()]
     counts = usable.groupby(target, observed=True).size()
     repeated = counts[counts >= 2]  # noqa: PLR2004
     if len(repeated) < 2:  # noqa: PLR2004
-        return reason("no repetitions: reliability needs two estimates of a surface or more")
+        return NotComputed("no repetitions: reliability needs two estimates of a surface or more")
     fewest = int(repeated.min())
     rows = usable[usable["repetition"] <= fewest]
     targets = rows.groupby(target, observed=True).ngroup().to_numpy()
@@ -71,10 +119,12 @@ def reliability(data: Prepared) -> Result:
     kept = np.isin(targets, whole)
     long = rows.loc[kept, ["repetition", "log"]].assign(target=targets[kept])
     if len(whole) < 5 or np.ptp(long["log"]) == 0:  # noqa: PLR2004
-        return reason("too few repeated estimates, or all the same")
+        return NotComputed("too few repeated estimates, or all the same")
     around = long["log"] - long.groupby("target")["log"].transform("first")
     if around.abs().max() <= TINY:
-        return reason("every repetition gave the same estimate: no spread within to compare with")
+        return NotComputed(
+            "every repetition gave the same estimate: no spread within to compare with"
+        )
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
         table = pingouin.intraclass_corr(
@@ -82,14 +132,14 @@ def reliability(data: Prepared) -> Result:
         )
     names = ("ICC1", "ICC2", "ICC3", "ICC1k", "ICC2k", "ICC3k")
     interval = next(name for name in table.columns if name.startswith("CI"))
-    return {
-        "icc": {
-            name: {
-                "value": float(row["ICC"]),
-                "ci95": [float(bound) for bound in row[interval]],
-            }
+    return Reliability(
+        icc={
+            name: IntraclassCorrelation(
+                value=float(row["ICC"]),
+                interval=ConfidenceInterval(*(float(bound) for bound in row[interval])),
+            )
             for name, (_, row) in zip(names, table.iterrows(), strict=True)
         },
-        "targets": len(whole),
-        "repetitions": fewest,
-    }
+        targets=len(whole),
+        repetitions=fewest,
+    )

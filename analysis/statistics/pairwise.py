@@ -2,70 +2,142 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from itertools import combinations
+from math import nan
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from analysis.statistics.effect_sizes import d_z_interval
-from analysis.statistics.omnibus import Result, log_table, mean_with_interval, reason
+from analysis.statistics.mean_over_participants import mean_over_participants
+from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.omnibus import log_table
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from analysis.preprocessing.log_transform import Prepared
+    from analysis.statistics.confidence_interval import ConfidenceInterval
+    from analysis.statistics.mean_over_participants import MeanOverParticipants
 
 #: Wilcoxon's test is exact up to so many differences without and with ties.
 EXACT_AT_MOST, EXACT_WITH_TIES = 50, 13
 
 
-def pairwise(data: Prepared) -> list[Result] | Result:
-    """Compare every two amplitudes: paired t on logarithms and Wilcoxon on estimates, Holm's p.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairedT:
+    """Paired t test of mean logarithms.
 
-    Effect sizes: the ratio of geometric means, and d_z, the mean difference over the standard
-    deviation of the differences.
+    Parameters
+    ----------
+    ratio : float
+        Of geometric means, larger over smaller amplitude.
+    ratio_interval : ConfidenceInterval
+        Student's, of the mean difference of logarithms.
+    t, df, p, p_holm : float, int, float, float
+        Two-sided; ``p_holm`` is corrected over all pairs.
+    d_z : float
+        Mean difference over the standard deviation of the differences.
+    d_z_interval : ConfidenceInterval or None
+        Exact; None where it is not defined.
     """
-    from statsmodels.stats.multitest import multipletests  # noqa: PLC0415
 
+    ratio: float
+    ratio_interval: ConfidenceInterval
+    t: float
+    df: int
+    p: float
+    p_holm: float
+    d_z: float
+    d_z_interval: ConfidenceInterval | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SignedRank:
+    """Wilcoxon's signed-rank test of estimates.
+
+    ``up`` and ``down`` count participants whose estimate grew and fell; ``p`` and ``p_holm`` are
+    two-sided, NaN where nobody's estimate changed.
+    """
+
+    up: int
+    down: int
+    p: float
+    p_holm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PairComparison:
+    """Two amplitudes compared, by ``n`` participants with an estimate at every amplitude."""
+
+    from_um_pp: float
+    to_um_pp: float
+    n: int
+    logs: PairedT | NotComputed
+    ranks: SignedRank
+
+
+def pairwise(data: Prepared) -> tuple[PairComparison, ...] | NotComputed:
+    """Compare every two amplitudes: paired t on logarithms and Wilcoxon on estimates, Holm's p."""
     table, why = log_table(data)
     if why:
-        return reason(why)
+        return NotComputed(why)
     ranks = data.whole
-    rows: list[Result] = []
-    for low, high in combinations(table.columns, 2):
-        difference = (table[high] - table[low]).to_numpy(float)
-        row: Result = {"from_um_pp": float(low), "to_um_pp": float(high), "n": len(difference)}
-        found = mean_with_interval(difference, data.choices.confidence)
-        if "reason" in found:
-            row |= found | {"p": float("nan")}
-        else:
-            d_z = found["mean"] / found["sd"]
-            row |= {
-                "ratio": float(np.exp(found["mean"])),
-                "ratio_ci": [float(np.exp(bound)) for bound in found["ci"]],
-                "t": found["t"],
-                "df": found["df"],
-                "p": found["p"],
-                "d_z": d_z,
-                "d_z_ci": d_z_interval(found["t"], len(difference), data.choices.confidence),
-            }
-        steps = (ranks[high] - ranks[low]).to_numpy(float)
-        row["p_wilcoxon"] = signed_rank_p(steps)
-        row["up"], row["down"] = int((steps > 0).sum()), int((steps < 0).sum())
-        rows.append(row)
-    for name in ("p", "p_wilcoxon"):
-        raw = np.array([row[name] for row in rows])
-        usable = np.isfinite(raw)
-        adjusted = np.full(len(raw), np.nan)
-        if usable.any():
-            adjusted[usable] = multipletests(raw[usable], method="holm")[1]
-        for row, value in zip(rows, adjusted, strict=True):
-            row[f"{name}_holm"] = float(value)
-    return rows
+    pairs = list(combinations(table.columns, 2))
+    differences = [(table[high] - table[low]).to_numpy(float) for low, high in pairs]
+    steps = [(ranks[high] - ranks[low]).to_numpy(float) for low, high in pairs]
+    means = [mean_over_participants(each, data.choices.confidence) for each in differences]
+    t_holm = _holm([nan if isinstance(each, NotComputed) else each.p for each in means])
+    raw = [signed_rank_p(each) for each in steps]
+    return tuple(
+        PairComparison(
+            from_um_pp=float(low),
+            to_um_pp=float(high),
+            n=len(table),
+            logs=_paired_t(mean, t_p, len(table)),
+            ranks=SignedRank(
+                up=int((step > 0).sum()), down=int((step < 0).sum()), p=p, p_holm=rank_p
+            ),
+        )
+        for (low, high), mean, step, p, t_p, rank_p in zip(
+            pairs, means, steps, raw, t_holm, _holm(raw), strict=True
+        )
+    )
+
+
+def _paired_t(
+    found: MeanOverParticipants | NotComputed, p_holm: float, n: int
+) -> PairedT | NotComputed:
+    if isinstance(found, NotComputed):
+        return found
+    low, high = (float(np.exp(bound)) for bound in found.interval)
+    return PairedT(
+        ratio=float(np.exp(found.mean)),
+        ratio_interval=replace(found.interval, low=low, high=high),
+        t=found.t,
+        df=found.df,
+        p=found.p,
+        p_holm=p_holm,
+        d_z=found.mean / found.sd,
+        d_z_interval=d_z_interval(found.t, n, found.interval.confidence),
+    )
+
+
+def _holm(ps: list[float]) -> list[float]:
+    """Return Holm's corrected p; what is NaN stays NaN and is no member of the family."""
+    from statsmodels.stats.multitest import multipletests  # noqa: PLC0415 - a second's import
+
+    raw = np.array(ps)
+    usable = np.isfinite(raw)
+    adjusted = np.full(len(raw), np.nan)
+    if usable.any():
+        adjusted[usable] = multipletests(raw[usable], method="holm")[1]
+    return [float(p) for p in adjusted]
 
 
 def signed_rank_p(differences: NDArray[np.float64]) -> float:
-    """Return the two-sided p of Wilcoxon's signed-rank test, exact up to a dozen ties and all.
+    """Return the two-sided p of Wilcoxon's signed-rank test, exact for small samples, ties or none.
 
     SciPy's own choice for ties in small samples permutes in a Python loop, a second a pair; the
     same permutation test on ranks taken once is a thousand times faster.

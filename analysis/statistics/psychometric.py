@@ -2,25 +2,63 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from analysis.preprocessing.sufficiency import FEWEST, few
-from analysis.statistics.omnibus import Result, reason
+from analysis.statistics.confidence_interval import ConfidenceInterval
+from analysis.statistics.not_computed import NotComputed
 from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
 #: Coefficients of the curve: intercept and slope.
 COEFFICIENTS = 2
 
 
-def psychometric(steps: pd.DataFrame, confidence: float = 0.95) -> Result:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PsychometricCurve:
+    """A logistic curve of "yes" on how much amplitude was removed.
+
+    Parameters
+    ----------
+    log_odds_per_um_pp, se : float
+        Slope per µm (peak to peak) removed, and its standard error.
+    interval : ConfidenceInterval
+        The slope's, Student's.
+    t, df, p : float, int, float
+        Test of the slope against 0.
+    intercept : float
+        Log odds of "yes" where nothing is removed.
+    covariance : array-like, shape (2, 2)
+        Of intercept and slope.
+    half_yes_um_pp : float or None
+        Where half would say yes; None where the curve does not rise.
+    correlation : float
+        Of a participant's answers.
+    n, answers : int
+        Participants and answered steps.
+    """
+
+    log_odds_per_um_pp: float
+    se: float
+    interval: ConfidenceInterval
+    t: float
+    df: int
+    p: float
+    intercept: float
+    covariance: tuple[tuple[float, float], tuple[float, float]]
+    half_yes_um_pp: float | None
+    correlation: float
+    n: int
+    answers: int
+
+
+def psychometric(steps: pd.DataFrame, confidence: float = 0.95) -> PsychometricCurve | NotComputed:
     """Fit a logistic curve of "yes" on how much amplitude was removed, catch steps at 0.
 
     Generalised estimating equations (Liang and Zeger 1986, Biometrika 73, 13-22), answers of a
@@ -31,34 +69,27 @@ def psychometric(steps: pd.DataFrame, confidence: float = 0.95) -> Result:
     ----------
     steps : DataFrame
         `analysis.reading.dataset.Dataset.differences`: answered steps, catch steps among them.
-
-    Returns
-    -------
-    dict
-        ``log_odds_per_um`` (of µm peak to peak removed), its ``se``, ``ci``, ``t``, ``df``, ``p``;
-        ``intercept``; the two's ``covariance``; ``half_yes_um``, where half would say yes;
-        ``correlation`` within participants; or ``reason``.
     """
     removed = (steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]).to_numpy(float)
     felt = steps["difference_felt"].to_numpy(float)
     people = steps[PARTICIPANT].astype(str).to_numpy()
     n = len(np.unique(people))
     if n < FEWEST:
-        return reason(few("participants", n))
+        return NotComputed(few("participants", n))
     if why := separated(removed, felt):
-        return reason(why)
+        return NotComputed(why)
     return _fit(pd.DataFrame({"felt": felt, "removed": removed, "who": people}), n, confidence)
 
 
 def curve(
-    found: Mapping[str, Any], removed: NDArray[np.float64], confidence: float = 0.95
+    found: PsychometricCurve, removed: NDArray[np.float64], confidence: float = 0.95
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the fitted share of "yes" and its pointwise band, Student's on log odds.
 
     Parameters
     ----------
-    found : dict
-        `psychometric`'s result, not a reason.
+    found : PsychometricCurve
+        `psychometric`'s result.
     removed : array, shape (k,)
         Sizes of steps, µm peak to peak.
 
@@ -70,9 +101,9 @@ def curve(
     from scipy import special, stats  # noqa: PLC0415
 
     design = np.stack([np.ones_like(removed), removed], axis=1)
-    log_odds = design @ [found["intercept"], found["log_odds_per_um"]]
-    variance = ((design @ np.array(found["covariance"])) * design).sum(axis=1)
-    half = stats.t.ppf((1 + confidence) / 2, found["df"]) * np.sqrt(variance)
+    log_odds = design @ [found.intercept, found.log_odds_per_um_pp]
+    variance = ((design @ np.array(found.covariance)) * design).sum(axis=1)
+    half = stats.t.ppf((1 + confidence) / 2, found.df) * np.sqrt(variance)
     low, middle, high = (special.expit(log_odds + sign * half) for sign in (-1, 0, 1))
     return middle, low, high
 
@@ -96,7 +127,7 @@ def separated(removed: NDArray[np.float64], felt: NDArray[np.float64]) -> str | 
     return None
 
 
-def _fit(frame: pd.DataFrame, n: int, confidence: float) -> Result:
+def _fit(frame: pd.DataFrame, n: int, confidence: float) -> PsychometricCurve | NotComputed:
     import statsmodels.api as sm  # noqa: PLC0415 - a second's import
     import statsmodels.formula.api as smf  # noqa: PLC0415
     from scipy import stats  # noqa: PLC0415
@@ -111,23 +142,24 @@ def _fit(frame: pd.DataFrame, n: int, confidence: float) -> Result:
     try:
         fit = model.fit(cov_type="bias_reduced")
     except (np.linalg.LinAlgError, ValueError) as error:
-        return reason(f"the curve could not be fitted ({error})")
+        return NotComputed(f"the curve could not be fitted ({error})")
     slope, se = float(fit.params["removed"]), float(fit.bse["removed"])
     if not fit.converged or not np.isfinite([slope, se]).all():
-        return reason("the fit did not converge")
+        return NotComputed("the fit did not converge")
     df = n - COEFFICIENTS
     half = float(stats.t.ppf((1 + confidence) / 2, df)) * se
-    return {
-        "log_odds_per_um": slope,
-        "se": se,
-        "ci": [slope - half, slope + half],
-        "t": slope / se,
-        "df": df,
-        "p": float(2 * stats.t.sf(abs(slope / se), df)),
-        "intercept": float(fit.params["Intercept"]),
-        "covariance": fit.cov_params().to_numpy(float).tolist(),
-        "half_yes_um": -float(fit.params["Intercept"]) / slope if slope > 0 else None,
-        "correlation": float(model.cov_struct.dep_params),
-        "n": n,
-        "answers": len(frame),
-    }
+    (a, b), (c, d) = fit.cov_params().to_numpy(float).tolist()
+    return PsychometricCurve(
+        log_odds_per_um_pp=slope,
+        se=se,
+        interval=ConfidenceInterval(slope - half, slope + half, confidence),
+        t=slope / se,
+        df=df,
+        p=float(2 * stats.t.sf(abs(slope / se), df)),
+        intercept=float(fit.params["Intercept"]),
+        covariance=((a, b), (c, d)),
+        half_yes_um_pp=-float(fit.params["Intercept"]) / slope if slope > 0 else None,
+        correlation=float(model.cov_struct.dep_params),
+        n=n,
+        answers=len(frame),
+    )

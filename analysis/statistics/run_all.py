@@ -1,44 +1,83 @@
-"""All that is concluded from a data set, as one plain structure: what the JSON files hold."""
+"""Everything that is concluded from a data set, in one frozen structure."""
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, TypeVar
 
-import numpy as np
-
-from analysis.preprocessing.log_transform import Prepared, prepare
-from analysis.preprocessing.normalisation import RULES, cell_means, normalise_by_all
 from analysis.reading.delimited import read_tables
-from analysis.statistics import omnibus, order_and_reliability, power_law
+from analysis.statistics import omnibus, order_and_reliability
+from analysis.statistics.coder_agreement import agreement
+from analysis.statistics.growth import growth
 from analysis.statistics.mixed_model import mixed_model
-from analysis.statistics.omnibus import Result, reason
+from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.pairwise import pairwise
-from analysis.statistics.verbal_coding import SHIPPED, agreement, load_codebook
+from analysis.statistics.power_law import power_law
+from analysis.statistics.verbal_coding import SHIPPED, load_codebook
 from analysis.statistics.yes_no import analyse_differences
-from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    import pandas as pd
-
+    from analysis.preprocessing.log_transform import Prepared
     from analysis.reading.dataset import Dataset
+    from analysis.statistics.growth import Growth
+    from analysis.statistics.mixed_model import MixedModel
+    from analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
+    from analysis.statistics.order_and_reliability import OrderEffects, Reliability
+    from analysis.statistics.pairwise import PairComparison
+    from analysis.statistics.power_law import PowerLaw
+    from analysis.statistics.yes_no import DescendingDifference
+    from experiments.study.analysis_choices import SdConvention, Test, ZeroRule
 
-#: Everything that is concluded from magnitude estimates, by its name in inference.json.
-TESTS: dict[str, Callable[[Prepared], Any]] = {
-    **omnibus.TESTS,
-    "pairwise": pairwise,
-    "mixed_model": mixed_model,
-    "power_law": power_law.power_law,
-    "growth": power_law.growth,
-    "order": order_and_reliability.order,
-    "reliability": order_and_reliability.reliability,
-}
+T = TypeVar("T")
 
 
-def conclude(data: Dataset, prepared: Prepared | None, rule: str | None) -> Result:
-    """Return what ``omnibus.json`` holds: each test's numbers, or the reason why there are none.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NormalisationUsed:
+    """How estimates were brought to one scale.
+
+    Parameters
+    ----------
+    rule : str or None
+        A key of `analysis.preprocessing.normalisation.RULES`; None without estimates.
+    zero_rule : str
+        What happened to estimates of zero before logarithms were taken.
+    zeros : int
+        How many estimates are zero.
+    standard_deviation : {"sample", "population"}
+        Convention of Table III.
+    """
+
+    rule: str | None
+    zero_rule: ZeroRule
+    zeros: int
+    standard_deviation: SdConvention
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inference:
+    """Every test's result, or why there is none: one field a test, in ``inference.json``'s order.
+
+    See each class for its numbers.
+    """
+
+    rm_anova: RmAnova | NotComputed
+    friedman: Friedman | NotComputed
+    page_trend: PageTrend | NotComputed
+    linear_trend: LinearTrend | NotComputed
+    pairwise: tuple[PairComparison, ...] | NotComputed
+    mixed_model: MixedModel | NotComputed
+    power_law: PowerLaw | NotComputed
+    growth: Growth | NotComputed
+    order: OrderEffects | NotComputed
+    reliability: Reliability | NotComputed
+    normalisation: NormalisationUsed
+    difference: DescendingDifference | NotComputed
+
+
+def conclude(data: Dataset, prepared: Prepared | None, rule: str | None) -> Inference:
+    """Run every test that the study chose.
 
     Parameters
     ----------
@@ -50,94 +89,44 @@ def conclude(data: Dataset, prepared: Prepared | None, rule: str | None) -> Resu
         How they were normalised.
     """
     chosen = data.choices.tests
-    found: Result = {}
-    for name, test in TESTS.items():
+
+    def run(name: Test, test: Callable[[Prepared], T]) -> T | NotComputed:
         if chosen is not None and name not in chosen:
-            found[name] = reason("not chosen in the study file")
-        elif prepared is None:
-            found[name] = reason("no magnitude estimates")
-        else:
-            found[name] = test(prepared)
-    found["normalisation"] = {
-        "rule": rule,
-        "zero_rule": data.choices.zero_rule,
-        "zeros": prepared.zeros if prepared else 0,
-        "standard_deviation": data.choices.standard_deviation,
-    }
-    found["difference"] = (
-        reason("not chosen in the study file")
+            return NotComputed("not chosen in the study file")
+        if prepared is None:
+            return NotComputed("no magnitude estimates")
+        return test(prepared)
+
+    return Inference(
+        rm_anova=run("rm_anova", omnibus.rm_anova),
+        friedman=run("friedman", omnibus.friedman),
+        page_trend=run("page_trend", omnibus.page_trend),
+        linear_trend=run("linear_trend", omnibus.linear_trend),
+        pairwise=run("pairwise", pairwise),
+        mixed_model=run("mixed_model", mixed_model),
+        power_law=run("power_law", power_law),
+        growth=run("growth", growth),
+        order=run("order", order_and_reliability.order),
+        reliability=run("reliability", order_and_reliability.reliability),
+        normalisation=NormalisationUsed(
+            rule=rule,
+            zero_rule=data.choices.zero_rule,
+            zeros=prepared.zeros if prepared else 0,
+            standard_deviation=data.choices.standard_deviation,
+        ),
+        difference=NotComputed("not chosen in the study file")
         if chosen is not None and "difference" not in chosen
-        else difference(data)
+        else difference(data),
     )
-    return found
 
 
-def difference(data: Dataset) -> Result:
+def difference(data: Dataset) -> DescendingDifference | NotComputed:
     """Return the descending difference, with the data set's own code book and coders."""
     folder, name = data.folder, data.choices.codebook
     book = load_codebook(folder / name if folder and name else SHIPPED)
     found = analyse_differences(data.differences, book, data.choices.confidence)
     codes = folder / "code" / "verbal_codes.tsv" if folder else None
-    if "reason" not in found and codes is not None and codes.is_file():
-        frame, _ = read_tables(
-            [codes], codes.parent, required=("verbal_report", "coder", "category")
-        )
-        found["coders"] = agreement(frame)
-    return found
-
-
-def sensitivity(trials: pd.DataFrame, used: str) -> list[Result]:
-    """Return Table III's means and spreads under every rule that the data allows.
-
-    The exponent and every test within participants on logarithms are the same under all of them.
-    """
-    rows = []
-    for name, normalised in normalise_by_all(trials).items():
-        cells = cell_means(trials.assign(normalised=normalised), "normalised")
-        rows.append(
-            {
-                "rule": name,
-                "used": name == used,
-                "unit": RULES[name].unit,
-                "mean": {f"{a:g}": float(m) for a, m in cells.mean().items()},
-                "sd_sample": {f"{a:g}": float(s) for a, s in cells.std(ddof=1).items()},
-            }
-        )
-    return rows
-
-
-def robustness(everyone: Prepared, flagged: set[str]) -> list[Result]:
-    """Return the chief results with and without the participants who carry a flag."""
-    kept = ~everyone.trials[PARTICIPANT].isin(flagged)
-    sets = {"all analysed": everyone}
-    if flagged and kept.any():
-        trials = everyone.trials[kept].reset_index(drop=True)
-        sets["without the flagged"] = prepare(trials, everyone.choices)
-    rows = []
-    for name, data in sets.items():
-        exponent, friedman = power_law.power_law(data), omnibus.friedman(data)
-        rows.append(
-            {
-                "participants": name,
-                "n": len(data.cells),
-                "exponent": exponent.get("exponent"),
-                "exponent_ci": exponent.get("ci95", exponent.get("ci")),
-                "friedman_chi2": friedman.get("chi2"),
-                "friedman_p": friedman.get("p"),
-                "means": {f"{a:g}": float(m) for a, m in data.cells.mean().items()},
-            }
-        )
-    return rows
-
-
-def plain(value: Any) -> Any:
-    """Return a structure as JSON can hold it: no NaN (null instead), no numpy scalars."""
-    if isinstance(value, dict):
-        return {str(key): plain(inner) for key, inner in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(inner) for inner in value]
-    if isinstance(value, np.generic):
-        return plain(value.item())
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    if isinstance(found, NotComputed) or codes is None or not codes.is_file():
+        return found
+    frame, _ = read_tables([codes], codes.parent, required=("verbal_report", "coder", "category"))
+    return replace(found, coders=agreement(frame))

@@ -1,20 +1,15 @@
-"""Coding verbal reports by an editable code book, and how well two coders agree."""
+"""The code book: what a verbal report says of slipperiness, by the stems of its words."""
 
 from __future__ import annotations
 
 import re
 import unicodedata
-from collections import Counter
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from analysis.statistics.omnibus import Result, reason
 from faults.toml_file import read_toml
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 Meaning = Literal["less_slippery", "more_slippery", "unclear"]
 #: A stem without a letter would be found in every report.
@@ -131,64 +126,3 @@ def load_codebook(path: Path = SHIPPED) -> Codebook:
         The file cannot be read or is not a code book; says every fault.
     """
     return read_toml(path, Codebook)
-
-
-def code_reports(changes: pd.DataFrame, book: Codebook) -> Result:
-    """Count categories over reports, with the raw words."""
-    felt = changes[(changes["difference_felt"] == 1)]
-    words = Counter(str(text) for text in felt["verbal_report"] if str(text))
-    if not words:
-        return reason("no verbal reports")
-    categories: dict[str, dict[str, Any]] = {}
-    for text, count in sorted(words.items()):
-        for name in book.code(text):
-            entry = categories.setdefault(name, {"count": 0, "words": {}})
-            entry["count"] += count
-            entry["words"][text] = count
-    order = [name for name in (*book.categories, OTHER) if name in categories]
-    meanings = Counter[str]()
-    for text, count in words.items():
-        meanings[book.meaning(text)] += count
-    return {
-        "codebook": book.title,
-        "n": sum(words.values()),
-        "categories": {name: categories[name] for name in order},
-        "meaning": dict(sorted(meanings.items())),
-    }
-
-
-def agreement(codes: pd.DataFrame) -> Result:
-    """Return Cohen's kappa of two coders.
-
-    Parameters
-    ----------
-    codes : DataFrame
-        ``verbal_report coder category``: the file ``code/verbal_codes.tsv`` of a data set.
-    """
-    import numpy as np  # noqa: PLC0415
-    from statsmodels.stats.inter_rater import cohens_kappa  # noqa: PLC0415
-
-    codes = codes.dropna(subset=["verbal_report", "coder", "category"])
-    coders = sorted(codes["coder"].astype(str).unique())
-    if len(coders) != 2:  # noqa: PLR2004
-        return reason(f"{len(coders)} coders; agreement is between two")
-    wide = codes.assign(coder=codes["coder"].astype(str)).pivot_table(
-        index="verbal_report", columns="coder", values="category", aggfunc="first"
-    )
-    both = wide.dropna()
-    names = sorted(set(both.to_numpy().ravel()))
-    if len(both) < 2 or len(names) < 2:  # noqa: PLR2004
-        return reason("two reports coded by both, with two categories, are needed")
-    table = np.zeros((len(names), len(names)))
-    for first, second in both.to_numpy():
-        table[names.index(first), names.index(second)] += 1
-    with np.errstate(invalid="ignore", divide="ignore"):
-        # Its test against 0 divides by a standard error that may be 0.
-        found = cohens_kappa(table)
-    return {
-        "coders": coders,
-        "reports": len(both),
-        "kappa": float(found.kappa),
-        "ci95": [float(found.kappa_low), float(found.kappa_upp)],
-        "agreed": int(np.trace(table)),
-    }

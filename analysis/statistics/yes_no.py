@@ -1,31 +1,154 @@
-"""The descending difference: who felt a step, who said so where nothing changed, and what went.
+"""The descending difference: "yes" on steps and on catch steps, and what participants said.
 
 Without catch steps "yes" is confounded with bias, and d' does not exist.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.statistics.omnibus import Result, interval_name, mean_with_interval, reason
+from analysis.statistics.confidence_interval import ConfidenceInterval
+from analysis.statistics.mean_over_participants import mean_over_participants
+from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.psychometric import psychometric
-from analysis.statistics.verbal_coding import code_reports
+from analysis.statistics.verbal_reports import code_reports
 from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import pandas as pd
 
+    from analysis.statistics.coder_agreement import CoderAgreement
+    from analysis.statistics.mean_over_participants import MeanOverParticipants
+    from analysis.statistics.psychometric import PsychometricCurve
     from analysis.statistics.verbal_coding import Codebook
+    from analysis.statistics.verbal_reports import VerbalReports
 
 
-def exact_interval(yes: int, n: int, confidence: float = 0.95) -> list[float]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepAnswers:
+    """Answers on one kind of step; the interval is of the share of "yes", exact."""
+
+    from_um_pp: float
+    to_um_pp: float
+    n: int
+    yes: int
+    interval: ConfidenceInterval
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CatchAnswers:
+    """Answers on catch steps; no interval where there are none."""
+
+    n: int
+    yes: int
+    interval: ConfidenceInterval | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sensitivity:
+    """Yes-no counts with d' and the criterion c, after the log-linear correction."""
+
+    hits: int
+    changes: int
+    false_alarms: int
+    catches: int
+    d_prime: float
+    criterion: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SignalDetection:
+    """Signal detection theory of the descending difference.
+
+    Parameters
+    ----------
+    pooled : Sensitivity
+        Of all answers.
+    mean_d_prime : MeanOverParticipants or NotComputed
+        Of participants who had both kinds of step.
+    participants : Mapping
+        Participant -> their own.
+    """
+
+    pooled: Sensitivity
+    mean_d_prime: MeanOverParticipants | NotComputed
+    participants: Mapping[str, Sensitivity]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """The paper's finding, in numbers of participants.
+
+    Parameters
+    ----------
+    n : int
+        Participants.
+    felt_a_difference, felt_every_change : int
+        Who felt a change at least once, and always.
+    said_less_slippery : int
+        Who said that the surface became less slippery.
+    """
+
+    n: int
+    felt_a_difference: int
+    felt_every_change: int
+    said_less_slippery: int
+
+    @property
+    def all_felt_a_difference(self) -> bool:
+        """Whether every participant felt a change at least once."""
+        return self.n > 0 and self.felt_a_difference == self.n
+
+    @property
+    def all_said_less_slippery(self) -> bool:
+        """Whether every participant said that the surface became less slippery."""
+        return self.n > 0 and self.said_less_slippery == self.n
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DescendingDifference:
+    """Everything about the descending difference.
+
+    Parameters
+    ----------
+    steps : tuple of StepAnswers
+        Steps on which the amplitude changed, from the largest amplitude down.
+    catch : CatchAnswers
+        Steps on which it did not.
+    signal_detection, psychometric, verbal_reports, finding
+        See their classes.
+    participants : int
+        Who answered.
+    answers_per_participant_and_step : float
+        Mean.
+    coders : CoderAgreement, NotComputed or None
+        None where the data set has no codes of human coders.
+    """
+
+    steps: tuple[StepAnswers, ...]
+    catch: CatchAnswers
+    signal_detection: SignalDetection | NotComputed
+    psychometric: PsychometricCurve | NotComputed
+    verbal_reports: VerbalReports | NotComputed
+    finding: Finding
+    participants: int
+    answers_per_participant_and_step: float
+    coders: CoderAgreement | NotComputed | None = None
+
+
+def exact_interval(yes: int, n: int, confidence: float = 0.95) -> ConfidenceInterval:
     """Return Clopper and Pearson's exact interval of a proportion."""
     from statsmodels.stats.proportion import proportion_confint  # noqa: PLC0415
 
     low, high = proportion_confint(yes, n, alpha=1 - confidence, method="beta")
-    return [float(np.nan_to_num(low, nan=0.0)), float(np.nan_to_num(high, nan=1.0))]
+    return ConfidenceInterval(
+        float(np.nan_to_num(low, nan=0.0)), float(np.nan_to_num(high, nan=1.0)), confidence
+    )
 
 
 def d_prime(hits: float, signals: float, false_alarms: float, noises: float) -> tuple[float, float]:
@@ -45,8 +168,10 @@ def d_prime(hits: float, signals: float, false_alarms: float, noises: float) -> 
     return hit - alarm, 0.0 - (hit + alarm) / 2
 
 
-def analyse_differences(steps: pd.DataFrame, book: Codebook, confidence: float = 0.95) -> Result:
-    """Return everything about the descending difference, as ``inference.json`` has it.
+def analyse_differences(
+    steps: pd.DataFrame, book: Codebook, confidence: float = 0.95
+) -> DescendingDifference | NotComputed:
+    """Return everything about the descending difference but the coders' agreement.
 
     Parameters
     ----------
@@ -58,40 +183,38 @@ def analyse_differences(steps: pd.DataFrame, book: Codebook, confidence: float =
         Of every interval.
     """
     if not len(steps):
-        return reason("no answered steps of the descending difference")
+        return NotComputed("no answered steps of the descending difference")
     changes = steps[~steps["catch"]]
     catches = steps[steps["catch"]]
     by_step = changes.groupby(["amplitude_before_um_pp", "amplitude_um_pp"])["difference_felt"]
     counted = by_step.agg(["size", "sum"]).sort_index(ascending=False)
-    rows = []
-    for (before, after), (n, yes) in zip(
-        counted.index.tolist(), counted.to_numpy(int).tolist(), strict=True
-    ):
-        rows.append(
-            {
-                "from_um_pp": float(before),
-                "to_um_pp": float(after),
-                "n": n,
-                "yes": yes,
-                interval_name(confidence): exact_interval(yes, n, confidence),
-            }
+    rows = [
+        StepAnswers(
+            from_um_pp=float(before),
+            to_um_pp=float(after),
+            n=n,
+            yes=yes,
+            interval=exact_interval(yes, n, confidence),
         )
+        for (before, after), (n, yes) in zip(
+            counted.index.tolist(), counted.to_numpy(int).tolist(), strict=True
+        )
+    ]
     catch_n, catch_yes = len(catches), int(catches["difference_felt"].sum())
-    catch: Result = {"n": catch_n, "yes": catch_yes}
-    if catch_n:
-        catch[interval_name(confidence)] = exact_interval(catch_yes, catch_n, confidence)
-    detection = signal_detection(changes, catches, confidence)
-    return {
-        "steps": rows,
-        "catch": catch,
-        "d_prime": detection.get("pooled_d_prime", detection),
-        "signal_detection": detection,
-        "psychometric": psychometric(steps, confidence),
-        "verbal_reports": code_reports(changes, book),
-        "finding": finding(changes, book),
-        "participants": int(steps[PARTICIPANT].nunique()),
-        "answers_per_participant_and_step": _repetitions(changes),
-    }
+    return DescendingDifference(
+        steps=tuple(rows),
+        catch=CatchAnswers(
+            n=catch_n,
+            yes=catch_yes,
+            interval=exact_interval(catch_yes, catch_n, confidence) if catch_n else None,
+        ),
+        signal_detection=signal_detection(changes, catches, confidence),
+        psychometric=psychometric(steps, confidence),
+        verbal_reports=code_reports(changes, book),
+        finding=finding(changes, book),
+        participants=int(steps[PARTICIPANT].nunique()),
+        answers_per_participant_and_step=_repetitions(changes),
+    )
 
 
 def _repetitions(changes: pd.DataFrame) -> float:
@@ -101,19 +224,14 @@ def _repetitions(changes: pd.DataFrame) -> float:
     return float(cells.size().mean()) if len(changes) else 0.0
 
 
-def signal_detection(changes: pd.DataFrame, catches: pd.DataFrame, confidence: float) -> Result:
+def signal_detection(
+    changes: pd.DataFrame, catches: pd.DataFrame, confidence: float
+) -> SignalDetection | NotComputed:
     """Return d' and c, pooled and of each participant who had both kinds of step."""
     if not len(catches):
-        return reason("no catch steps: 'yes' cannot be told from a readiness to say yes")
+        return NotComputed("no catch steps: 'yes' cannot be told from a readiness to say yes")
     if not len(changes):
-        return reason("no steps on which the amplitude changed")
-    counts = {
-        "hits": int(changes["difference_felt"].sum()),
-        "changes": len(changes),
-        "false_alarms": int(catches["difference_felt"].sum()),
-        "catches": len(catches),
-    }
-    pooled = d_prime(*counts.values())
+        return NotComputed("no steps on which the amplitude changed")
     signals = changes.groupby(changes[PARTICIPANT].astype(str))["difference_felt"].agg(
         ["sum", "size"]
     )
@@ -121,25 +239,38 @@ def signal_detection(changes: pd.DataFrame, catches: pd.DataFrame, confidence: f
         ["sum", "size"]
     )
     both = signals.add_suffix("_signal").join(noises.add_suffix("_noise"), how="inner")
-    own: dict[str, Any] = {}
-    for who, row in zip(both.index, both.to_numpy(float), strict=True):
-        sensitivity, criterion = d_prime(*row)
-        own[str(who)] = dict(zip(counts, map(int, row), strict=True)) | {
-            "d_prime": sensitivity,
-            "criterion": criterion,
-        }
-    values = np.array([found["d_prime"] for found in own.values()])
-    return {
-        "pooled_d_prime": pooled[0],
-        "pooled_criterion": pooled[1],
-        **counts,
-        "mean_of_participants": mean_with_interval(values, confidence),
-        "participants": own,
+    own = {
+        str(who): _sensitivity(*row)
+        for who, row in zip(both.index, both.to_numpy(int).tolist(), strict=True)
     }
+    return SignalDetection(
+        pooled=_sensitivity(
+            int(changes["difference_felt"].sum()),
+            len(changes),
+            int(catches["difference_felt"].sum()),
+            len(catches),
+        ),
+        mean_d_prime=mean_over_participants(
+            np.array([found.d_prime for found in own.values()]), confidence
+        ),
+        participants=own,
+    )
 
 
-def finding(changes: pd.DataFrame, book: Codebook) -> Result:
-    """Compute the paper's finding: all felt a difference, and what went was slipperiness.
+def _sensitivity(hits: int, changes: int, false_alarms: int, catches: int) -> Sensitivity:
+    sensitivity, criterion = d_prime(hits, changes, false_alarms, catches)
+    return Sensitivity(
+        hits=hits,
+        changes=changes,
+        false_alarms=false_alarms,
+        catches=catches,
+        d_prime=sensitivity,
+        criterion=criterion,
+    )
+
+
+def finding(changes: pd.DataFrame, book: Codebook) -> Finding:
+    """Compute the paper's finding: all felt a difference, and slipperiness was what decreased.
 
     "All of the subjects feel clearly the difference during the test, and they immediately say
     that it is 'less slippery'" (Section IV-B).
@@ -149,12 +280,9 @@ def finding(changes: pd.DataFrame, book: Codebook) -> Result:
     said = changes[(changes["difference_felt"] == 1) & (changes["verbal_report"] != "")]
     meanings = said["verbal_report"].astype(str).map(book.meaning)
     less = said[PARTICIPANT].astype(str)[meanings == "less_slippery"].nunique()
-    ever, always = int((felt["max"] == 1).sum()), int((felt["min"] == 1).sum())
-    return {
-        "n": n,
-        "felt_a_difference": ever,
-        "felt_every_change": always,
-        "said_less_slippery": less,
-        "all_felt_a_difference": n > 0 and ever == n,
-        "all_said_less_slippery": n > 0 and less == n,
-    }
+    return Finding(
+        n=n,
+        felt_a_difference=int((felt["max"] == 1).sum()),
+        felt_every_change=int((felt["min"] == 1).sum()),
+        said_less_slippery=less,
+    )

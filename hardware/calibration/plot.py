@@ -5,22 +5,23 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from figure_style import BLUE, VERMILION, canvas, styled
 from hardware.calibration.fit import response
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from hardware.calibration.record import Calibration, Point
 
-MEASURED, FITTED = "#0072B2", "#D55E00"  # Okabe and Ito's blue and vermilion
+MEASURED, FITTED = BLUE, VERMILION
 
 
+@styled
 def draw(calibration: Calibration) -> Figure:
     """Return the figure of a calibration."""
-    figure = Figure(figsize=(9, 5), layout="constrained")
-    axes = figure.subplots(2, 2, sharex="col", height_ratios=[3, 1])
+    figure, axes = canvas(2, 2, (9, 5), sharex="col", height_ratios=[3, 1])
     resonance, gain = calibration.resonance, calibration.gain
     sweep = [each for each in calibration.points if each.sweep != "voltage"]
     volts = sweep[0].voltage_v
@@ -51,7 +52,7 @@ def draw(calibration: Calibration) -> Figure:
         fontsize="medium",
     )
     axes[1, 1].set_xlabel(f"drive ({calibration.drive.voltage_convention})")
-    axes[0, 0].legend(frameon=False)
+    axes[0, 0].legend()
     device, made = calibration.device, calibration.made
     figure.suptitle(
         f"Plate {device.serial or device.backend}, {made.date}, {made.by}, {made.instrument}"
@@ -70,5 +71,3 @@ def _panel(pair: np.ndarray, x: np.ndarray, points: list[Point], fitted: np.ndar
     below.axhline(0, color=FITTED, lw=1)
     below.plot(x, (measured_um - fitted) * 1e3, "o", ms=3, mfc="none", color=MEASURED)
     below.set_ylabel("residual (nm)")
-    for axis in (above, below):
-        axis.spines[["top", "right"]].set_visible(False)

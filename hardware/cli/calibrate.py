@@ -74,6 +74,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     """Measure or read, fit, write the file and its plot."""
     # SciPy, pydantic and matplotlib load here: `slipscale plate --help` stays instant.
+    from figure_style import save  # noqa: PLC0415
     from hardware.calibration.plot import draw  # noqa: PLC0415
     from hardware.calibration.record import DriveChain, Provenance, write_calibration  # noqa: PLC0415
     from hardware.calibration.sweep import SweepPlan, calibration_from  # noqa: PLC0415
@@ -110,7 +111,7 @@ def run(arguments: Namespace) -> int:
     picture = arguments.out.with_suffix(".png")
     try:
         write_calibration(calibration, arguments.out)
-        draw(calibration).savefig(picture, dpi=150)
+        save(draw(calibration), picture)
     except OSError as error:
         raise UserError(f"--out {arguments.out}: {error.strerror}") from error
     resonance, gain = calibration.resonance, calibration.gain

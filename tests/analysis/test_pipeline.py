@@ -11,6 +11,7 @@ import slipscale
 from analysis.pipeline import analyse
 from analysis.reporting.files import write_analysis
 from analysis.reporting.terminal import print_table3
+from analysis.statistics.not_computed import NotComputed
 from faults import UserError
 
 
@@ -134,12 +135,12 @@ def test_a_data_set_of_descending_differences_alone_is_analysed(dataset, page):
     for path in folder.glob("sub-*/beh/*magnitude*"):
         path.unlink()
     analysis = analyse(folder)
-    assert analysis.inference["difference"]["steps"][0]["yes"] == 6
-    assert analysis.inference["rm_anova"] == {"reason": "no magnitude estimates"}
+    assert analysis.inference.difference.steps[0].yes == 6
+    assert analysis.inference.rm_anova == NotComputed("no magnitude estimates")
     assert "felt a difference" in page(analysis)
 
 
 def test_tests_that_the_study_did_not_choose_are_not_run(dataset):
     analysis = analyse(dataset(choices='tests = ["friedman"]'))
-    assert "chi2" in analysis.inference["friedman"]
-    assert analysis.inference["rm_anova"] == {"reason": "not chosen in the study file"}
+    assert analysis.inference.friedman.n == 6
+    assert analysis.inference.rm_anova == NotComputed("not chosen in the study file")

@@ -5,11 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from analysis.reporting import html
-from analysis.reporting.apa import p_value
-from analysis.reporting.html import Column, Section, interval, number
+from analysis.reporting.html import ReportSection, TableColumn
+from analysis.reporting.numbers import DASH, grouped, interval, p_value
+from analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from analysis.result import Analysis
+    from analysis.statistics.pairwise import PairComparison
+    from analysis.statistics.run_all import Inference
 
 TEST_TITLES = {
     "rm_anova": "Repeated-measures ANOVA, log estimates",
@@ -23,8 +26,6 @@ TEST_TITLES = {
     "order": "Order and carry-over",
     "reliability": "Test-retest reliability",
 }
-#: The two parts of "order", each with numbers or a reason.
-ORDER_TITLES = {"position": "the trial's position", "carry_over": "the surface before"}
 
 
 def _bare_p(p: float | None) -> str:
@@ -32,58 +33,75 @@ def _bare_p(p: float | None) -> str:
     return p_value(p).removeprefix("p ").removeprefix("= ")
 
 
-def comparisons(analysis: Analysis) -> Section:
+def comparisons(analysis: Analysis) -> ReportSection:
     """Return pairwise comparisons, and which tests could not be computed."""
-    section = Section("Comparisons")
+    section = ReportSection("Comparisons")
     if analysis.prepared is None:
         return section
-    pairs = analysis.inference["pairwise"]
-    if isinstance(pairs, list):
+    pairs = analysis.inference.pairwise
+    if not isinstance(pairs, NotComputed):
         level = f"{100 * analysis.dataset.choices.confidence:g} %"
         section.blocks.append(
             html.table(
                 [
-                    Column(title="From → to", unit="µm, p-p", left=True, whole=True),
-                    Column(title="Ratio", unit="of geometric means"),
-                    Column(title=f"{level} CI", unit="of the ratio"),
-                    Column(title="t"),
-                    Column(title="df"),
-                    Column(title="p", unit="Holm"),
-                    Column(title="d_z"),
-                    Column(title=f"{level} CI", unit="of d_z"),
-                    Column(title="Up / down", unit="participants"),
-                    Column(title="p Wilcoxon", unit="Holm"),
+                    TableColumn(title="From → to", unit="µm, p-p", left=True, whole=True),
+                    TableColumn(title="Ratio", unit="of geometric means"),
+                    TableColumn(title=f"{level} CI", unit="of the ratio"),
+                    TableColumn(title="t"),
+                    TableColumn(title="df"),
+                    TableColumn(title="p", unit="Holm"),
+                    TableColumn(title="d_z"),
+                    TableColumn(title=f"{level} CI", unit="of d_z"),
+                    TableColumn(title="Up / down", unit="participants"),
+                    TableColumn(title="p Wilcoxon", unit="Holm"),
                 ],
-                [
-                    [
-                        f"{row['from_um_pp']:g} → {row['to_um_pp']:g}",
-                        number(row.get("ratio")),
-                        interval(*row.get("ratio_ci", (None, None))),
-                        number(row.get("t")),
-                        str(row.get("df", "–")),
-                        _bare_p(row.get("p_holm")),
-                        number(row.get("d_z")),
-                        interval(*row.get("d_z_ci", (None, None))),
-                        f"{row['up']} / {row['down']}",
-                        _bare_p(row.get("p_wilcoxon_holm")),
-                    ]
-                    for row in pairs
-                ],
-                f"Paired comparisons of log estimates ({pairs[0]['n']} participants with an "
+                [_row(pair) for pair in pairs],
+                f"Paired comparisons of log estimates ({pairs[0].n} participants with an "
                 "estimate at every amplitude) and Wilcoxon's test on the estimates themselves. "
                 "d_z: mean difference over the standard deviation of the differences, with its "
                 "exact interval (non-central t).",
             )
         )
-    parts = {TEST_TITLES[name]: analysis.inference[name] for name in TEST_TITLES}
-    order = analysis.inference["order"]
-    parts |= {f"Order: {words}": order.get(name, {}) for name, words in ORDER_TITLES.items()}
     missing = [
-        f"{title}: {part['reason']}."
-        for title, part in parts.items()
-        if isinstance(part, dict) and "reason" in part
+        f"{title}: {part.reason}."
+        for title, part in _parts(analysis.inference).items()
+        if isinstance(part, NotComputed)
     ]
     if missing:
         section.blocks.append(html.heading("Not computed"))
         section.blocks.append(html.bullets(missing, "note"))
     return section
+
+
+def _row(pair: PairComparison) -> list[str]:
+    logs, ranks = pair.logs, pair.ranks
+    tested = (
+        [DASH, DASH, DASH, DASH, _bare_p(None), DASH, DASH]
+        if isinstance(logs, NotComputed)
+        else [
+            grouped(logs.ratio),
+            interval(*logs.ratio_interval),
+            grouped(logs.t),
+            str(logs.df),
+            _bare_p(logs.p_holm),
+            grouped(logs.d_z),
+            interval(*(logs.d_z_interval or (None, None))),
+        ]
+    )
+    return [
+        f"{pair.from_um_pp:g} → {pair.to_um_pp:g}",
+        *tested,
+        f"{ranks.up} / {ranks.down}",
+        _bare_p(ranks.p_holm),
+    ]
+
+
+def _parts(inference: Inference) -> dict[str, object]:
+    """Return every test on magnitude estimates, and the parts of those that have parts."""
+    parts = {title: getattr(inference, name) for name, title in TEST_TITLES.items()}
+    if not isinstance(inference.linear_trend, NotComputed):
+        parts[TEST_TITLES["linear_trend"]] = inference.linear_trend.log_slope_per_um_pp
+    if not isinstance(inference.order, NotComputed):
+        parts["Order: the trial's position"] = inference.order.log_slope_per_trial
+        parts["Order: the surface before"] = inference.order.log_slope_per_um_pp_before
+    return parts

@@ -4,87 +4,92 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.figures.style import LINES_AT_MOST
+from analysis.figures.shared import LINES_AT_MOST
 from analysis.reporting import html
-from analysis.reporting.html import Column, Section, interval, number
+from analysis.reporting.html import ReportSection, TableColumn
+from analysis.reporting.numbers import grouped, interval
+from analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from analysis.result import Analysis
+    from analysis.statistics.yes_no import DescendingDifference
+
+#: Of a category's reports, so many different wordings are shown.
+WORDINGS_SHOWN = 40
 
 
-def _caption(analysis: Analysis) -> str:
-    found = analysis.inference["difference"]
-    fit = found["psychometric"]
+def _caption(found: DescendingDifference) -> str:
+    fit = found.psychometric
     texts = ["Share of “yes” at each step down, with Clopper and Pearson's exact intervals."]
-    if found["answers_per_participant_and_step"] > 1:
+    if found.answers_per_participant_and_step > 1:
         texts.append("Answers of the same participant count as independent in these intervals.")
-    if "reason" not in fit:
+    if not isinstance(fit, NotComputed):
         texts.append(
             "Curve: logistic, by generalised estimating equations that let a participant's answers "
             "correlate; pointwise band, Mancl and DeRouen's errors, Student's with "
-            f"{fit['df']} degrees of freedom."
+            f"{fit.df} degrees of freedom."
         )
-    if 1 < found["participants"] <= LINES_AT_MOST:
+    if 1 < found.participants <= LINES_AT_MOST:
         texts.append("Small dots: each participant's share, side by side where equal.")
     return " ".join(texts)
 
 
-def difference(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
+def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     """Return the descending difference: figure, steps, words."""
-    section = Section("Descending difference")
-    found = analysis.inference["difference"]
-    if "difference" not in svgs:
+    section = ReportSection("Descending difference")
+    found = analysis.inference.difference
+    if isinstance(found, NotComputed) or "difference" not in svgs:
         return section
     section.blocks.append(
         html.figure(
             svgs["difference"],
-            _caption(analysis),
+            _caption(found),
             "Share of “yes”: "
             + ", ".join(
-                f"{row['from_um_pp']:g} to {row['to_um_pp']:g} µm {row['yes']} of {row['n']}"
-                for row in found["steps"]
+                f"{step.from_um_pp:g} to {step.to_um_pp:g} µm {step.yes} of {step.n}"
+                for step in found.steps
             )
-            + f", no change {found['catch']['yes']} of {found['catch']['n']}",
+            + f", no change {found.catch.yes} of {found.catch.n}",
         )
     )
-    words = found["verbal_reports"]
-    if "reason" in words:
-        section.blocks.append(html.paragraph(f"Verbal reports: {words['reason']}.", "note"))
+    words = found.verbal_reports
+    if isinstance(words, NotComputed):
+        section.blocks.append(html.paragraph(f"Verbal reports: {words.reason}.", "note"))
         return section
     section.blocks.append(
         html.table(
             [
-                Column(title="Category", left=True),
-                Column(title="Reports"),
-                Column(title="In the participants' words", left=True),
+                TableColumn(title="Category", left=True),
+                TableColumn(title="Reports"),
+                TableColumn(title="In the participants' words", left=True),
             ],
             [
                 [
                     name,
-                    str(entry["count"]),
+                    str(entry.count),
                     "; ".join(
                         f"“{text}”" + (f" ×{count}" if count > 1 else "")
-                        for text, count in list(entry["words"].items())[:40]
+                        for text, count in list(entry.words.items())[:WORDINGS_SHOWN]
                     ),
                 ]
-                for name, entry in words["categories"].items()
+                for name, entry in words.categories.items()
             ],
-            f"“What has been removed?” {words['n']} reports, coded by: {words['codebook']}. A "
+            f"“What has been removed?” {words.n} reports, coded by: {words.codebook}. A "
             "report may have several categories. Read as less slippery: "
-            f"{words['meaning'].get('less_slippery', 0)}; as more slippery: "
-            f"{words['meaning'].get('more_slippery', 0)}; unclear: "
-            f"{words['meaning'].get('unclear', 0)}.",
+            f"{words.meaning.get('less_slippery', 0)}; as more slippery: "
+            f"{words.meaning.get('more_slippery', 0)}; unclear: "
+            f"{words.meaning.get('unclear', 0)}.",
         )
     )
-    coders = found.get("coders")
-    if coders and "reason" not in coders:
+    coders = found.coders
+    if coders and not isinstance(coders, NotComputed):
         section.blocks.append(
             html.paragraph(
-                f"Two coders ({' and '.join(coders['coders'])}) agreed on {coders['agreed']} of "
-                f"{coders['reports']} reports, Cohen's κ = {number(coders['kappa'])}, 95 % "
-                f"{interval(*coders['ci95'])}."
+                f"Two coders ({' and '.join(coders.coders)}) agreed on {coders.agreed} of "
+                f"{coders.reports} reports, Cohen's κ = {grouped(coders.kappa)}, 95 % "
+                f"{interval(*coders.interval)}."
             )
         )
     return section

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from analysis.figures.style import LINES_AT_MOST
+from analysis.figures.shared import LINES_AT_MOST
 from analysis.preprocessing import normalisation
 from analysis.published import biet2007
 from analysis.reporting import html
-from analysis.reporting.html import Column, Section, interval, number
+from analysis.reporting.html import ReportSection, TableColumn
+from analysis.reporting.numbers import DASH, grouped, interval
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from markupsafe import Markup
+
     from analysis.result import Analysis
 
 
-def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
+def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     """Return Fig. 15 and Table III, large, and the full descriptives."""
-    section = Section("Magnitude estimates")
+    section = ReportSection("Magnitude estimates")
     if analysis.prepared is None:
         return section
     rule = normalisation.RULES[analysis.rule]
@@ -30,7 +33,7 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
             f"Normalisation: {analysis.rule} ({rule.formula}).",
             "Line chart of mean slipperiness: "
             + ", ".join(
-                f"{number(mean, 1)} at {amplitude:g} µm"
+                f"{grouped(mean, 1)} at {amplitude:g} µm"
                 for amplitude, mean in analysis.cells.mean().items()
             ),
         )
@@ -39,25 +42,25 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
     section.blocks.append(
         html.table(
             [
-                Column(title="Amplitude", unit="µm, p-p"),
-                Column(title="Mean"),
-                Column(title="Within-participant", unit=f"{level:g} % interval"),
-                Column(title="Bootstrap", unit=f"{level:g} % interval"),
-                Column(title="Geometric mean"),
-                Column(title="Median"),
-                Column(title="SD", unit="sample"),
-                Column(title="SD", unit="population"),
+                TableColumn(title="Amplitude", unit="µm, p-p"),
+                TableColumn(title="Mean"),
+                TableColumn(title="Within-participant", unit=f"{level:g} % interval"),
+                TableColumn(title="Bootstrap", unit=f"{level:g} % interval"),
+                TableColumn(title="Geometric mean"),
+                TableColumn(title="Median"),
+                TableColumn(title="SD", unit="sample"),
+                TableColumn(title="SD", unit="population"),
             ],
             [
                 [
                     f"{row['amplitude_um_pp']:g}",
-                    number(row["mean"]),
+                    grouped(row["mean"]),
                     interval(row["within_low"], row["within_high"]),
                     interval(row["bootstrap_low"], row["bootstrap_high"]),
-                    number(row["geometric_mean"]),
-                    number(row["median"]),
-                    number(row["sd_sample"]),
-                    number(row["sd_population"]),
+                    grouped(row["geometric_mean"]),
+                    grouped(row["median"]),
+                    grouped(row["sd_sample"]),
+                    grouped(row["sd_population"]),
                 ]
                 for row in analysis.description.to_dict(orient="records")
             ],
@@ -87,17 +90,17 @@ def _lines(analysis: Analysis) -> str:
     return f"Thick: means of {people} participants{intervals}. Pale: {each}."
 
 
-def textures(analysis: Analysis) -> Any:
+def textures(analysis: Analysis) -> Markup:
     """Return the same statistics for textures, which have no one amplitude."""
     titles = ("Mean", "Max. dev.", "SD")
     return html.table(
         [
-            Column(title="Texture", left=True),
-            Column(title="n"),
-            *(Column(title=title) for title in titles),
+            TableColumn(title="Texture", left=True),
+            TableColumn(title="n"),
+            *(TableColumn(title=title) for title in titles),
         ],
         [
-            [name, str(n), *(number(value) for value in values)]
+            [name, str(n), *(grouped(value) for value in values)]
             for name, n, *values in analysis.textures.itertuples(index=False)
         ],
         "Normalised estimates of textures, on the scale of the plain surfaces of the same run. "
@@ -105,22 +108,22 @@ def textures(analysis: Analysis) -> Any:
     )
 
 
-def table3(analysis: Analysis) -> Any:
+def table3(analysis: Analysis) -> Markup:
     """Return Table III, beside the paper's where the amplitudes are the paper's."""
     convention = analysis.dataset.choices.standard_deviation
     paper = biet2007.BY_AMPLITUDE
     beside = any(amplitude in paper for amplitude in analysis.table3["amplitude_um_pp"])
     titles = ("Mean", "Max. dev.", "SD")
-    columns = [Column(title="Amplitude", unit="µm, p-p"), Column(title="n")]
-    columns += [Column(title=title) for title in titles]
+    columns = [TableColumn(title="Amplitude", unit="µm, p-p"), TableColumn(title="n")]
+    columns += [TableColumn(title=title) for title in titles]
     if beside:
-        columns += [Column(title=title, paper=True) for title in titles]
+        columns += [TableColumn(title=title, paper=True) for title in titles]
     rows = []
     for amplitude, n, *values in analysis.table3.itertuples(index=False):
-        row = [f"{amplitude:g}", str(n), *(number(value) for value in values)]
+        row = [f"{amplitude:g}", str(n), *(grouped(value) for value in values)]
         if beside:
             known = paper.get(amplitude)
-            row += [getattr(known, name) if known else "–" for name in biet2007.STATISTICS]
+            row += [getattr(known, name) if known else DASH for name in biet2007.STATISTICS]
         rows.append(row)
     return html.table(
         columns,

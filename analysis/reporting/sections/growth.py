@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from analysis.reporting import html
 from analysis.reporting.apa import MODEL_NAMES
-from analysis.reporting.html import Column, Section, number
+from analysis.reporting.html import ReportSection, TableColumn
+from analysis.reporting.numbers import grouped
+from analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from markupsafe import Markup
+
     from analysis.result import Analysis
+    from analysis.statistics.growth_models import GrowthComparison
 
 
-def growth(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
+def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     """Return the growth of sensation: figure and models."""
-    section = Section("Growth of sensation")
+    section = ReportSection("Growth of sensation")
     if "growth" not in svgs:
         return section
-    found = analysis.inference["growth"]
+    found = analysis.inference.growth
     section.blocks.append(
         html.figure(
             svgs["growth"],
@@ -31,35 +36,28 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
             "logarithmic axes with the power function",
         )
     )
-    if "reason" in found:
-        section.blocks.append(html.paragraph(f"Growth functions: {found['reason']}.", "note"))
+    if isinstance(found, NotComputed):
+        section.blocks.append(html.paragraph(f"Growth functions: {found.reason}.", "note"))
         return section
-    against = [("amplitude", "Against amplitude (µm, peak to peak)")]
-    if "reason" not in found["friction"]:
-        against.append(
-            (
-                "friction",
-                (
-                    "Against the reduction of friction that the film predicts, 1 − µ′/µ (Reynolds' "
-                    "equation, h_r 0.6 µm, 30.5 kHz, 0.5 N)"
-                ),
-            )
+    section.blocks.append(
+        _models(found.amplitude, "Against amplitude (µm, peak to peak)", unit=" µm")
+    )
+    if not isinstance(found.friction, NotComputed):
+        title = (
+            "Against the reduction of friction that the film predicts, 1 − µ′/µ (Reynolds' "
+            "equation, h_r 0.6 µm, 30.5 kHz, 0.5 N)"
         )
-    section.blocks += [
-        _models(found[key], title, " µm" if key == "amplitude" else "") for key, title in against
-    ]
-    if "reason" not in found["individual"]:
-        best = ", ".join(
-            f"{MODEL_NAMES[name]} {count}" for name, count in found["individual"]["best"].items()
-        )
-        everybody = sum(found["individual"]["best"].values()) + found["individual"]["undecided"]
+        section.blocks.append(_models(found.friction.comparison, title))
+    own = found.individual
+    if not isinstance(own, NotComputed):
+        best = ", ".join(f"{MODEL_NAMES[name]} {count}" for name, count in own.best.items())
         section.blocks.append(
             html.paragraph(
                 "Too few trials to compare growth functions in single participants; their "
                 "exponents are descriptive."
-                if found["individual"]["undecided"] == everybody
+                if own.undecided == len(own.participants)
                 else f"Favoured in single participants' trials: {best}; undecided for lack of "
-                f"trials {found['individual']['undecided']}. With so few amplitudes a "
+                f"trials {own.undecided}. With so few amplitudes a "
                 "participant's exponent is descriptive.",
                 "note",
             )
@@ -67,37 +65,36 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> Section:
     return section
 
 
-def _models(found: Mapping[str, Any], title: str, unit: str) -> Any:
+def _models(found: GrowthComparison, title: str, unit: str = "") -> Markup:
     rows = []
-    for name, model in found["models"].items():
-        title_ = MODEL_NAMES[name]
+    for name, model in found.models.items():
         parameters = ", ".join(
             f"{key} {value:.3g}".replace("-", "−") + ("" if key == "exponent" else unit)
-            for key, value in model["parameters"].items()
+            for key, value in model.fit.parameters.items()
         )
         rows.append(
             [
-                title_[0].upper() + title_[1:],
+                MODEL_NAMES[name][0].upper() + MODEL_NAMES[name][1:],
                 parameters,
-                number(model["sd"], 3),
-                number(model["log_likelihood"], 2),
-                number(model["delta_aicc"], 2),
-                number(model["weight"], 2),
-                number(model["bic"], 1),
+                grouped(model.fit.sd, 3),
+                grouped(model.fit.log_likelihood, 2),
+                grouped(model.delta_aicc, 2),
+                grouped(model.weight, 2),
+                grouped(model.fit.bic, 1),
             ]
         )
     return html.table(
         [
-            Column(title="Model", left=True),
-            Column(title="Parameters", left=True),
-            Column(title="Residual SD", unit="log"),
-            Column(title="Log-likelihood"),
-            Column(title="ΔAICc"),
-            Column(title="Weight"),
-            Column(title="BIC"),
+            TableColumn(title="Model", left=True),
+            TableColumn(title="Parameters", left=True),
+            TableColumn(title="Residual SD", unit="log"),
+            TableColumn(title="Log-likelihood"),
+            TableColumn(title="ΔAICc"),
+            TableColumn(title="Weight"),
+            TableColumn(title="BIC"),
         ],
         rows,
-        f"{title}: growth functions of {found['n']} participants' mean log estimates, compared by "
+        f"{title}: growth functions of {found.n} participants' mean log estimates, compared by "
         "the corrected Akaike criterion.",
-        marked=list(found["models"]).index(found["best"]),
+        marked=list(found.models).index(found.best),
     )

@@ -1,11 +1,13 @@
-"""What other normalisations would have given; choices, versions, seeds, digests."""
+"""Results under other normalisations; choices, versions, seeds, digests."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from analysis.reporting import html
-from analysis.reporting.html import Column, Section, number
+from analysis.reporting.html import ReportSection, TableColumn
+from analysis.reporting.numbers import grouped
+from analysis.statistics.not_computed import NotComputed
 from analysis.wording import listed
 from experiments.dataset.schema import PARTICIPANT
 
@@ -26,23 +28,23 @@ FROZEN = {
 }
 
 
-def normalisations(analysis: Analysis) -> Section:
-    """Return what other rules would have given."""
-    section = Section("What if estimates were normalised otherwise?")
+def normalisations(analysis: Analysis) -> ReportSection:
+    """Return means and spreads under every rule that the data allow."""
+    section = ReportSection("What if estimates were normalised otherwise?")
     if not analysis.sensitivity:
         return section
-    amplitudes = list(analysis.sensitivity[0]["mean"])
+    amplitudes = list(analysis.sensitivity[0].mean)
     section.blocks.append(
         html.table(
             [
-                Column(title="Rule", left=True),
-                *(Column(title=f"{a} µm", unit="mean (SD)") for a in amplitudes),
+                TableColumn(title="Rule", left=True),
+                *(TableColumn(title=f"{a:g} µm", unit="mean (SD)") for a in amplitudes),
             ],
             [
                 [
-                    row["rule"],
+                    row.rule,
                     *(
-                        f"{number(row['mean'][a], 1)} ({number(row['sd_sample'][a], 1)})"
+                        f"{grouped(row.mean[a], 1)} ({grouped(row.sd_sample[a], 1)})"
                         for a in amplitudes
                     ),
                 ]
@@ -51,7 +53,7 @@ def normalisations(analysis: Analysis) -> Section:
             "Means and sample standard deviations under every rule that the data allows; the one "
             f"in use is set off. {_invariance(analysis)}",
             marked=next(
-                (place for place, row in enumerate(analysis.sensitivity) if row["used"]), None
+                (place for place, row in enumerate(analysis.sensitivity) if row.used), None
             ),
         )
     )
@@ -83,15 +85,16 @@ def _invariance(analysis: Analysis) -> str:
     )
 
 
-def methods(analysis: Analysis, software: Mapping[str, str]) -> Section:
+def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
     """Return what a methods section needs: choices, versions, seeds, digests."""
-    section = Section("Methods and provenance")
+    section = ReportSection("Methods and provenance")
     data, choices = analysis.dataset, analysis.dataset.choices
     frozen = ", ".join(data.frozen)
-    versions = ", ".join(f"{name} {number_}" for name, number_ in software.items())
+    versions = ", ".join(f"{name} {version}" for name, version in software.items())
     if analysis.prepared is not None:
         section.blocks.append(html.paragraph(_procedure(choices)))
-    if analysis.inference["difference"].get("steps"):
+    difference = analysis.inference.difference
+    if not isinstance(difference, NotComputed) and difference.steps:
         section.blocks.append(
             html.paragraph(
                 "Answers of the descending difference: exact intervals and generalised estimating "
@@ -117,7 +120,7 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> Section:
     ]
     section.blocks.append(
         html.table(
-            [Column(title="What", left=True), Column(title="Value", left=True)],
+            [TableColumn(title="What", left=True), TableColumn(title="Value", left=True)],
             rows,
             "For the methods section, and for whoever repeats this.",
         )

@@ -2,27 +2,35 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import pandas as pd
 
 from analysis.preprocessing import data_quality as quality_rules
 from analysis.reporting import html
-from analysis.reporting.html import Column, Section, interval, number
+from analysis.reporting.html import ReportSection, TableColumn
+from analysis.reporting.numbers import DASH, grouped, interval
+from analysis.statistics.not_computed import NotComputed
 from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Mapping, Sequence
+
+    from markupsafe import Markup
 
     from analysis.result import Analysis
+    from analysis.statistics.robustness import SubsetSummary
+
+    #: A row of a table of pandas', whose cells have several types.
+    Row: TypeAlias = pd.Series[Any]
 
 #: Longer lists of participants are in quality.csv.
 PARTICIPANTS_SHOWN = 60
 
 
-def quality(analysis: Analysis) -> Section:
+def quality(analysis: Analysis) -> ReportSection:
     """Return flags, exclusions and the results without the flagged."""
-    section = Section("Participants and data quality")
+    section = ReportSection("Participants and data quality")
     data, counts = analysis.dataset, analysis.dataset.counts
     section.blocks += [html.paragraph(text) for text in _counted(counts)]
     rules = ", ".join(data.choices.exclusions)
@@ -45,7 +53,7 @@ def quality(analysis: Analysis) -> Section:
         [
             str(who),
             "; ".join(
-                f"{name.replace('_', ' ')} ({_measure(analysis, who, name)})"
+                f"{name.replace('_', ' ')} ({_measure(analysis, str(who), name)})"
                 for name in flags.columns
                 if row[name]
             ),
@@ -63,9 +71,9 @@ def quality(analysis: Analysis) -> Section:
         section.blocks.append(
             html.table(
                 [
-                    Column(title="Participant", left=True),
-                    Column(title="Flags (measure)", left=True),
-                    Column(title="Analysis", left=True),
+                    TableColumn(title="Participant", left=True),
+                    TableColumn(title="Flags (measure)", left=True),
+                    TableColumn(title="Analysis", left=True),
                 ],
                 rows,
                 f"Flagged: {len(flagged)} of {len(flags)} participants. {meanings}."
@@ -80,7 +88,7 @@ def quality(analysis: Analysis) -> Section:
     return section
 
 
-def _each(analysis: Analysis) -> list[Any]:
+def _each(analysis: Analysis) -> list[Markup]:
     """Return the table of participants' own exponents and sensitivities, where there are any."""
     own = analysis.individuals
     if not len(own):
@@ -96,7 +104,10 @@ def _each(analysis: Analysis) -> list[Any]:
     ]
     return [
         html.table(
-            [Column(title="Participant", left=True), *(column for column, _ in known.values())],
+            [
+                TableColumn(title="Participant", left=True),
+                *(column for column, _ in known.values()),
+            ],
             rows,
             "Each participant. Exponents rest on few amplitudes and are descriptive"
             + ("; d′ and c after the log-linear correction." if "d_prime" in known else ".")
@@ -105,28 +116,28 @@ def _each(analysis: Analysis) -> list[Any]:
     ]
 
 
-def _of(row: pd.Series[Any], part: str, whole: str) -> str:
-    return "–" if pd.isna(row[part]) else f"{row[part]:.0f} of {row[whole]:.0f}"
+def _of(row: Row, part: str, whole: str) -> str:
+    return DASH if pd.isna(row[part]) else f"{row[part]:.0f} of {row[whole]:.0f}"
 
 
-#: Column of `analysis.statistics.individuals` -> its heading, and how a row's cell is written.
-OWN_COLUMNS: dict[str, tuple[Column, Callable[[pd.Series[Any]], str]]] = {
-    "exponent": (Column(title="Exponent"), lambda row: number(row["exponent"])),
+#: TableColumn of `analysis.statistics.individuals` -> its heading, and how to write a row's cell.
+OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
+    "exponent": (TableColumn(title="Exponent"), lambda row: grouped(row["exponent"])),
     "estimate_at_1_um": (
-        Column(title="Estimate", unit="at 1 µm p-p"),
-        lambda row: number(row["estimate_at_1_um"], 1),
+        TableColumn(title="Estimate", unit="at 1 µm p-p"),
+        lambda row: grouped(row["estimate_at_1_um"], 1),
     ),
     "growth_function": (
-        Column(title="Favoured", left=True),
-        lambda row: row["growth_function"] if isinstance(row["growth_function"], str) else "–",
+        TableColumn(title="Favoured", left=True),
+        lambda row: row["growth_function"] if isinstance(row["growth_function"], str) else DASH,
     ),
-    "hits": (Column(title="“Yes”", unit="steps"), lambda row: _of(row, "hits", "changes")),
+    "hits": (TableColumn(title="“Yes”", unit="steps"), lambda row: _of(row, "hits", "changes")),
     "false_alarms": (
-        Column(title="“Yes”", unit="catch steps"),
+        TableColumn(title="“Yes”", unit="catch steps"),
         lambda row: _of(row, "false_alarms", "catches"),
     ),
-    "d_prime": (Column(title="d′"), lambda row: number(row["d_prime"])),
-    "criterion": (Column(title="c"), lambda row: number(row["criterion"])),
+    "d_prime": (TableColumn(title="d′"), lambda row: grouped(row["d_prime"])),
+    "criterion": (TableColumn(title="c"), lambda row: grouped(row["criterion"])),
 }
 
 
@@ -135,14 +146,14 @@ def _counted(counts: Mapping[str, int]) -> list[str]:
     texts = []
     if counts.get("estimation_rows"):
         texts.append(
-            f"{number(counts['estimation_rows'], 0)} rows of magnitude estimation were read. Never "
-            f"analysed: {counts['practice']} practice, {counts['voided']} voided. Main trials "
-            f"without a usable answer: {counts['unanswered']} ({counts['timed_out']} timed out); "
-            f"presented again after a fault or a pause: {counts['faulty']}."
+            f"{grouped(counts['estimation_rows'], 0)} rows of magnitude estimation were read. "
+            f"Never analysed: {counts['practice']} practice, {counts['voided']} voided. Main "
+            f"trials without a usable answer: {counts['unanswered']} ({counts['timed_out']} timed "
+            f"out); presented again after a fault or a pause: {counts['faulty']}."
         )
     if counts.get("difference_rows"):
         texts.append(
-            f"{number(counts['difference_rows'], 0)} rows of the descending difference were read. "
+            f"{grouped(counts['difference_rows'], 0)} rows of the descending difference were read. "
             f"Never analysed: {counts['difference_practice']} practice, "
             f"{counts['difference_voided']} voided. Steps without a usable answer: "
             f"{counts['difference_unanswered']}."
@@ -150,31 +161,34 @@ def _counted(counts: Mapping[str, int]) -> list[str]:
     return texts
 
 
-def _measure(analysis: Analysis, who: Any, name: str) -> str:
-    return f"{float(analysis.measures.loc[who, name]):.3g}"
+def _measure(analysis: Analysis, who: str, name: str) -> str:
+    return f"{analysis.measures[name].loc[who]:.3g}"
 
 
-def _with_and_without(analysis: Analysis) -> Any:
-    amplitudes = list(analysis.robustness[0]["means"])
+def _with_and_without(analysis: Analysis) -> Markup:
+    amplitudes = list(analysis.robustness[0].means)
     return html.table(
         [
-            Column(title="Participants", left=True),
-            Column(title="n"),
-            *(Column(title="Mean", unit=f"{a} µm") for a in amplitudes),
-            Column(title="Exponent"),
-            Column(title="Interval"),
-            Column(title="Friedman χ²"),
+            TableColumn(title="Participants", left=True),
+            TableColumn(title="n"),
+            *(TableColumn(title="Mean", unit=f"{a:g} µm") for a in amplitudes),
+            TableColumn(title="Exponent"),
+            TableColumn(title="Interval"),
+            TableColumn(title="Friedman χ²"),
         ],
-        [
-            [
-                row["participants"],
-                str(row["n"]),
-                *(number(row["means"].get(a)) for a in amplitudes),
-                number(row["exponent"]),
-                interval(*(row["exponent_ci"] or (None, None))),
-                number(row["friedman_chi2"]),
-            ]
-            for row in analysis.robustness
-        ],
+        [_subset(subset, amplitudes) for subset in analysis.robustness],
         "The chief results with and without flagged participants.",
     )
+
+
+def _subset(subset: SubsetSummary, amplitudes: Sequence[float]) -> list[str]:
+    law = None if isinstance(subset.power_law, NotComputed) else subset.power_law
+    friedman = None if isinstance(subset.friedman, NotComputed) else subset.friedman
+    return [
+        subset.participants,
+        str(subset.n),
+        *(grouped(subset.means.get(amplitude)) for amplitude in amplitudes),
+        grouped(law.exponent if law else None),
+        interval(*(law.interval if law else (None, None))),
+        grouped(friedman.chi2 if friedman else None),
+    ]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from figure_style import BLACK, BLUE, GREEN, GREY, ORANGE, RED, canvas, note, styled
+from figure_style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION, canvas, note, styled
 from stimuli.surface import pp_from_peak
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def deflection_figure(
     least = section.half_wave_for_amplitude_mm(wanted_um_peak, voltage_v)
     axes.axhline(wanted_um_peak, color=GREY, linestyle="--", linewidth=1)
     axes.axvspan(2, least, color="#F0F0F0", zorder=0)
-    axes.plot([least], [wanted_um_peak], "o", color=RED)
+    axes.plot([least], [wanted_um_peak], "o", color=VERMILION)
     note(
         axes,
         f"{wanted_um_peak:g} µm needs λ/2 ≥ {least:.2f} mm",
@@ -89,7 +89,9 @@ def frequency_figure(
             list(numerical_khz), list(numerical_khz.values()), "s", color=GREEN, label="3-D FE"
         )
     if measured:
-        axes.plot(*measured, "o", color=RED, markerfacecolor="none", markersize=9, label="measured")
+        axes.plot(
+            *measured, "o", color=VERMILION, markerfacecolor="none", markersize=9, label="measured"
+        )
     axes.axhline(floor_hz / 1e3, color=GREY, linestyle=":", linewidth=1.2)
     axes.text(20.9, floor_hz / 1e3 + 0.7, f"{floor_hz / 1e3:.3g} kHz", ha="right", color=GREY)
     if least_mm is not None:
@@ -123,7 +125,7 @@ def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = No
     title : str, optional
         By default the mode's frequency.
     """
-    from matplotlib.figure import Figure  # noqa: PLC0415 - a figure pays for it, see plotting
+    from matplotlib.figure import Figure  # noqa: PLC0415 - a figure pays for it, see figure_style
 
     index = found.driven if mode is None else mode
     x, y, w = _surface(found, index)
@@ -155,7 +157,7 @@ def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = No
     image = lower.pcolormesh(
         x, y, w, cmap="PuOr", vmin=-1, vmax=1, shading="gouraud", rasterized=True
     )
-    lower.contour(x, y, w, levels=[0.0], colors=BLACK, linewidths=1.0)
+    lower.contour(x, y, w, levels=[0.0], colors=INK, linewidths=1.0)
     lower.grid(visible=False)
     lower.set(xlabel="x (mm)", ylabel="y (mm)", aspect="equal")
     lower.set_title("Touch surface from above; black: nodal lines", fontsize=10)
@@ -186,7 +188,7 @@ def _surface(found: Modes, index: int) -> tuple[Any, Any, Any]:
 
 def _colours(w: Any) -> Any:
     """Return the face colours of a surface coloured by w from -1 to 1."""
-    from matplotlib import colormaps  # noqa: PLC0415 - a figure pays for it, see plotting
+    from matplotlib import colormaps  # noqa: PLC0415 - a figure pays for it, see figure_style
 
     return colormaps["PuOr"]((w + 1) / 2)
 
@@ -210,7 +212,7 @@ def harmonic_figure(
         Drive of the curves, V peak; only told.
     """
     figure, axes = canvas()
-    styles = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (RED, ":"))
+    styles = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (VERMILION, ":"))
     for (name, curve), (colour, dash) in zip(curves.items(), styles, strict=False):
         axes.plot(
             curve.frequency_hz / 1e3,
@@ -220,7 +222,7 @@ def harmonic_figure(
             label=f"{name}: {curve.peak_um_pp:.2f} µm at {curve.peak_hz / 1e3:.2f} kHz",
         )
     if published:
-        axes.plot(*published, "D", color=BLACK, label="published peak")
+        axes.plot(*published, "D", color=INK, label="published peak")
     axes.set(
         xlabel="Frequency (kHz)",
         ylabel="Vertical amplitude (µm peak to peak)",

@@ -8,7 +8,8 @@ from scipy import stats
 from statsmodels.stats.multitest import multipletests
 
 import slipscale
-from analysis.planning.power import fewest, friedman, holm, power_curve, power_of, simulate
+from analysis.planning.power import fewest, power_curve, power_of, simulate
+from analysis.statistics.batched import friedman_p, holm
 from experiments.participants.population import MEAN_SENSATION, SD_SENSATION, Population
 from faults import UserError
 
@@ -47,7 +48,7 @@ def test_without_any_difference_the_tests_keep_their_level():
 def test_friedman_and_holm_at_scale_are_scipy_s_and_statsmodels_one_by_one():
     values = studies(participants=5, studies=20)
     expected = [stats.friedmanchisquare(*one.T).pvalue for one in values]
-    assert friedman(values) == pytest.approx(expected)
+    assert friedman_p(values) == pytest.approx(expected)
     p = np.random.default_rng(2).uniform(0, 0.2, (20, 6))
     expected = [multipletests(row, method="holm")[1] for row in p]
     assert holm(p) == pytest.approx(np.array(expected))

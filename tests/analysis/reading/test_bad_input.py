@@ -9,6 +9,9 @@ import slipscale
 from analysis.pipeline import analyse
 from analysis.reading.load import load
 from analysis.reporting import apa
+from analysis.reporting.json_form import record
+from analysis.statistics.confidence_interval import ConfidenceInterval
+from analysis.statistics.pairwise import PairComparison, PairedT, SignedRank
 from analysis.statistics.verbal_coding import load_codebook
 from faults import UserError
 
@@ -71,7 +74,7 @@ def test_who_is_missing_or_did_not_finish_is_said(dataset):
 
 
 def test_a_participant_who_is_listed_twice_has_one_row_in_the_wide_table(dataset):
-    from analysis.reporting.files import wide  # noqa: PLC0415 - matplotlib takes a second to load
+    from analysis.reporting.tables import wide  # noqa: PLC0415
 
     folder = dataset(participants=3)
     (folder / "participants.tsv").write_text("participant_id\tage\nsub-01\t3\nsub-01\t4\n")
@@ -128,8 +131,8 @@ def test_catch_steps_are_what_was_presented_whatever_the_column_says(dataset):
 def test_people_who_all_but_one_give_one_number_have_no_interval_and_no_warning(table_by_hand):
     text = TIDY + "".join(f"{p},{a},7\n" for p in "abcde" for a in (0.5, 1.2, 2.3))
     found = analyse(table_by_hand(text.replace("a,0.5,7", "a,0.5,8"))).inference
-    assert found["rm_anova"]["eta2_generalised_ci"] == [None, None]
-    assert found["rm_anova"]["F"] == pytest.approx(1.0)
+    assert record(found.rm_anova)["eta2_generalised_ci"] == [None, None]
+    assert pytest.approx(1.0) == found.rm_anova.F
 
 
 def test_an_out_that_is_a_file_is_refused_before_anything_is_computed(dataset, tmp_path, capsys):
@@ -152,8 +155,8 @@ def test_steps_without_an_amplitude_are_counted_and_left_out_of_everything(datas
     people = {f"{n:02d}": bad if n == 2 else own for n in range(1, 7)}
     analysis = analyse(dataset(differences=people))
     assert analysis.dataset.counts["difference_unanswered"] == 1
-    found = analysis.inference["difference"]
-    assert found["signal_detection"]["changes"] == sum(step["n"] for step in found["steps"]) == 17
+    found = analysis.inference.difference
+    assert found.signal_detection.pooled.changes == sum(step.n for step in found.steps) == 17
 
 
 def test_estimates_above_the_declared_top_are_counted_and_named(dataset):
@@ -213,7 +216,18 @@ def test_pairs_that_all_tell_apart_alike_are_not_called_alike(table_by_hand, pag
 
 
 def test_a_p_that_is_smaller_than_any_number_is_significant():
-    row = {"from_um_pp": 0.5, "to_um_pp": 1.2, "p_holm": 0.0}
+    logs = PairedT(
+        ratio=2.0,
+        ratio_interval=ConfidenceInterval(1.9, 2.1),
+        t=99.0,
+        df=11,
+        p=0.0,
+        p_holm=0.0,
+        d_z=28.6,
+        d_z_interval=None,
+    )
+    ranks = SignedRank(up=12, down=0, p=0.0, p_holm=0.0)
+    row = PairComparison(from_um_pp=0.5, to_um_pp=1.2, n=12, logs=logs, ranks=ranks)
     assert apa.pairwise([row, row], "95 %").startswith("All 2 pairs of amplitudes differed")
 
 
@@ -224,8 +238,8 @@ def test_people_who_repeat_themselves_exactly_have_no_reliability_and_no_warning
         for a, answer in ((0.5, 10), (1.2, 22), (2.3, 47))
         for _ in range(2)
     )
-    found = analyse(table_by_hand(text)).inference["reliability"]
-    assert "every repetition gave the same estimate" in found["reason"]
+    found = analyse(table_by_hand(text)).inference.reliability
+    assert "every repetition gave the same estimate" in found.reason
 
 
 def test_coders_who_leave_cells_empty_or_never_vary_give_no_warning(dataset):
@@ -236,9 +250,9 @@ def test_coders_who_leave_cells_empty_or_never_vary_give_no_warning(dataset):
     (folder / "code/verbal_codes.tsv").write_text(
         "verbal_report\tcoder\tcategory\nx\ta\tp\nx\tb\tp\ny\ta\tq\ny\tb\tp\nz\t\tq\nz\tb\tn/a\n"
     )
-    found = analyse(folder).inference["difference"]["coders"]
-    assert found["coders"] == ["a", "b"]
-    assert (found["reports"], found["agreed"], found["kappa"]) == (2, 1, 0.0)
+    found = analyse(folder).inference.difference.coders
+    assert found.coders == ("a", "b")
+    assert (found.reports, found.agreed, found.kappa) == (2, 1, 0.0)
 
 
 def test_a_stem_that_every_report_would_hold_is_refused(tmp_path):
@@ -280,7 +294,7 @@ def test_rows_of_participants_tsv_without_a_name_are_left_out(dataset):
 
 
 def test_a_column_of_participants_tsv_with_our_name_does_not_rename_ours(dataset):
-    from analysis.reporting.files import wide  # noqa: PLC0415 - matplotlib takes a second to load
+    from analysis.reporting.tables import wide  # noqa: PLC0415
 
     folder = dataset(participants=3)
     (folder / "participants.tsv").write_text("participant_id\testimate_0\nsub-01\t3\n")

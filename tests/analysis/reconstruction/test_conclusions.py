@@ -9,12 +9,12 @@ import pytest
 from scipy.stats import ttest_rel
 
 from analysis.published.biet2007 import TABLE3, agrees
-from analysis.reconstruction import paired_statistics
 from analysis.reconstruction.bounds import larger, paired_t, repeated_measures_f
 from analysis.reconstruction.conclusions import pairs, together
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction.solutions import Solutions
 from analysis.reproduction.allowed_datasets import section, table3_dataset
+from analysis.statistics import batched
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +56,7 @@ def test_a_mean_that_leaves_the_sum_open_is_bounded_over_every_sum(column):
     found = paired_t(x, y)
     assert (found.low, found.high) == (pytest.approx(min(ts)), pytest.approx(max(ts)))
     tables = np.stack([np.stack(pair, axis=1) for pair in every_pairing(x, y)])
-    smallest = paired_statistics.repeated_measures_f(tables.astype(float)).min()
+    smallest = batched.repeated_measures_f(tables.astype(float)).min()
     assert repeated_measures_f([x, y]) <= smallest + 1e-9
 
 

@@ -12,12 +12,12 @@ import pytest
 from scipy.stats import friedmanchisquare, linregress, ttest_rel
 from statsmodels.stats.anova import AnovaRM
 
-from analysis.reconstruction import paired_statistics as statistics
 from analysis.reconstruction.distributions import distributions
 from analysis.reconstruction.pairing import at_random, least_alike, most_alike, searched
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction.solutions import Solutions
 from analysis.reproduction.allowed_datasets import columns
+from analysis.statistics import batched as statistics
 from faults import UserError
 
 LOG_AMPLITUDE = tuple(np.log([0.5, 1.2, 2.3]))

@@ -1,6 +1,7 @@
 """Tests on estimates, against R (tests/data/r_reference) and closed forms; and their traps."""
 
 import json
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -10,9 +11,11 @@ from scipy import stats
 
 from analysis.preprocessing.log_transform import prepare
 from analysis.reporting import apa
-from analysis.statistics import omnibus, order_and_reliability, power_law, run_all
+from analysis.statistics import omnibus, order_and_reliability, power_law
 from analysis.statistics.descriptives import cousineau_morey
+from analysis.statistics.growth import growth
 from analysis.statistics.mixed_model import mixed_model
+from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.pairwise import pairwise, signed_rank_p
 from analysis.statistics.yes_no import exact_interval
 from experiments.study.analysis_choices import AnalysisChoices
@@ -57,25 +60,27 @@ def reference():
 def test_rm_anova_is_r_s_afex(reference):
     ours = omnibus.rm_anova(reference)
     for name in ("F", "df1", "df2", "epsilon_gg", "epsilon_hf", "eta2_generalised", "mauchly_w"):
-        assert ours[name] == pytest.approx(R["anova"][name], rel=1e-9), name
+        assert getattr(ours, name) == pytest.approx(R["anova"][name], rel=1e-9), name
     for name in ("p", "p_gg", "p_hf", "mauchly_p"):
-        assert ours[name] == pytest.approx(R["anova"][name], rel=1e-6), name
-    low, high = ours["eta2_generalised_ci"]
-    assert low < ours["eta2_generalised"] < high
+        assert getattr(ours, name) == pytest.approx(R["anova"][name], rel=1e-6), name
+    low, high = ours.eta2_generalised_interval
+    assert low < ours.eta2_generalised < high
 
 
 def test_friedman_is_r_s(reference):
     ours = omnibus.friedman(reference)
-    assert ours["chi2"] == pytest.approx(R["friedman"]["chi2"])
-    assert ours["p"] == pytest.approx(R["friedman"]["p"])
-    assert ours["kendalls_w"] == pytest.approx(34 / 36)
+    assert ours.chi2 == pytest.approx(R["friedman"]["chi2"])
+    assert ours.p == pytest.approx(R["friedman"]["p"])
+    assert ours.kendalls_w == pytest.approx(34 / 36)
 
 
 def test_holm_corrected_pairs_are_r_s(reference):
-    rows = {(row["from_um_pp"], row["to_um_pp"]): row for row in pairwise(reference)}
+    rows = {(row.from_um_pp, row.to_um_pp): row for row in pairwise(reference)}
     # R lists the lower triangle by column: 0-0.5, 0-1.2, 0-2.3, 0.5-1.2, 0.5-2.3, 1.2-2.3.
     pairs = [(0, 0.5), (0, 1.2), (0, 2.3), (0.5, 1.2), (0.5, 2.3), (1.2, 2.3)]
-    assert [rows[pair]["p_holm"] for pair in pairs] == pytest.approx(R["pairwise_t_holm"], rel=1e-6)
+    assert [rows[pair].logs.p_holm for pair in pairs] == pytest.approx(
+        R["pairwise_t_holm"], rel=1e-6
+    )
     raw = [signed_rank_p(_steps(reference, *pair)) for pair in pairs]
     assert raw == pytest.approx(R["wilcoxon_exact"])
 
@@ -87,27 +92,27 @@ def _steps(reference, low, high):
 
 def test_the_exponent_and_its_t_interval_are_r_s(reference):
     ours = power_law.power_law(reference)
-    assert ours["exponent"] == pytest.approx(R["exponent"]["mean"])
-    assert ours["ci95"] == pytest.approx(R["exponent"]["ci95"])
-    assert ours["n"] == 12
+    assert ours.exponent == pytest.approx(R["exponent"]["mean"])
+    assert list(ours.interval) == pytest.approx(R["exponent"]["ci95"])
+    assert ours.n == 12
 
 
 def test_the_mixed_model_is_r_s_lme4_and_its_interval_is_student_s(reference):
     """statsmodels prints a normal interval, [.415, .610] here: too short for twelve people."""
     ours = mixed_model(reference)
-    assert ours["intercept"] == pytest.approx(R["mixed"]["intercept"], rel=1e-4)
-    assert ours["exponent"] == pytest.approx(R["mixed"]["slope"], rel=1e-4)
-    assert ours["se"] == pytest.approx(R["mixed"]["se"][1], rel=1e-3)
-    assert ours["log_likelihood_reml"] == pytest.approx(R["mixed"]["loglik_reml"], abs=1e-5)
-    assert ours["sd_residual"] == pytest.approx(R["mixed"]["residual_sd"], rel=1e-3)
-    assert ours["ci"] == pytest.approx(R["exponent"]["ci95"], abs=2e-4)
+    assert ours.intercept == pytest.approx(R["mixed"]["intercept"], rel=1e-4)
+    assert ours.exponent == pytest.approx(R["mixed"]["slope"], rel=1e-4)
+    assert ours.se == pytest.approx(R["mixed"]["se"][1], rel=1e-3)
+    assert ours.log_likelihood_reml == pytest.approx(R["mixed"]["loglik_reml"], abs=1e-5)
+    assert ours.sd_residual == pytest.approx(R["mixed"]["residual_sd"], rel=1e-3)
+    assert list(ours.interval) == pytest.approx(R["exponent"]["ci95"], abs=2e-4)
     # Errors of variances are not usable (field notes): none is given.
-    assert not any("se_" in name or "sd_intercept_se" in name for name in ours)
+    assert not any("se_" in name or "sd_intercept_se" in name for name in asdict(ours))
 
 
 def test_in_balanced_data_the_mixed_model_s_exponent_is_the_mean_of_slopes(reference):
     slopes = power_law.exponents(reference.logs)["exponent"]
-    assert mixed_model(reference)["exponent"] == pytest.approx(slopes.mean(), rel=1e-5)
+    assert mixed_model(reference).exponent == pytest.approx(slopes.mean(), rel=1e-5)
 
 
 @pytest.mark.parametrize("seed", [0, 4])
@@ -118,23 +123,23 @@ def test_a_mixed_model_at_its_bound_converges_by_some_optimiser_and_says_so(seed
     logs = logs + 0.25 * rng.standard_normal((12, 3))
     ready_made = ready(np.exp(np.column_stack([np.full(12, 1.6), logs])))
     found = mixed_model(ready_made)
-    assert found["converged"]
-    assert found["at_bound"]
-    assert found["exponent"] == pytest.approx(power_law.power_law(ready_made)["exponent"], rel=1e-4)
+    assert found.converged
+    assert found.at_bound
+    assert found.exponent == pytest.approx(power_law.power_law(ready_made).exponent, rel=1e-4)
     assert "lies at its bound" in apa.mixed_model(found, "95%")
 
 
 def test_an_exponent_whose_fit_did_not_converge_is_not_put_in_a_sentence(reference):
-    text = apa.mixed_model(mixed_model(reference) | {"converged": False}, "95%")
+    text = apa.mixed_model(replace(mixed_model(reference), converged=False), "95%")
     assert "did not converge" in text
     assert not any(digit in text for digit in "0123456789")
 
 
 def test_the_linear_trend_is_r_s(reference):
-    ours = omnibus.linear_trend(reference)
-    assert ours["mean"] == pytest.approx(R["trend"]["slope"])
-    assert ours["t"] == pytest.approx(R["trend"]["t"])
-    assert ours["ci"] == pytest.approx(R["trend"]["ci95"])
+    ours = omnibus.linear_trend(reference).log_slope_per_um_pp
+    assert ours.mean == pytest.approx(R["trend"]["slope"])
+    assert ours.t == pytest.approx(R["trend"]["t"])
+    assert list(ours.interval) == pytest.approx(R["trend"]["ci95"])
 
 
 def test_cousineau_morey_is_r_s_afex(reference):
@@ -143,17 +148,17 @@ def test_cousineau_morey_is_r_s_afex(reference):
 
 
 def test_all_six_intraclass_correlations_are_r_s_psych(reference):
-    ours = order_and_reliability.reliability(reference)["icc"]
+    ours = order_and_reliability.reliability(reference).icc
     for name, value in R["icc"].items():
-        assert ours[name]["value"] == pytest.approx(value, abs=1e-6), name
-        low, high = ours[name]["ci95"]
+        assert ours[name].value == pytest.approx(value, abs=1e-6), name
+        low, high = ours[name].interval
         assert low < value < high
 
 
 def test_clopper_and_pearson_s_interval_is_r_s():
-    assert exact_interval(17, 20) == pytest.approx(R["clopper_pearson_17_of_20"])
-    assert exact_interval(0, 12)[0] == 0
-    assert exact_interval(12, 12)[1] == 1
+    assert list(exact_interval(17, 20)) == pytest.approx(R["clopper_pearson_17_of_20"])
+    assert exact_interval(0, 12).low == 0
+    assert exact_interval(12, 12).high == 1
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -165,14 +170,22 @@ def test_the_signed_rank_p_with_ties_is_scipy_s(seed):
 
 def test_constant_estimates_give_a_reason_and_not_a_silent_nan():
     data = ready(np.full((6, 4), 50.0))
-    for name, test in run_all.TESTS.items():
-        found = test(data)
-        if name == "order":
-            found = found["position"]
-        if name == "pairwise":
-            assert all("reason" in row for row in found)
-        else:
-            assert "reason" in found, name
+    for test in (
+        omnibus.rm_anova,
+        omnibus.friedman,
+        omnibus.page_trend,
+        mixed_model,
+        power_law.power_law,
+        growth,
+        order_and_reliability.reliability,
+    ):
+        assert isinstance(test(data), NotComputed), test.__name__
+    assert isinstance(omnibus.linear_trend(data).log_slope_per_um_pp, NotComputed)
+    order = order_and_reliability.order(data)
+    assert isinstance(order.log_slope_per_trial, NotComputed)
+    assert isinstance(order.log_slope_per_um_pp_before, NotComputed)
+    assert all(isinstance(pair.logs, NotComputed) for pair in pairwise(data))
+    assert all(np.isnan(pair.ranks.p_holm) for pair in pairwise(data))
 
 
 @pytest.mark.parametrize(
@@ -184,16 +197,16 @@ def test_constant_estimates_give_a_reason_and_not_a_silent_nan():
     ],
 )
 def test_too_little_data_gives_a_reason(values, words):
-    assert words in omnibus.rm_anova(ready(values))["reason"]
+    assert words in omnibus.rm_anova(ready(values)).reason
 
 
 def test_a_zero_takes_its_participant_out_of_logs_but_not_out_of_ranks():
     values = np.random.default_rng(5).lognormal(np.log([5, 20, 50, 80]), 0.3, (10, 4))
     values[0, 0] = 0
     data = ready(values)
-    assert omnibus.rm_anova(data)["n"] == 9
-    assert omnibus.rm_anova(data)["n_incomplete"] == 1
-    assert omnibus.friedman(data)["n"] == 10
+    assert omnibus.rm_anova(data).n == 9
+    assert omnibus.rm_anova(data).n_incomplete == 1
+    assert omnibus.friedman(data).n == 10
     assert "Estimates of zero: 1" in data.zero_sentence
 
 
@@ -202,7 +215,7 @@ def test_half_minimum_keeps_the_participant_and_says_so():
     smallest = values.min()
     values[0, 0] = 0
     data = ready(values, zero_rule="half_minimum")
-    assert omnibus.rm_anova(data)["n"] == 10
+    assert omnibus.rm_anova(data).n == 10
     expected = min(smallest, values[values > 0].min()) / 2
     assert f"{expected:.4g}" in data.zero_sentence
 
@@ -211,9 +224,9 @@ def test_refuse_computes_nothing_on_logarithms():
     values = np.random.default_rng(5).lognormal(3, 0.3, (10, 4))
     values[0, 0] = 0
     data = ready(values, zero_rule="refuse")
-    assert "refuse" in omnibus.rm_anova(data)["reason"]
-    assert "refuse" in power_law.power_law(data)["reason"]
-    assert "chi2" in omnibus.friedman(data)
+    assert "refuse" in omnibus.rm_anova(data).reason
+    assert "refuse" in power_law.power_law(data).reason
+    assert omnibus.friedman(data).n == 10
 
 
 def test_the_anova_s_false_alarms_come_at_their_stated_rate():
@@ -228,7 +241,7 @@ def test_the_anova_s_false_alarms_come_at_their_stated_rate():
         hits += stats.f.sf(f, 3, 21) < 0.05
     assert abs(hits / 400 - 0.05) < 4 * np.sqrt(0.05 * 0.95 / 400)
     # The shortcut above is the same F as the one reported.
-    assert omnibus.rm_anova(ready(np.exp(values)))["F"] == pytest.approx(f)
+    assert pytest.approx(f) == omnibus.rm_anova(ready(np.exp(values))).F
 
 
 def test_order_effects_are_recovered():
@@ -246,12 +259,12 @@ def test_order_effects_are_recovered():
     found = order_and_reliability.order(
         prepare(frame.assign(session="", run="1"), AnalysisChoices())
     )
-    assert found["position"]["mean"] == pytest.approx(0.05, abs=0.01)
-    assert found["position"]["p"] < 0.001
-    assert found["carry_over"]["mean"] == pytest.approx(0.1, abs=0.05)
+    assert found.log_slope_per_trial.mean == pytest.approx(0.05, abs=0.01)
+    assert found.log_slope_per_trial.p < 0.001
+    assert found.log_slope_per_um_pp_before.mean == pytest.approx(0.1, abs=0.05)
 
 
 def test_page_s_trend_is_one_sided(reference):
-    assert omnibus.page_trend(reference)["p"] < 1e-6
+    assert omnibus.page_trend(reference).p < 1e-6
     backwards = ready(np.exp(-reference.whole_logs.to_numpy()))
-    assert omnibus.page_trend(backwards)["p"] > 0.999
+    assert omnibus.page_trend(backwards).p > 0.999

@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.statistics import growth_models, power_law
-from analysis.statistics.omnibus import mean_with_interval
+from analysis.statistics import growth, growth_models, power_law
+from analysis.statistics.mean_over_participants import mean_over_participants
 
 STIMULI = np.array([0.5, 1.2, 2.3])
 MANY = np.array([0.3, 0.5, 0.8, 1.2, 1.7, 2.3])
@@ -48,7 +48,7 @@ def test_the_exponent_s_interval_covers_at_its_stated_rate():
         slopes = rng.normal(0.6, 0.15, (12, 1))
         logs = slopes * np.log(STIMULI) + rng.normal(0, 0.2, (12, 3))
         own = power_law.exponents(pd.DataFrame(logs, columns=STIMULI))["exponent"].to_numpy()
-        low, high = mean_with_interval(own, 0.95)["ci"]
+        low, high = mean_over_participants(own, 0.95).interval
         covered += low <= 0.6 <= high
     assert abs(covered / 1000 - 0.95) < 4 * np.sqrt(0.95 * 0.05 / 1000)
 
@@ -65,8 +65,8 @@ SHAPES = {
 def test_each_growth_function_recovers_its_own_parameters(name):
     shape, parameters = SHAPES[name]
     found = growth_models.fit(name, MANY, table(shape, MANY).to_numpy())
-    assert found["parameters"] == pytest.approx(parameters, abs=1e-3)
-    assert found["sd"] < 1e-3
+    assert found.parameters == pytest.approx(parameters, abs=1e-3)
+    assert found.sd < 1e-3
 
 
 @pytest.mark.parametrize("name", sorted(SHAPES))
@@ -74,8 +74,8 @@ def test_the_criterion_finds_the_function_that_made_the_data(name):
     """With little noise and six amplitudes; "threshold" contains "power", so it may not lose."""
     shape, _ = SHAPES[name]
     found = growth_models.compare(table(shape, MANY, people=24, noise=0.02, seed=3))
-    assert found["best"] == name
-    assert sum(model["weight"] for model in found["models"].values()) == pytest.approx(1)
+    assert found.best == name
+    assert sum(model.weight for model in found.models.values()) == pytest.approx(1)
 
 
 def test_a_participant_s_unit_moves_no_parameter_and_no_criterion():
@@ -84,7 +84,7 @@ def test_a_participant_s_unit_moves_no_parameter_and_no_criterion():
     for name in growth_models.MODELS:
         one = growth_models.fit(name, MANY, logs.to_numpy())
         other = growth_models.fit(name, MANY, shifted.to_numpy())
-        assert one["log_likelihood"] == pytest.approx(other["log_likelihood"], abs=1e-4)
+        assert one.log_likelihood == pytest.approx(other.log_likelihood, abs=1e-4)
 
 
 def test_the_likelihood_is_that_of_independent_normal_residuals():
@@ -93,15 +93,15 @@ def test_the_likelihood_is_that_of_independent_normal_residuals():
     logs = table(lambda x: x**0.6, MANY, noise=0.2)
     found = growth_models.fit("power", MANY, logs.to_numpy())
     residual = logs.to_numpy() - logs.to_numpy().mean(1, keepdims=True)
-    shape = np.log(MANY) * found["parameters"]["exponent"]
+    shape = np.log(MANY) * found.parameters["exponent"]
     residual -= shape - shape.mean()
     sd = np.sqrt((residual**2).mean())
-    assert found["log_likelihood"] == pytest.approx(stats.norm.logpdf(residual, 0, sd).sum())
-    assert found["aic"] == pytest.approx(2 * (1 + 12 + 1) - 2 * found["log_likelihood"])
+    assert found.log_likelihood == pytest.approx(stats.norm.logpdf(residual, 0, sd).sum())
+    assert found.aic == pytest.approx(2 * (1 + 12 + 1) - 2 * found.log_likelihood)
 
 
 def test_two_amplitudes_cannot_tell_functions_apart():
-    assert "at least 3" in growth_models.compare(table(lambda x: x, STIMULI[:2]))["reason"]
+    assert "at least 3" in growth_models.compare(table(lambda x: x, STIMULI[:2])).reason
 
 
 def test_single_participants_need_enough_trials_to_be_told_apart():
@@ -120,10 +120,10 @@ def test_single_participants_need_enough_trials_to_be_told_apart():
 
 
 def test_a_power_of_predicted_friction_is_recovered_against_friction():
-    reductions = np.array([power_law.predicted_reduction(a) for a in STIMULI])
+    reductions = np.array([growth.predicted_reduction(a) for a in STIMULI])
     logs = table(lambda _: reductions**1.3, noise=0.01)
     logs.insert(0, 0.0, 0.0)
-    found = power_law.against_friction(logs)
-    assert found["exponent"]["mean"] == pytest.approx(1.3, abs=0.02)
-    assert found["reduction"]["0"] == pytest.approx(0, abs=1e-9)
-    assert list(found["reduction"].values()) == sorted(found["reduction"].values())
+    found = growth.against_friction(logs)
+    assert found.exponent.mean == pytest.approx(1.3, abs=0.02)
+    assert found.reduction[0.0] == pytest.approx(0, abs=1e-9)
+    assert list(found.reduction.values()) == sorted(found.reduction.values())

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import optimize, special, stats
 
-from analysis.reporting import apa_difference
+from analysis.reporting import apa
 from analysis.statistics.psychometric import curve, psychometric, separated
 from analysis.statistics.verbal_coding import load_codebook
 from analysis.statistics.yes_no import analyse_differences
@@ -37,10 +37,10 @@ def test_a_known_curve_is_recovered_within_its_interval_as_often_as_stated():
     Without differences between people the population's slope is the simulated one.
     """
     found = [psychometric(answers(-2, 4, 20, 3, seed=seed)) for seed in range(30)]
-    held = sum(one["ci"][0] <= 4 <= one["ci"][1] for one in found)
+    held = sum(one.interval.low <= 4 <= one.interval.high for one in found)
     assert 26 <= held <= 30
-    assert np.mean([one["log_odds_per_um"] for one in found]) == pytest.approx(4, abs=0.4)
-    assert np.mean([one["half_yes_um"] for one in found]) == pytest.approx(0.5, abs=0.04)
+    assert np.mean([one.log_odds_per_um_pp for one in found]) == pytest.approx(4, abs=0.4)
+    assert np.mean([one.half_yes_um_pp for one in found]) == pytest.approx(0.5, abs=0.04)
 
 
 def test_answers_that_do_not_correlate_give_the_maximum_likelihood_curve():
@@ -54,13 +54,13 @@ def test_answers_that_do_not_correlate_give_the_maximum_likelihood_curve():
 
     likeliest = optimize.minimize(minus_log_likelihood, [0.0, 1.0]).x
     found = psychometric(steps)
-    assert found["intercept"] == pytest.approx(likeliest[0], abs=0.02)
-    assert found["log_odds_per_um"] == pytest.approx(likeliest[1], abs=0.05)
+    assert found.intercept == pytest.approx(likeliest[0], abs=0.02)
+    assert found.log_odds_per_um_pp == pytest.approx(likeliest[1], abs=0.05)
 
 
 def test_people_who_differ_show_in_the_correlation_of_their_answers():
-    assert psychometric(answers(-2, 3, 60, 3, spread=2.0))["correlation"] > 0.15
-    assert abs(psychometric(answers(-2, 3, 60, 3))["correlation"]) < 0.05
+    assert psychometric(answers(-2, 3, 60, 3, spread=2.0)).correlation > 0.15
+    assert abs(psychometric(answers(-2, 3, 60, 3)).correlation) < 0.05
 
 
 @pytest.mark.parametrize(
@@ -82,8 +82,8 @@ def test_data_without_a_finite_slope_gets_the_reason(removed, felt, words):
         }
     )
     found = psychometric(steps)
-    assert words in found["reason"]
-    assert words in apa_difference.psychometric(found, "95%")
+    assert words in found.reason
+    assert words in apa.psychometric(found, "95%")
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.booleans()), min_size=1, max_size=12))
@@ -104,15 +104,15 @@ def test_the_band_at_a_size_is_the_interval_of_the_intercept_counted_from_there(
     steps = answers(-2, 4, 15, 2, seed=7)
     found = psychometric(steps)
     moved = psychometric(steps.assign(amplitude_um_pp=steps["amplitude_um_pp"] + size))
-    half = stats.t.ppf(0.95, found["df"]) * moved["covariance"][0][0] ** 0.5
+    half = stats.t.ppf(0.95, found.df) * moved.covariance[0][0] ** 0.5
     share, low, high = (float(x[0]) for x in curve(found, np.array([size]), 0.9))
-    assert special.logit(share) == pytest.approx(moved["intercept"], rel=1e-4)
-    assert special.logit(low) == pytest.approx(moved["intercept"] - half, rel=1e-3)
-    assert special.logit(high) == pytest.approx(moved["intercept"] + half, rel=1e-3)
+    assert special.logit(share) == pytest.approx(moved.intercept, rel=1e-4)
+    assert special.logit(low) == pytest.approx(moved.intercept - half, rel=1e-3)
+    assert special.logit(high) == pytest.approx(moved.intercept + half, rel=1e-3)
 
 
 def drawn(steps):
-    from analysis.figures.estimates import (  # noqa: PLC0415 - matplotlib takes a second to load
+    from analysis.figures.yes_no import (  # noqa: PLC0415 - matplotlib takes a second to load
         difference,
     )
 

@@ -6,7 +6,8 @@ import pytest
 from analysis.pipeline import analyse
 from analysis.preprocessing.normalisation import RULES
 from analysis.reading.load import load
-from analysis.reporting.files import tables
+from analysis.reporting.json_form import text
+from analysis.reporting.tables import tables
 
 
 def with_textures(dataset, number, names=("coarse", "fine")):
@@ -39,7 +40,7 @@ def test_nothing_that_is_said_of_amplitudes_depends_on_textures(textured, rule):
     pd.testing.assert_frame_equal(found.table3, alone.table3)
     pd.testing.assert_frame_equal(found.description, alone.description)
     pd.testing.assert_frame_equal(found.measures, alone.measures)
-    assert str(found.inference) == str(alone.inference)
+    assert text(found.inference) == text(alone.inference)
     assert len(found.textures) == 2
     assert not len(alone.textures)
 
@@ -71,7 +72,7 @@ def test_the_surface_before_is_the_one_that_was_felt_before(dataset):
                 for number, row in enumerate([*own[:place], trial, *own[place:]], start=1)
             ]
         found = analyse(dataset(rows=rows))
-        return found.estimates["after_texture"], found.inference["order"]["carry_over"]
+        return found.estimates["after_texture"], found.inference.order.log_slope_per_um_pp_before
 
     after, between = carried_over(3, "ridges")
     assert list(after[:8]) == [False] * 3 + [True] + [False] * 4

@@ -8,8 +8,11 @@ from hypothesis import strategies as st
 
 from analysis.pipeline import analyse
 from analysis.reading.load import load
-from analysis.statistics.verbal_coding import agreement, load_codebook
-from analysis.statistics.yes_no import analyse_differences, d_prime
+from analysis.reporting.json_form import record
+from analysis.statistics.coder_agreement import agreement
+from analysis.statistics.verbal_coding import load_codebook
+from analysis.statistics.verbal_reports import CategoryCount
+from analysis.statistics.yes_no import CatchAnswers, analyse_differences, d_prime
 from faults import UserError
 
 BOOK = load_codebook()
@@ -34,43 +37,43 @@ def analysed(dataset, **own):
 
 def test_steps_are_counted_from_the_top_with_exact_intervals(dataset):
     found = analysed(dataset, **{"03": series(dataset, last="no")})
-    assert [(row["from_um_pp"], row["to_um_pp"]) for row in found["steps"]] == [
+    assert [(row.from_um_pp, row.to_um_pp) for row in found.steps] == [
         (2.3, 1.2),
         (1.2, 0.5),
         (0.5, 0.0),
     ]
-    assert [row["yes"] for row in found["steps"]] == [6, 6, 5]
-    assert found["steps"][0]["ci95"] == pytest.approx([0.025 ** (1 / 6), 1.0])
-    assert found["catch"]["n"] == 6
-    assert found["catch"]["yes"] == 0
+    assert [row.yes for row in found.steps] == [6, 6, 5]
+    assert list(found.steps[0].interval) == pytest.approx([0.025 ** (1 / 6), 1.0])
+    assert found.catch.n == 6
+    assert found.catch.yes == 0
 
 
 def test_the_paper_s_finding_is_a_computed_statement(dataset):
-    found = analysed(dataset)["finding"]
-    assert found["all_felt_a_difference"]
-    assert found["all_said_less_slippery"]
+    found = analysed(dataset).finding
+    assert found.all_felt_a_difference
+    assert found.all_said_less_slippery
 
 
 def test_the_finding_can_fail(dataset):
-    found = analysed(dataset, **{"02": series(dataset, words="it got colder")})["finding"]
-    assert found["all_felt_a_difference"]
-    assert not found["all_said_less_slippery"]
-    assert found["said_less_slippery"] == 5
+    found = analysed(dataset, **{"02": series(dataset, words="it got colder")}).finding
+    assert found.all_felt_a_difference
+    assert not found.all_said_less_slippery
+    assert found.said_less_slippery == 5
 
 
 def test_a_false_alarm_lowers_d_prime(dataset):
     clean = analysed(dataset)
     biased = analysed(dataset, **{"02": series(dataset, catch="yes")})
-    assert biased["catch"]["yes"] == 1
-    assert biased["d_prime"] < clean["d_prime"]
-    assert set(biased["signal_detection"]["participants"]) == {f"sub-0{n}" for n in range(1, 7)}
+    assert biased.catch.yes == 1
+    assert biased.signal_detection.pooled.d_prime < clean.signal_detection.pooled.d_prime
+    assert set(biased.signal_detection.participants) == {f"sub-0{n}" for n in range(1, 7)}
 
 
 def test_without_catch_steps_there_is_no_d_prime(dataset):
     rows = {f"{n:02d}": [r for r in series(dataset) if r["catch"] == "false"] for n in range(1, 7)}
     found = analyse_differences(load(dataset(differences=rows)).differences, BOOK)
-    assert "no catch steps" in found["d_prime"]["reason"]
-    assert found["catch"] == {"n": 0, "yes": 0}
+    assert "no catch steps" in found.signal_detection.reason
+    assert found.catch == CatchAnswers(n=0, yes=0, interval=None)
 
 
 def test_d_prime_by_hand():
@@ -132,11 +135,11 @@ def test_reports_are_coded_in_both_languages(report, categories, meaning):
 
 
 def test_the_raw_words_are_counted_under_their_categories(dataset):
-    found = analysed(dataset, **{"01": series(dataset, words="plus rugueux")})["verbal_reports"]
-    assert found["n"] == 18
-    assert found["categories"]["slippery"] == {"count": 15, "words": {"less slippery": 15}}
-    assert found["categories"]["rough"]["words"] == {"plus rugueux": 3}
-    assert found["meaning"] == {"less_slippery": 18}
+    found = analysed(dataset, **{"01": series(dataset, words="plus rugueux")}).verbal_reports
+    assert found.n == 18
+    assert found.categories["slippery"] == CategoryCount(count=15, words={"less slippery": 15})
+    assert found.categories["rough"].words == {"plus rugueux": 3}
+    assert found.meaning == {"less_slippery": 18}
 
 
 def test_an_edited_code_book_is_used_and_a_wrong_one_is_named(tmp_path):
@@ -157,25 +160,25 @@ def test_kappa_by_hand():
         for coder, category in zip(("one", "two"), pair, strict=True)
     ]
     found = agreement(pd.DataFrame(rows))
-    assert found["kappa"] == pytest.approx(0.7)
-    assert found["agreed"] == 17
-    assert "between two" in agreement(pd.DataFrame(rows[::2]))["reason"]
+    assert found.kappa == pytest.approx(0.7)
+    assert found.agreed == 17
+    assert "between two" in agreement(pd.DataFrame(rows[::2])).reason
 
 
 def test_an_interval_of_another_confidence_is_not_called_ci95(dataset):
     people = {f"{n:02d}": series(dataset) for n in range(1, 7)}
     data = load(dataset(differences=people))
     found = analyse_differences(data.differences, BOOK, 0.9)
-    for part in (found["steps"][0], found["catch"]):
-        assert "ci95" not in part
-        assert len(part["ci"]) == 2
+    for part in (found.steps[0], found.catch):
+        keys = record(part)
+        assert "ci95" not in keys
+        assert keys["ci"] == list(part.interval)
+    assert "ci" not in record(analyse_differences(data.differences, BOOK).steps[0])
 
 
 def test_the_figure_and_the_csv_take_the_study_s_confidence(dataset):
-    from analysis.reporting.files import (  # noqa: PLC0415 - matplotlib takes a second to load
-        draw,
-        tables,
-    )
+    from analysis.reporting.files import draw  # noqa: PLC0415 - matplotlib takes a second to load
+    from analysis.reporting.tables import tables  # noqa: PLC0415
 
     people = {f"{n:02d}": series(dataset) for n in range(1, 7)}
     analysis = analyse(dataset(differences=people, choices="confidence = 0.9"))

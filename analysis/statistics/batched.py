@@ -1,7 +1,8 @@
-"""Statistics that need to know who gave which rating, for many tables at once.
+"""The same tests as in the report, for thousands of tables of participants at once.
 
-A table has a row for each participant and a column for each stimulus; every function takes an
-array of tables, shape (tables, participants, columns), and returns a value for each table.
+A table has a row for each participant and a column for each stimulus. Unless it says otherwise,
+a function takes an array of tables, shape (tables, participants, columns), and returns a value
+for each table.
 """
 
 from __future__ import annotations
@@ -10,10 +11,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.statistics.pairwise import EXACT_AT_MOST
+from analysis.statistics.regression import fit_lines
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.reconstruction.state_table import Array
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
 
 
 def repeated_measures_f(tables: Array) -> Array:
@@ -53,8 +59,43 @@ def friedman(tables: Array) -> Array:
     return _ratio(spread, scale, 0.0)
 
 
+def friedman_p(tables: Array) -> Array:
+    """Return the p of Friedman's test; 1 if all ratings are tied."""
+    from scipy import stats  # noqa: PLC0415 - a second's import
+
+    return np.asarray(stats.chi2.sf(friedman(tables), tables.shape[2] - 1))
+
+
+def signed_rank_p(differences: Array) -> Array:
+    """Return Wilcoxon's two-sided p for each row of differences; 1 where all are zero.
+
+    Exact up to the size where the report's test is, ties aside.
+
+    Parameters
+    ----------
+    differences : array, shape (tables, participants)
+    """
+    from scipy import stats  # noqa: PLC0415
+
+    some = np.any(differences != 0, axis=1)
+    p = np.ones(len(differences))
+    if some.any():
+        method = "exact" if differences.shape[1] <= EXACT_AT_MOST else "asymptotic"
+        p[some] = stats.wilcoxon(differences[some], axis=1, method=method).pvalue
+    return p
+
+
+def holm(p: Array) -> Array:
+    """Return Holm's adjusted p, each row a family, shape as ``p``."""
+    order = np.argsort(p, axis=1)
+    steps = np.take_along_axis(p, order, axis=1) * np.arange(p.shape[1], 0, -1)
+    adjusted = np.empty_like(p)
+    np.put_along_axis(adjusted, order, np.maximum.accumulate(steps, axis=1), axis=1)
+    return np.minimum(adjusted, 1.0)
+
+
 def paired_t(tables: Array) -> Array:
-    """Return the paired t of the second column minus the first."""
+    """Return the paired t of the second column minus the first; two columns."""
     difference = tables[:, :, 1] - tables[:, :, 0]
     mean, error = difference.mean(axis=1), difference.std(axis=1, ddof=1)
     return _ratio(mean * np.sqrt(tables.shape[1]), error, _limit(mean))
@@ -70,13 +111,8 @@ def exponents(tables: Array, log_amplitude: Sequence[float]) -> Array:
     ndarray, shape (tables, participants)
         NaN for a participant with fewer than two ratings above zero.
     """
-    present = tables > 0
-    x = np.where(present, np.asarray(log_amplitude), 0.0)
-    y = np.log(tables, out=np.zeros(tables.shape), where=present)
-    number = present.sum(axis=2)
-    x = np.where(present, x - _ratio(x.sum(axis=2), number, 0.0)[:, :, None], 0.0)
-    squares = (x**2).sum(axis=2)
-    return _ratio((x * y).sum(axis=2), squares, np.nan)
+    y = np.log(tables, out=np.full(tables.shape, np.nan), where=tables > 0)
+    return fit_lines(np.asarray(log_amplitude, dtype=np.float64), y).slope
 
 
 def mean_exponent(tables: Array, log_amplitude: Sequence[float]) -> Array:

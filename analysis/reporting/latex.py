@@ -1,0 +1,64 @@
+"""Tables for a paper, in LaTeX."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from analysis.statistics.not_computed import NotComputed
+
+if TYPE_CHECKING:
+    from analysis.result import Analysis
+    from analysis.statistics.pairwise import PairComparison
+
+
+def latex_tables(analysis: Analysis) -> dict[str, str]:
+    """Return the tables for a paper, in LaTeX with booktabs."""
+    if analysis.prepared is None:
+        return {}
+    heads = {
+        "amplitude_um_pp": r"Amplitude ($\mu$m, p-p)",
+        "n": "$n$",
+        "mean": "Mean",
+        "maximum_deviation": "Max.\\ dev.",
+        "standard_deviation": "SD",
+    }
+    table = analysis.table3.rename(columns=heads)
+    table[heads["amplitude_um_pp"]] = [f"{a:g}" for a in analysis.table3["amplitude_um_pp"]]
+    convention = analysis.dataset.choices.standard_deviation
+    rule = analysis.rule.replace("_", r"\_")
+    found = {
+        "table3": table.to_latex(
+            index=False,
+            float_format="%.2f",
+            label="tab:estimates",
+            caption=f"Normalised magnitude estimates (rule: {rule}; SD: {convention}).",
+            column_format="rrrrr",
+        )
+    }
+    pairs = analysis.inference.pairwise
+    if not isinstance(pairs, NotComputed):
+        rows = pd.DataFrame([_pair(pair) for pair in pairs])
+        found["pairwise"] = rows.to_latex(
+            index=False,
+            float_format="%.3f",
+            na_rep="--",
+            label="tab:pairwise",
+            caption="Pairwise comparisons of log estimates, Holm-corrected.",
+            column_format="rrrrrrr",
+        )
+    return found
+
+
+def _pair(pair: PairComparison) -> dict[str, str | float | None]:
+    logs = None if isinstance(pair.logs, NotComputed) else pair.logs
+    return {
+        r"From ($\mu$m)": f"{pair.from_um_pp:g}",
+        r"To ($\mu$m)": f"{pair.to_um_pp:g}",
+        "Ratio": logs.ratio if logs else None,
+        "$t$": logs.t if logs else None,
+        "df": logs.df if logs else None,
+        r"$p_\mathrm{Holm}$": logs.p_holm if logs else None,
+        "$d_z$": logs.d_z if logs else None,
+    }

@@ -1,0 +1,68 @@
+"""The mean of one value per participant: Student's interval and the test against 0."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from analysis.statistics.confidence_interval import ConfidenceInterval
+from analysis.statistics.not_computed import NotComputed
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeanOverParticipants:
+    """A mean and its test against 0.
+
+    Parameters
+    ----------
+    mean, sd : float
+        In the values' unit; the standard deviation is of the sample (n - 1).
+    interval : ConfidenceInterval
+        Of the mean, Student's.
+    t, df, p : float, int, float
+        Two-sided test of the mean against 0.
+    """
+
+    mean: float
+    interval: ConfidenceInterval
+    sd: float
+    t: float
+    df: int
+    p: float
+
+
+def mean_over_participants(
+    values: NDArray[np.float64], confidence: float
+) -> MeanOverParticipants | NotComputed:
+    """Return mean, Student's interval and the test against 0 of one value per participant.
+
+    Parameters
+    ----------
+    values : array, shape (participants,)
+        Values that are not finite are left out.
+    confidence : float
+        Of the interval.
+    """
+    from scipy import stats  # noqa: PLC0415 - a second's import
+
+    values = values[np.isfinite(values)]
+    if len(values) < FEWEST:
+        return NotComputed(few("participants", len(values)))
+    if np.ptp(values) <= TINY * max(float(np.abs(values).max()), 1.0):
+        return NotComputed("all participants have the same value: no spread to judge it by")
+    found = stats.ttest_1samp(values, 0.0)
+    interval = found.confidence_interval(confidence)
+    return MeanOverParticipants(
+        mean=float(values.mean()),
+        interval=ConfidenceInterval(float(interval.low), float(interval.high), confidence),
+        sd=float(values.std(ddof=1)),
+        t=float(found.statistic),
+        df=len(values) - 1,
+        p=float(found.pvalue),
+    )

@@ -1,0 +1,67 @@
+"""The chief results with and without the participants who carry a flag."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from analysis.preprocessing.log_transform import prepare
+from analysis.statistics.omnibus import friedman
+from analysis.statistics.power_law import power_law
+from experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from analysis.preprocessing.log_transform import Prepared
+    from analysis.statistics.not_computed import NotComputed
+    from analysis.statistics.omnibus import Friedman
+    from analysis.statistics.power_law import PowerLaw
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SubsetSummary:
+    """The chief results of some participants.
+
+    Parameters
+    ----------
+    participants : str
+        Who they are, in words.
+    n : int
+        How many.
+    power_law, friedman
+        See their classes.
+    means : Mapping
+        Amplitude (µm peak to peak) -> mean normalised estimate.
+    """
+
+    participants: str
+    n: int
+    power_law: PowerLaw | NotComputed
+    friedman: Friedman | NotComputed
+    means: Mapping[float, float]
+
+
+def robustness(everyone: Prepared, flagged: set[str]) -> tuple[SubsetSummary, ...]:
+    """Return the chief results of all, and without the flagged where that leaves somebody."""
+    kept = ~everyone.trials[PARTICIPANT].isin(flagged)
+    sets = {"all analysed": everyone}
+    if flagged and kept.any():
+        trials = everyone.trials[kept].reset_index(drop=True)
+        sets["without the flagged"] = prepare(trials, everyone.choices)
+    return tuple(
+        SubsetSummary(
+            participants=name,
+            n=len(data.cells),
+            power_law=power_law(data),
+            friedman=friedman(data),
+            means=dict(
+                zip(
+                    data.cells.columns.to_numpy(float).tolist(),
+                    data.cells.mean().tolist(),
+                    strict=True,
+                )
+            ),
+        )
+        for name, data in sets.items()
+    )

@@ -1,0 +1,57 @@
+"""The same estimates under every normalisation rule that the data allow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from analysis.preprocessing.normalisation import RULES, cell_means, normalise_by_all
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import pandas as pd
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RuleSummary:
+    """Means and spreads under one rule.
+
+    Parameters
+    ----------
+    rule : str
+        A key of `analysis.preprocessing.normalisation.RULES`.
+    used : bool
+        Whether it is the analysis' own.
+    unit : str
+        Of mean and standard deviation.
+    mean, sd_sample : Mapping
+        Amplitude (µm peak to peak) -> value over participants.
+    """
+
+    rule: str
+    used: bool
+    unit: str
+    mean: Mapping[float, float]
+    sd_sample: Mapping[float, float]
+
+
+def sensitivity(trials: pd.DataFrame, used: str) -> tuple[RuleSummary, ...]:
+    """Return Table III's means and spreads under every rule that the data allow.
+
+    The exponent and every test within participants on logarithms are the same under all of them.
+    """
+    rows = []
+    for name, normalised in normalise_by_all(trials).items():
+        cells = cell_means(trials.assign(normalised=normalised), "normalised")
+        amplitudes = cells.columns.to_numpy(float).tolist()
+        rows.append(
+            RuleSummary(
+                rule=name,
+                used=name == used,
+                unit=RULES[name].unit,
+                mean=dict(zip(amplitudes, cells.mean().tolist(), strict=True)),
+                sd_sample=dict(zip(amplitudes, cells.std(ddof=1).tolist(), strict=True)),
+            )
+        )
+    return tuple(rows)
