@@ -3,6 +3,8 @@
 from dataclasses import fields
 from typing import get_args
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from analysis.pipeline import analyse
@@ -56,6 +58,71 @@ def test_each_flag_is_raised_by_what_it_names(dataset, changes, expected):
     assert expected <= found
     if not expected:
         assert not found & {"zeros", "constant", "non_monotone"}
+
+
+#: Flag: its threshold by default, a little less and a little more, and which of the three flag.
+BORDERS = {
+    "non_monotone": ((0, 1, 2), (False, True, True)),
+    "constant": ((1, 2, 3), (True, True, False)),
+    "zeros": ((0.249, 0.25, 0.251), (False, False, True)),
+    "timed_out": ((0.099, 0.1, 0.101), (False, False, True)),
+    "fast": ((0.049, 0.05, 0.051), (False, False, True)),
+    "outlying": ((0, 1, 2), (False, True, True)),
+    "unreliable": ((0.499, 0.5, 0.501), (True, False, False)),
+    "drift": ((1.999, 2.0, 2.001), (False, False, True)),
+    "false_alarms": ((0.499, 0.5, 0.501), (False, False, True)),
+    "faults": ((0.249, 0.25, 0.251), (False, False, True)),
+}
+
+
+def test_there_is_a_border_for_every_flag():
+    assert set(BORDERS) == set(get_args(Flag))
+
+
+@pytest.mark.parametrize("name", BORDERS)
+def test_a_flag_begins_exactly_at_its_threshold_and_never_without_a_measure(name):
+    values, expected = BORDERS[name]
+    measured = pd.DataFrame({flag: [np.nan] * 4 for flag in BORDERS})
+    measured[name] = [*values, np.nan]
+    flagged = data_quality.flags(measured, Thresholds())
+    assert tuple(flagged[name]) == (*expected, False)
+    assert not flagged.drop(columns=name).any(axis=None)
+
+
+def test_an_answer_at_the_limit_of_time_is_not_too_fast(dataset):
+    rows = dataset.default_estimates(2)
+    for row, seconds in zip(rows, (0.2, 0.199), strict=False):
+        row |= {"response_time": seconds}
+    measured = data_quality.measures(load(dataset(rows={"02": rows})), Thresholds())
+    assert measured.loc["sub-02", "fast"] == 1 / len(rows)
+
+
+def drifting(table_by_hand, trials, rate=1.1, people=2):
+    """Participants in turn grow and shrink by a rate a trial, in the same order of surfaces."""
+    lines = [
+        f"p{who},{amplitude},{20 * amplitude * rate ** (place * (-1) ** who)!r}\n"
+        for who in range(people)
+        for place, amplitude in enumerate(([1, 2] * trials)[:trials])
+    ]
+    return load(table_by_hand("participant_id,amplitude_um_pp,estimate\n" + "".join(lines)))
+
+
+@pytest.mark.parametrize("trials", [8, 16])
+def test_drift_is_the_factor_from_the_first_trial_to_the_last(table_by_hand, trials):
+    data = drifting(table_by_hand, trials)
+    found = data_quality.measures(data, Thresholds())["drift"]
+    assert list(found) == pytest.approx([1.1 ** (trials - 1)] * 2)
+
+
+def test_seven_trials_show_no_drift(table_by_hand):
+    found = data_quality.measures(drifting(table_by_hand, 7), Thresholds())
+    assert found["drift"].isna().all()
+
+
+@pytest.mark.parametrize("people, known", [(2, False), (3, True)])
+def test_nobody_is_outlying_among_two(table_by_hand, people, known):
+    found = data_quality.measures(drifting(table_by_hand, 8, people=people), Thresholds())
+    assert found["outlying"].notna().all() == known
 
 
 def test_drift_is_seen_as_a_factor(dataset):

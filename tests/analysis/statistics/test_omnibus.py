@@ -168,6 +168,22 @@ def test_the_signed_rank_p_with_ties_is_scipy_s(seed):
     assert signed_rank_p(steps) == pytest.approx(expected)
 
 
+@pytest.mark.parametrize("n, method", [(50, "exact"), (51, "asymptotic")])
+def test_the_signed_rank_p_is_exact_up_to_fifty_differences(n, method):
+    steps = np.random.default_rng(n).permutation(np.arange(1.0, n + 1)) * np.resize([1, 1, -1], n)
+    other = {"exact": "asymptotic", "asymptotic": "exact"}[method]
+    assert signed_rank_p(steps) == pytest.approx(stats.wilcoxon(steps, method=method).pvalue)
+    assert signed_rank_p(steps) != pytest.approx(stats.wilcoxon(steps, method=other).pvalue)
+
+
+def test_the_signed_rank_p_with_ties_is_exact_up_to_thirteen_differences():
+    """Of n equal differences, all up: 2 of 2^n signs are as extreme; asymptotically more."""
+    assert signed_rank_p(np.ones(13)) == pytest.approx(2 / 2**13)
+    asymptotic = stats.wilcoxon(np.ones(14), method="asymptotic").pvalue
+    assert signed_rank_p(np.ones(14)) == pytest.approx(asymptotic)
+    assert asymptotic != pytest.approx(2 / 2**14)
+
+
 def test_constant_estimates_give_a_reason_and_not_a_silent_nan():
     data = ready(np.full((6, 4), 50.0))
     for test in (
