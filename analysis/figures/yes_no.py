@@ -160,7 +160,7 @@ def _participants(axes: Axes, steps: pd.DataFrame, width: float) -> None:
         .reset_index()
     )
     alike = own.groupby(["size", "difference_felt"])
-    # As many as the paper's twelve stand at the same distance, a crowd closer.
+    # Up to twelve dots, as in the paper, have the same spacing; more are closer together.
     together = np.maximum(alike["size"].transform("size").to_numpy(float), 12)
     x = own["size"].to_numpy(float) + width * (alike.cumcount().to_numpy(float) + 2) / (
         together + 2

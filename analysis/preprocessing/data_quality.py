@@ -92,7 +92,7 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
     left = residuals(work, logs)
     spread = 1.4826 * float(np.median(np.abs(left - np.median(left))))
     outlying = np.abs(left) > thresholds.outlier_sd * spread if spread > TINY else left > np.inf
-    # Of two participants one's residuals mirror the other's: nobody can be told to be the odd one.
+    # Of two participants one's residuals mirror the other's: neither can be called outlying.
     columns["outlying"] = _indexed(
         np.where(people >= FEWEST, np.bincount(who, outlying, people), np.nan), logs
     )

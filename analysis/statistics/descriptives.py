@@ -1,4 +1,4 @@
-"""Table III and its kin: what the estimates are, before any test.
+"""Table III and further descriptive statistics of estimates.
 
 A *value* is one participant's arithmetic mean at one amplitude: participants are the sample.
 """
@@ -15,7 +15,7 @@ from analysis.preprocessing.normalisation import complete
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-#: Of two participants an interval is all or nothing: none is given.
+#: Fewer participants than this give no interval.
 FEWEST = 3
 #: The two conventions of the standard deviation, as numpy's ``ddof``.
 SD_CONVENTIONS = {"sample": 1, "population": 0}

@@ -58,7 +58,7 @@ class SignedRank:
     """Wilcoxon's signed-rank test of estimates.
 
     ``up`` and ``down`` count participants whose estimate grew and fell; ``p`` and ``p_holm`` are
-    two-sided, NaN where nobody's estimate changed.
+    two-sided, NaN where no estimate changed.
     """
 
     up: int
