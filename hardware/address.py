@@ -7,15 +7,18 @@ are is the backend's business: it hands in a table of names and converters.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from faults import UserError
+from hardware.limits import PlateLimits
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from hardware.calibration.record import Calibration
+    from hardware.plate_file import PlateFile
 
 
 def split_address(
@@ -74,6 +77,51 @@ def calibration(text: str) -> Calibration:
     )
 
     return read_calibration(Path(text))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plate:
+    """What an address says of the plate: limits, calibration, and the file they come from."""
+
+    limits: PlateLimits
+    calibration: Calibration | None
+    file: PlateFile | None
+
+
+def plate_file(text: str) -> tuple[PlateFile, Calibration | None]:
+    """Return the plate in a file, or of a name in the folder ``plates``. Raises UserError."""
+    from hardware.plate_file import open_plate_file, path_of  # noqa: PLC0415 - pydantic
+
+    return open_plate_file(path_of(text, Path()))
+
+
+def plate_of(options: Mapping[str, Any], *, backend: str) -> Plate:
+    """Return what the options ``plate`` and ``calibration`` say together.
+
+    Raises
+    ------
+    UserError
+        The plate file is for another backend, or does not agree with the calibration.
+    """
+    file, own = options.get("plate", (None, None))
+    given: Calibration | None = options.get("calibration")
+    if file is None:
+        return Plate(limits=PlateLimits(), calibration=given, file=None)
+    if file.wiring.backend != backend:
+        raise UserError(
+            f"plate '{backend}': the plate file of '{file.identity.name}' is for backend "
+            f"'{file.wiring.backend}'"
+        )
+    if given and own and given != own:
+        raise UserError(
+            f"plate '{backend}': the plate file of '{file.identity.name}' names another "
+            "calibration; give one of them"
+        )
+    if given and (faults := file.implausible(given)):
+        raise UserError(
+            f"plate '{backend}': the calibration is not this plate's: {'; '.join(faults)}"
+        )
+    return Plate(limits=file.plate_limits(), calibration=given or own, file=file)
 
 
 def without_session_watchdog(spec: str) -> str:

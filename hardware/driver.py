@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 
     from hardware.calibration.record import Calibration
     from hardware.clock import Clock
+    from hardware.plate_file import PlateFile
     from hardware.records import PlateIdentity, Presentation, Readback
     from stimuli.modulation import Loop, Modulator
     from stimuli.surface import Surface
@@ -52,6 +53,8 @@ class PlateDriver(ABC):
         Enforced here for every backend.
     calibration : Calibration
         Narrows the limits to what was calibrated: nothing is extrapolated.
+    plate_file : PlateFile
+        The file that limits and calibration come from, if any: kept with the data.
 
     Attributes
     ----------
@@ -79,9 +82,11 @@ class PlateDriver(ABC):
         clock: Clock,
         limits: PlateLimits | None = None,
         calibration: Calibration | None = None,
+        plate_file: PlateFile | None = None,
     ) -> None:
         self.clock = clock
         self.calibration = calibration
+        self.plate_file = plate_file
         self.limits = limits or PlateLimits()
         if calibration is not None:
             self.limits = calibration.narrow(self.limits)
@@ -105,6 +110,7 @@ class PlateDriver(ABC):
         """
         try:
             self.identity = self._connect()
+            self._check_device(self.identity)
             self.notes = self._check_calibration(self.identity)
         except BaseException:
             self.close()
@@ -261,7 +267,9 @@ class PlateDriver(ABC):
 
     def describe(self) -> dict[str, Any]:
         """Return what a record of the session should say of the plate, ready for JSON."""
+        file = {"plate_file": self.plate_file.summary()} if self.plate_file else {}
         return {
+            **file,
             "backend": self.name,
             "identity": asdict(self.identity) if self.identity else None,
             "limits": asdict(self.limits),
@@ -314,6 +322,14 @@ class PlateDriver(ABC):
             return UNKNOWN_TIME_CONSTANT_S
         resonance = self.calibration.resonance
         return resonance.quality_factor / (math.pi * resonance.frequency_hz)
+
+    def _check_device(self, identity: PlateIdentity) -> None:
+        """Raise `WrongDevice` unless the device that answers is the one of the plate file."""
+        wanted = self.plate_file.identity.device_serial if self.plate_file else ""
+        if wanted and identity.serial != wanted:
+            raise WrongDevice(
+                f"the plate file is for device '{wanted}', this is '{identity.serial}'"
+            )
 
     def _check_calibration(self, identity: PlateIdentity) -> tuple[str, ...]:
         """Return what the operator should know of the calibration; raise if it is of no use."""

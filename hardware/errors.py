@@ -105,7 +105,10 @@ class OverLimit(PlateFault):
     """A command outside the plate's limits; the plate was left as it was."""
 
     code = "over_limit"
-    remedy = "Stay within the plate's limits, or correct them in the configuration."
+    remedy = (
+        "Stay within the plate's limits; those of a plate that stands more belong into its plate "
+        "file (slipscale plate new)"
+    )
 
 
 class NotReached(PlateFault):

@@ -7,6 +7,8 @@ SPEC: ``scpi:RESOURCE,option=value,...`` where RESOURCE is a VISA resource
 ``gain``          the amplifier's voltage gain; required, 1 without an amplifier,
                   unless a calibration or a plate file says it
 ``calibration``   a file written by ``slipscale plate calibrate``
+``plate``         a file written by ``slipscale plate new``: limits, calibration,
+                  gain and channel
 ``channel``       the generator's channel, 1 or 2 (1)
 ``dialect``       the make, see `generator_dialects` (by the answer to ``*IDN?``)
 ================  ===============================================================
@@ -59,6 +61,7 @@ if TYPE_CHECKING:
     from hardware.calibration.record import Calibration
     from hardware.clock import Clock
     from hardware.limits import PlateLimits
+    from hardware.plate_file import PlateFile
 
 RAMP_S, RAMP_STEPS = 0.03, 10
 SETTLING_TIME_CONSTANTS = 7  # to 0.1 %
@@ -72,6 +75,7 @@ VPP_PER_V_PEAK = 2.0
 
 OPTIONS: dict[str, Callable[[str], Any]] = {
     "calibration": addresses.calibration,
+    "plate": addresses.plate_file,
     "channel": channel_number,
     "dialect": dialect_named,
     "gain": addresses.positive_number,
@@ -91,6 +95,8 @@ class FunctionGenerator(PlateDriver):
         At the plate.
     calibration : Calibration
         Needed to present surfaces; not to `excite`.
+    plate_file : PlateFile
+        Kept with the data; says the gain too.
     amplifier_gain : float
         Volts at the plate per volt of the generator; by default the calibration's.
     channel : int
@@ -115,14 +121,16 @@ class FunctionGenerator(PlateDriver):
         clock: Clock,
         limits: PlateLimits | None = None,
         calibration: Calibration | None = None,
+        plate_file: PlateFile | None = None,
         amplifier_gain: float | None = None,
         channel: int = 1,
         dialect: Dialect | None = None,
         visa_library: str = "@py",
     ) -> None:
-        super().__init__(clock=clock, limits=limits, calibration=calibration)
+        super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
         self.resource = resource if "::" in resource else f"ASRL{resource}::INSTR"
-        self.amplifier_gain = _agreed_gain(amplifier_gain, calibration)
+        wired = plate_file.wiring.amplifier_gain if plate_file else None
+        self.amplifier_gain = _agreed_gain(amplifier_gain, wired, calibration)
         self._vpp_per_v = VPP_PER_V_PEAK / self.amplifier_gain
         self._channel = channel
         self._chosen_dialect = dialect
@@ -363,19 +371,30 @@ class FunctionGenerator(PlateDriver):
             raise ConnectionLost(f"{self.resource}: the device went away ({error})") from error
 
 
-def _agreed_gain(given: float | None, calibration: Calibration | None) -> float:
+def _agreed_gain(
+    given: float | None, wired: float | None, calibration: Calibration | None
+) -> float:
     """Return the amplifier's gain, which must not be guessed: it multiplies the plate's volts."""
     calibrated = calibration.drive.amplifier_gain if calibration else None
-    if given is None and calibrated is None:
+    told = {
+        source: gain
+        for source, gain in (
+            ("the SPEC says", given),
+            ("the plate file says", wired),
+            ("the calibration was made with", calibrated),
+        )
+        if gain is not None
+    }
+    if not told:
         raise UserError(
             "plate 'scpi': the amplifier's gain is not known; say it in the SPEC as gain=20, or "
             "gain=1 without an amplifier"
         )
-    if given is not None and calibrated is not None and not math.isclose(given, calibrated):
-        raise UserError(
-            f"plate 'scpi': gain is {given:g}, but the calibration was made with {calibrated:g}"
-        )
-    return given if given is not None else calibrated or 1.0
+    gains = list(told.values())
+    if not all(math.isclose(gains[0], each) for each in gains):
+        sources = ", ".join(f"{source} {gain:g}" for source, gain in told.items())
+        raise UserError(f"plate 'scpi': the amplifier's gain is told in two ways: {sources}")
+    return gains[0]
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa: ARG001 - real
@@ -389,11 +408,21 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     resource, options = addresses.split_address(address, OPTIONS)
     if not resource:
         raise UserError("plate 'scpi': expected scpi:RESOURCE, a VISA resource or a serial port")
+    plate = addresses.plate_of(options, backend=FunctionGenerator.name)
+    wired = plate.file.wiring.channel if plate.file else None
+    channel = options.get("channel", wired or 1)
+    if wired and channel != wired:
+        raise UserError(
+            f"plate 'scpi': channel is {channel}, but the plate file says {wired}: one of them "
+            "drives another plate"
+        )
     return FunctionGenerator(
         resource,
         clock=clock,
-        calibration=options.get("calibration"),
+        limits=plate.limits,
+        calibration=plate.calibration,
+        plate_file=plate.file,
         amplifier_gain=options.get("gain"),
-        channel=options.get("channel", 1),
+        channel=channel,
         dialect=options.get("dialect"),
     )

@@ -7,6 +7,7 @@ SPEC: ``mock`` or ``mock:option=value,...`` with
 ``finger``      loss that a finger adds to 1/Q (0); 0.0033 brings Q from 60 to 50
 ``noise``       standard deviation of a vibrometer reading, µm (0.005)
 ``calibration`` a file written by ``slipscale plate calibrate``: narrows the limits
+``plate``       a file written by ``slipscale plate new``: limits and calibration
 ``fault``       faults on order: ``CODE@PHASE/N``, see `hardware.fault_injection`. CODE is a
                 `PlateFault.code`; PHASE is connect, present, read_back, silence or
                 check. ``CODE@N`` counts all of these but check (called every frame)
@@ -26,7 +27,6 @@ from hardware import address as addresses
 from hardware.driver import PlateDriver
 from hardware.errors import FAULTS, ConnectionLost
 from hardware.fault_injection import Injection, Schedule, parse_injections
-from hardware.limits import PlateLimits
 from hardware.plate.dynamics import FingerLoad, Resonator
 from hardware.plate.twin import OFF, SETTLING_TIME_CONSTANTS, Drive, Twin
 from hardware.records import PlateIdentity, Presentation, Readback
@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
     from hardware.calibration.record import Calibration
     from hardware.clock import Clock
+    from hardware.limits import PlateLimits
+    from hardware.plate_file import PlateFile
     from stimuli.modulation import Loop
 
 RAMP_S = 0.025  # raised cosine: no click
@@ -48,6 +50,7 @@ OPTIONS: dict[str, Callable[[str], Any]] = {
     "finger": addresses.number,
     "noise": addresses.number,
     "calibration": addresses.calibration,
+    "plate": addresses.plate_file,
     "fault": partial(parse_injections, faults=FAULTS, phases=PHASES),
 }
 
@@ -74,6 +77,8 @@ class MockPlate(PlateDriver):
         Enforced by the driver interface.
     calibration : Calibration
         Narrows the limits.
+    plate_file : PlateFile
+        Kept with the data.
     injections : iterable of Injection
         Faults on order.
     """
@@ -88,9 +93,10 @@ class MockPlate(PlateDriver):
         twin: Twin | None = None,
         limits: PlateLimits | None = None,
         calibration: Calibration | None = None,
+        plate_file: PlateFile | None = None,
         injections: Iterable[Injection] = (),
     ) -> None:
-        super().__init__(clock=clock, limits=limits, calibration=calibration)
+        super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
         self.twin = twin or Twin(voltage_limit_v=self.limits.voltage_v)
         resonator = self.twin.resonator
         self.modulator = Modulator(
@@ -204,18 +210,19 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
         The address holds an option that the mock does not have.
     """
     _, options = addresses.split_address(address, OPTIONS)
-    limits = PlateLimits()
+    found = addresses.plate_of(options, backend=MockPlate.name)
     twin = Twin(
         seed=seed,
         resonator=Resonator(quality_factor=options.get("q", Resonator().quality_factor)),
         finger=FingerLoad(loss=options.get("finger", 0.0)),
-        voltage_limit_v=limits.voltage_v,
+        voltage_limit_v=found.limits.voltage_v,
         **({"noise_um": options["noise"]} if "noise" in options else {}),
     )
     return MockPlate(
         clock=clock,
         twin=twin,
-        limits=limits,
-        calibration=options.get("calibration"),
+        limits=found.limits,
+        calibration=found.calibration,
+        plate_file=found.file,
         injections=options.get("fault", ()),
     )

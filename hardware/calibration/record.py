@@ -9,13 +9,13 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import tomllib
 from datetime import date, timedelta
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from faults import UserError
+from faults.toml_file import read_toml
 from hardware.limits import PlateLimits
 
 if TYPE_CHECKING:
@@ -230,6 +230,10 @@ class Calibration(CalibrationTable):
         return {**self.model_dump(mode="json", exclude={"points"}), CHECKSUM: checksum(self)}
 
 
+class _Signed(Calibration):
+    sha256: str = ""
+
+
 def read_calibration(path: Path) -> Calibration:
     """Read and validate a calibration file.
 
@@ -239,21 +243,9 @@ def read_calibration(path: Path) -> Calibration:
         There is no such file, it is no TOML, values are missing or impossible (all are named), or
         it was changed after it was written.
     """
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UserError(f"calibration '{path}': {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise UserError(f"calibration '{path}': not a TOML file ({error})") from error
-    stated = content.pop(CHECKSUM, None)
-    try:
-        calibration = Calibration.model_validate(content)
-    except ValidationError as error:
-        faults = "; ".join(
-            f"{'.'.join(map(str, each['loc'])) or 'file'}: {each['msg']}" for each in error.errors()
-        )
-        raise UserError(f"calibration '{path}': {faults}") from error
-    if stated != checksum(calibration):
+    signed = read_toml(path, _Signed)
+    calibration = Calibration.model_validate(signed.model_dump(exclude={CHECKSUM}))
+    if signed.sha256 != checksum(calibration):
         raise UserError(
             f"calibration '{path}': its {CHECKSUM} is missing or not that of its "
             "content, so it was changed after it was written; fit its readings anew with "

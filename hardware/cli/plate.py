@@ -9,6 +9,8 @@ from typing import Any
 # name: (module that holds it, what it does)
 SUBCOMMANDS: dict[str, tuple[str, str]] = {
     "list": ("hardware.cli.ports", "the backends, and the ports on which a plate may be"),
+    "new": ("hardware.cli.plate_files", "write a plate's own file: identity, limits, wiring"),
+    "sign": ("hardware.cli.plate_files", "sign a plate's file after a change"),
     "calibrate": ("hardware.cli.calibrate", "sweep, fit and write a calibration file"),
     "emulate": ("hardware.cli.emulate", "a driver board on a pseudo-terminal, to try things on"),
     "conform": ("hardware.cli.conform", "hold a driver board against its protocol, rule by rule"),

@@ -4,6 +4,7 @@ SPEC: ``serial:PORT`` or ``serial:PORT,option=value,...`` with
 
 ================  ===============================================================
 ``calibration``   a file written by ``slipscale plate calibrate``
+``plate``         a file written by ``slipscale plate new``: limits and calibration
 ``attention``     seconds (5); a session that neither commands nor checks for so
                   long is taken to hang, and the plate falls silent; 0: never
 ================  ===============================================================
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from hardware.calibration.record import Calibration
     from hardware.clock import Clock
     from hardware.limits import PlateLimits
+    from hardware.plate_file import PlateFile
     from stimuli.modulation import Loop
 
 T = TypeVar("T")
@@ -62,6 +64,7 @@ OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
 OPTIONS: dict[str, Callable[[str], Any]] = {
     "attention": addresses.number,
     "calibration": addresses.calibration,
+    "plate": addresses.plate_file,
 }
 
 
@@ -78,6 +81,8 @@ class SerialBoard(PlateDriver):
         Narrowed to the board's own on `connect`.
     calibration : Calibration
         Narrows the limits; the board holds the amplitude by its own sensor.
+    plate_file : PlateFile
+        Kept with the data.
     attention_s : float
         Without a command or `check` for so long the heartbeat stops; 0 keeps it up for ever.
     """
@@ -91,9 +96,10 @@ class SerialBoard(PlateDriver):
         clock: Clock,
         limits: PlateLimits | None = None,
         calibration: Calibration | None = None,
+        plate_file: PlateFile | None = None,
         attention_s: float = ATTENTION_S,
     ) -> None:
-        super().__init__(clock=clock, limits=limits, calibration=calibration)
+        super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
         self.port = port
         self.watchdog_s: float | None = None
         self._attention_s = attention_s
@@ -300,9 +306,12 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     port, options = addresses.split_address(address, OPTIONS)
     if not port:
         raise UserError("plate 'serial': expected serial:PORT; slipscale plate list shows ports")
+    plate = addresses.plate_of(options, backend=SerialBoard.name)
     return SerialBoard(
         port,
         clock=clock,
-        calibration=options.get("calibration"),
+        limits=plate.limits,
+        calibration=plate.calibration,
+        plate_file=plate.file,
         attention_s=options.get("attention", ATTENTION_S),
     )

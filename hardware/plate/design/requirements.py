@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import tomllib
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from faults import UserError
+from faults.toml_file import read_toml
 from hardware.limits import PlateLimits
 from hardware.plate.materials import COPPER_BERYLLIUM, P1_91, P1_91_TABLE_II
 
@@ -101,27 +100,4 @@ def read(path: Path) -> Brief:
     UserError
         The file cannot be read, is no TOML, or has faults; every fault is named at once.
     """
-    try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UserError(f"{path}: cannot be read: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise UserError(f"{path}: is not TOML: {error}") from error
-    return parse(data, str(path))
-
-
-def parse(data: dict[str, Any], where: str) -> Brief:
-    """Return the brief in a table; ``where`` names it in messages."""
-    try:
-        return Brief.model_validate(data)
-    except ValidationError as error:
-        faults = "; ".join(_sentence(fault) for fault in error.errors())
-        raise UserError(f"{where}: {faults}") from error
-
-
-def _sentence(fault: Any) -> str:
-    place = ".".join(str(step) for step in fault["loc"])
-    message = fault["msg"].removeprefix("Value error, ")
-    given = fault["input"]
-    shown = f" (found {given!r})" if isinstance(given, str | int | float) else ""
-    return f"{place}: {message}{shown}"
+    return read_toml(path, Brief)

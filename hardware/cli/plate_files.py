@@ -1,0 +1,82 @@
+"""`slipscale plate new` and `slipscale plate sign`."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from faults import DONE, UserError
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+
+def add_new(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale plate new``."""
+    parser.add_argument("file", type=Path, metavar="FILE", help="plates/NAME.toml, say")
+    parser.add_argument("--backend", required=True, help="what drives it: serial, scpi, ...")
+    parser.add_argument("--serial", default="", help="the plate's own number")
+    parser.add_argument(
+        "--device-serial", default="", help="of the board or generator, as slipscale check says it"
+    )
+    parser.add_argument("--amplifier-gain", type=float, metavar="G", help="with scpi")
+
+
+def new(arguments: Namespace) -> int:
+    """Write a plate file with the shipped limits."""
+    from pydantic import ValidationError  # noqa: PLC0415 - `--help` stays instant
+
+    from hardware.plate_file import SUFFIX, Identity, Wiring, new_plate  # noqa: PLC0415
+    from hardware.registry import backend_names  # noqa: PLC0415
+
+    path: Path = arguments.file
+    if path.suffix != SUFFIX:
+        raise UserError(f"{path}: expected a name that ends in {SUFFIX}")
+    if arguments.backend not in backend_names():
+        raise UserError(
+            f"--backend {arguments.backend}: expected one of {', '.join(backend_names())}"
+        )
+    try:
+        identity = Identity(
+            name=path.stem, serial=arguments.serial, device_serial=arguments.device_serial
+        )
+        wiring = Wiring(backend=arguments.backend, amplifier_gain=arguments.amplifier_gain)
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise UserError(
+            f"{path}: {first['loc'][0]} is {first['input']!r}: {first['msg']}"
+        ) from None
+    path.parent.mkdir(parents=True, exist_ok=True)
+    new_plate(identity, wiring, path)
+    print(f"wrote {path}; use it with --plate {arguments.backend}:...,plate={path}")
+    return DONE
+
+
+def add_sign(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale plate sign``."""
+    parser.add_argument("file", type=Path, metavar="FILE")
+    parser.add_argument(
+        "--beyond-shipped-limits",
+        action="store_true",
+        help="acknowledge limits that are wider than the shipped ones",
+    )
+    parser.add_argument("--by", default="", metavar="NAME", help="who answers for them")
+
+
+def sign(arguments: Namespace) -> int:
+    """Sign a plate file."""
+    from hardware import plate_file  # noqa: PLC0415 - pydantic
+
+    if arguments.beyond_shipped_limits != bool(arguments.by):
+        raise UserError("expected --beyond-shipped-limits and --by NAME together, or neither")
+    today = datetime.now(tz=UTC).date()
+    beyond = plate_file.sign(arguments.file, beyond_by=arguments.by, today=today)
+    told = "".join(
+        f"\nbeyond the shipped limits: {name} = {value:g}" for name, value in beyond.items()
+    )
+    print(f"signed {arguments.file}{told}")
+    return DONE
+
+
+COMMANDS = {"new": (add_new, new), "sign": (add_sign, sign)}

@@ -1,0 +1,334 @@
+"""A plate's own file: who it is, what it may be asked to do, how it is wired, its calibration.
+
+TOML, written by ``slipscale plate new``, edited by hand, signed by ``slipscale plate sign``. The
+signature is a checksum: an entry that was changed since is refused until somebody signs again.
+Limits wider than the shipped ones need an acknowledgement by name, and go into the journal.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import fields
+from datetime import date
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from faults import UserError
+from faults.toml_file import read_toml
+from hardware.calibration.record import read_calibration
+from hardware.limits import PlateLimits
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from hardware.calibration.record import Calibration
+
+FOLDER = "plates"  # where a plate that is named without a path is looked for
+SUFFIX = ".toml"
+SHIPPED = PlateLimits()
+CHECKSUM = "sha256"
+
+Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Range = tuple[Positive, Positive]
+
+
+class PlateTable(BaseModel):
+    """A part of the file: frozen, without unknown keys."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Identity(PlateTable):
+    """Which plate: its name, the number on it, and that of the board or generator that drives it.
+
+    Where ``serial`` is given a calibration must name it (``--plate-serial``); where
+    ``device_serial`` is given the device must answer with it.
+    """
+
+    name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$")]
+    serial: str = ""
+    device_serial: str = ""
+
+
+class Geometry(PlateTable):
+    """Size of the plate and of its ceramics in mm: for the record."""
+
+    length_mm: Positive | None = None
+    width_mm: Positive | None = None
+    columns: Annotated[int, Field(gt=0)] | None = None
+    rows: Annotated[int, Field(gt=0)] | None = None
+
+
+class LimitsTable(PlateTable):
+    """What the plate may be asked to do, see `PlateLimits`; volts are V peak at the plate."""
+
+    amplitude_um_pp: Positive = SHIPPED.amplitude_um_pp
+    voltage_v_peak: Positive = SHIPPED.voltage_v
+    frequency_min_hz: Positive = SHIPPED.frequency_min_hz
+    frequency_max_hz: Positive = SHIPPED.frequency_max_hz
+    duty: Annotated[float, Field(gt=0, le=1)] = SHIPPED.duty
+    duty_window_s: Positive = SHIPPED.duty_window_s
+    on_time_s: Positive = SHIPPED.on_time_s
+    tolerance: Positive = SHIPPED.tolerance
+    tolerance_um: Positive = SHIPPED.tolerance_um
+
+    @model_validator(mode="after")
+    def _band_is_one(self) -> Self:
+        if self.frequency_min_hz >= self.frequency_max_hz:
+            raise ValueError("frequency_min_hz must lie below frequency_max_hz")
+        return self
+
+    def beyond_shipped(self) -> dict[str, float]:
+        """Return the limits that are wider than the shipped ones, by name.
+
+        A shorter window of the duty is wider where the duty itself is no limit; it is not counted.
+        """
+        shipped = LimitsTable()
+        wider = {}
+        for name in type(self).model_fields:
+            own, usual = getattr(self, name), getattr(shipped, name)
+            if name != "duty_window_s" and (own < usual if name in LOWER_BOUNDS else own > usual):
+                wider[name] = own
+        return wider
+
+
+LOWER_BOUNDS = ("frequency_min_hz",)
+
+
+class Expected(PlateTable):
+    """Between which bounds a calibration of this plate is plausible."""
+
+    resonance_hz: Range | None = None
+    quality_factor: Range | None = None
+    um_pp_per_v_peak: Range | None = None
+
+
+class Wiring(PlateTable):
+    """What drives the plate; ``amplifier_gain`` and ``channel`` are those of a generator."""
+
+    backend: str
+    amplifier_gain: Positive | None = None
+    channel: Literal[1, 2] | None = None
+    notes: str = ""
+
+
+class CalibrationPlace(PlateTable):
+    """The calibration's file, beside the plate's."""
+
+    file: Annotated[str, Field(min_length=1)]
+
+
+class Acknowledgement(PlateTable):
+    """Who takes responsibility for limits wider than the shipped ones, and for which."""
+
+    by: Annotated[str, Field(min_length=1)]
+    date: date
+    limits: dict[str, float]
+
+
+class PlateFile(PlateTable):
+    """A plate as its file describes it."""
+
+    identity: Identity
+    wiring: Wiring
+    geometry: Geometry = Geometry()
+    limits: LimitsTable = LimitsTable()
+    expected: Expected = Expected()
+    calibration: CalibrationPlace | None = None
+    acknowledgement: Acknowledgement | None = None
+    notes: str = ""
+
+    def plate_limits(self) -> PlateLimits:
+        """Return the limits as a driver enforces them."""
+        table = self.limits.model_dump()
+        table["voltage_v"] = table.pop("voltage_v_peak")
+        return PlateLimits(**{each.name: table[each.name] for each in fields(PlateLimits)})
+
+    def unacknowledged(self) -> dict[str, float]:
+        """Return the limits that are wider than the shipped ones and that nobody acknowledged."""
+        known = self.acknowledgement.limits if self.acknowledgement else {}
+        return {
+            name: value
+            for name, value in self.limits.beyond_shipped().items()
+            if known.get(name) != value
+        }
+
+    def implausible(self, calibration: Calibration) -> list[str]:
+        """Return what a calibration says that does not fit this plate."""
+        told = [
+            ("backend", calibration.device.backend, self.wiring.backend),
+            ("plate", calibration.device.plate, self.identity.serial),
+            ("device", calibration.device.serial, self.identity.device_serial),
+        ]
+        found = [
+            f"it was made on {what} '{made_on}', the plate file says '{own}'"
+            for what, made_on, own in told
+            if own and made_on != own
+        ]
+        values = {
+            "resonance_hz": calibration.resonance.frequency_hz,
+            "quality_factor": calibration.resonance.quality_factor,
+            "um_pp_per_v_peak": calibration.um_pp_per_v_peak,
+        }
+        for name, value in values.items():
+            bounds = getattr(self.expected, name)
+            if bounds and not bounds[0] <= value <= bounds[1]:
+                found.append(
+                    f"{name} is {value:g}, the plate file expects {bounds[0]:g} to {bounds[1]:g}"
+                )
+        return found
+
+    def summary(self) -> dict[str, Any]:
+        """Return the file's content and its checksum, ready for JSON."""
+        return {**self.model_dump(mode="json", exclude_none=True), CHECKSUM: checksum(self)}
+
+
+class _Signed(PlateFile):
+    sha256: str = ""
+
+
+def checksum(plate: PlateFile) -> str:
+    """Return the SHA-256 of a plate's content, whatever its file's layout."""
+    content = json.dumps(plate.model_dump(mode="json", exclude={CHECKSUM}), sort_keys=True)
+    return hashlib.sha256(content.encode("utf-8")).hexdigest()
+
+
+def path_of(text: str, folder: Path) -> Path:
+    """Return a plate file's path: as it is given, or ``plates/NAME.toml`` for a name alone."""
+    return folder / text if text.endswith(SUFFIX) else folder / FOLDER / f"{text}{SUFFIX}"
+
+
+def read_plate(path: Path) -> PlateFile:
+    """Read a plate file, signed or not.
+
+    Raises
+    ------
+    UserError
+        It cannot be read, or an entry is missing or impossible.
+    """
+    signed = read_toml(path, _Signed)
+    return PlateFile.model_validate(signed.model_dump(exclude={CHECKSUM}))
+
+
+def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
+    """Return a plate as its signed file describes it, and its calibration.
+
+    Raises
+    ------
+    UserError
+        The file cannot be read, was changed since it was signed, has limits beyond the shipped
+        ones that nobody acknowledged, or its calibration is not one of this plate.
+    """
+    signed = read_toml(path, _Signed)
+    plate = read_plate(path)
+    if beyond := plate.unacknowledged():
+        raise UserError(
+            f"{path}: {_listed(beyond)} is beyond the shipped limits; whoever answers for it "
+            f"signs: slipscale plate sign {path} --beyond-shipped-limits --by NAME"
+        )
+    if signed.sha256 != checksum(plate):
+        raise UserError(
+            f"{path}: was changed since it was signed; read it through, then "
+            f"slipscale plate sign {path}"
+        )
+    if plate.calibration is None:
+        return plate, None
+    place = path.parent / plate.calibration.file
+    calibration = read_calibration(place)
+    if faults := plate.implausible(calibration):
+        raise UserError(
+            f"{path}: the calibration '{place}' is not this plate's: {'; '.join(faults)}"
+        )
+    return plate, calibration
+
+
+def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
+    """Write a plate file with the shipped limits, signed. Raises UserError."""
+    import tomlkit  # noqa: PLC0415 - not needed to read
+
+    plate = PlateFile(identity=identity, wiring=wiring)
+    document = tomlkit.document()
+    document.add(tomlkit.comment("A plate: see docs/plate-files.md. After a change:"))
+    document.add(tomlkit.comment(f"slipscale plate sign {path.name}"))
+    document.add(CHECKSUM, checksum(plate))
+    document.add(tomlkit.nl())
+    document.update(plate.model_dump(exclude_none=True, exclude={"geometry", "expected"}))
+    for name, example in EXAMPLES.items():
+        document.add(tomlkit.comment(f"[{name}]"))
+        for line in example:
+            document.add(tomlkit.comment(line))
+        document.add(tomlkit.nl())
+    _write(path, tomlkit.dumps(document), mode="x")
+
+
+EXAMPLES = {
+    "geometry": ("length_mm = 83.0", "width_mm = 49.0", "columns = 7", "rows = 5"),
+    "expected": (
+        "resonance_hz = [30000, 31000]",
+        "quality_factor = [40, 120]",
+        "um_pp_per_v_peak = [0.10, 0.20]",
+    ),
+    "calibration": ('file = "calibration.toml"  # beside this file',),
+}
+
+
+def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
+    """Write the checksum of what a plate file says now, and who acknowledges wide limits.
+
+    Parameters
+    ----------
+    path : Path
+        The plate file; its comments and layout stay.
+    beyond_by : str
+        Who acknowledges the limits that are beyond the shipped ones; "" acknowledges none.
+    today : date
+        Of the acknowledgement.
+
+    Returns
+    -------
+    dict of str to float
+        The limits that are beyond the shipped ones.
+
+    Raises
+    ------
+    UserError
+        The file cannot be read or written, or has such limits and nobody acknowledges them.
+    """
+    import tomlkit  # noqa: PLC0415
+
+    plate = read_plate(path)
+    beyond = plate.limits.beyond_shipped()
+    document = tomlkit.parse(path.read_text(encoding="utf-8-sig"))
+    if not beyond:
+        document.pop("acknowledgement", None)
+    elif beyond_by:
+        document["acknowledgement"] = {"by": beyond_by, "date": today, "limits": beyond}
+    elif plate.unacknowledged():
+        raise UserError(
+            f"{path}: {_listed(plate.unacknowledged())} is beyond the shipped limits; expected "
+            "--beyond-shipped-limits and --by NAME, who answers for it"
+        )
+    signed = PlateFile.model_validate(
+        {key: value for key, value in document.unwrap().items() if key != CHECKSUM}
+    )
+    if CHECKSUM in document:
+        document[CHECKSUM] = checksum(signed)
+        text = tomlkit.dumps(document)
+    else:  # top-level keys come before the first table
+        text = f'{CHECKSUM} = "{checksum(signed)}"\n{tomlkit.dumps(document)}'
+    _write(path, text, mode="w")
+    return beyond
+
+
+def _listed(limits: dict[str, float]) -> str:
+    return ", ".join(f"{name} = {value:g}" for name, value in limits.items())
+
+
+def _write(path: Path, text: str, *, mode: Literal["x", "w"]) -> None:
+    try:
+        with path.open(mode, encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        raise UserError(f"{path}: cannot be written: {error.strerror}") from error
