@@ -14,8 +14,12 @@ import sys
 
 # OpenGL, fonts, sound: what the participant's window needs.
 WINDOW = ("libgl1", "libglu1-mesa", "libfontconfig1", "libportaudio2")
-# A virtual screen, its keyboard and key presses; a compiler for the reference firmware.
-TESTS = ("xvfb", "xauth", "x11-xkb-utils", "xdotool", "g++")
+# A virtual screen, its keyboard and key presses; compilers for the reference firmware, for this
+# computer and for Arduino boards.
+TESTS = (
+    *("xvfb", "xauth", "x11-xkb-utils", "xdotool", "g++"),
+    *("gcc-avr", "avr-libc", "arduino-core-avr"),
+)
 
 
 def missing(packages: tuple[str, ...]) -> list[str]:

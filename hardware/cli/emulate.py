@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from contextlib import ExitStack
+from dataclasses import replace
 from functools import partial
 from math import isfinite
 from pathlib import Path
@@ -32,6 +33,13 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--finger",
         action="store_true",
         help="a finger rests on the simulated plate: its Q falls from 60 to 50",
+    )
+    parser.add_argument(
+        "--gain",
+        type=float,
+        metavar="UM_PER_V",
+        help="of the simulated plate without a finger, µm peak to peak per volt peak (default "
+        "2.3/15, the paper's)",
     )
     parser.add_argument(
         "--noise",
@@ -80,12 +88,15 @@ def run(arguments: Namespace) -> int:
         raise UserError("plate emulate needs pseudo-terminals: Linux or macOS") from None
     from hardware.clock import SystemClock  # noqa: PLC0415
     from hardware.emulator import compiled, console, pty  # noqa: PLC0415
-    from hardware.plate.dynamics import NO_FINGER  # noqa: PLC0415
+    from hardware.plate.dynamics import NO_FINGER, Resonator  # noqa: PLC0415
     from hardware.plate.twin import Twin  # noqa: PLC0415
     from hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
 
     if not (isfinite(arguments.noise) and arguments.noise >= 0):
         raise UserError(f"--noise: {arguments.noise:g}, expected 0 or more µm")
+    resonator = Resonator()
+    if arguments.gain is not None:
+        resonator = replace(resonator, gain_um_pp_per_v=arguments.gain)
     with ExitStack() as stack:
         firmware = None
         if arguments.firmware:
@@ -110,6 +121,7 @@ def run(arguments: Namespace) -> int:
             injections=orders,
             twin=Twin(
                 seed=arguments.seed,
+                resonator=resonator,
                 noise_um=arguments.noise,
                 finger=console.FINGER if arguments.finger else NO_FINGER,
             ),

@@ -85,7 +85,11 @@ def load(library: Path) -> ctypes.CDLL:
     try:
         code = ctypes.CDLL(str(library.resolve()))
         code.board_start.restype = ctypes.c_void_p
-        code.board_start.argtypes = [ctypes.POINTER(PlateCalls), ctypes.c_uint32]
+        code.board_start.argtypes = [
+            ctypes.POINTER(PlateCalls),
+            ctypes.c_float,
+            ctypes.c_uint32,
+        ]
         code.board_receive.restype = ctypes.c_char_p
         code.board_receive.argtypes = [ctypes.c_void_p, ctypes.c_uint8, ctypes.c_uint32]
         code.board_tick.argtypes = [ctypes.c_void_p, ctypes.c_uint32]
@@ -128,7 +132,10 @@ class CompiledBoard:
             Tells(lambda: self.twin.conditions(self._now_s).resonance_hz),
             Tells(lambda: TOO_HOT_C if self.hot else self.twin.temperature_c(self._now_s)),
         )
-        self._board = code.board_start(ctypes.byref(self._calls), boot & 0xFFFF_FFFF)
+        gain_um_pp_per_v = twin.resonator.gain_um_pp_per_v  # as calibrated
+        self._board = code.board_start(
+            ctypes.byref(self._calls), gain_um_pp_per_v, boot & 0xFFFF_FFFF
+        )
 
     def __del__(self) -> None:
         self._code.board_end(self._board)

@@ -35,8 +35,8 @@ class LoadedPlate : public slipscale::Hal {
 };
 
 struct LoadedBoard {
-  LoadedBoard(const PlateCalls& calls, uint32_t boot)
-      : plate(calls), board(plate, slipscale::Settings(), boot) {}
+  LoadedBoard(const PlateCalls& calls, const slipscale::Settings& settings, uint32_t boot)
+      : plate(calls), board(plate, settings, boot) {}
   LoadedPlate plate;
   slipscale::Board board;
 };
@@ -45,8 +45,10 @@ struct LoadedBoard {
 
 extern "C" {
 
-LoadedBoard* board_start(const PlateCalls* calls, uint32_t boot) {
-  return new LoadedBoard(*calls, boot);
+LoadedBoard* board_start(const PlateCalls* calls, float gain_um_pp_per_v, uint32_t boot) {
+  slipscale::Settings settings;
+  settings.gain_um_pp_per_v = gain_um_pp_per_v;
+  return new LoadedBoard(*calls, settings, boot);
 }
 void board_end(LoadedBoard* loaded) { delete loaded; }
 const char* board_receive(LoadedBoard* loaded, uint8_t byte, uint32_t now_ms) {

@@ -3,26 +3,34 @@
 // Wiring that this sketch assumes (change the Hal below for another):
 //   AD9833 signal generator   SPI, chip select on pin 10: the carrier
 //   MCP4725 converter         I2C 0x60: the amplifier's gain, 0 to 5 V for 0 to 20 V peak
-//   output relay or enable    pin 7, active high: open means silent, also without power
-//   vibration sensor          A0: an envelope detector, 0 to 5 V for 0 to 3 µm peak to peak
-//   temperature               A1: LM35, 10 mV per °C
-//   drive current's phase     A2: phase detector against the carrier, 2.5 V at resonance
-// Libraries: SPI, Wire, EEPROM (all part of the Arduino core).
-#include <EEPROM.h>
+//   output relay or enable    kEnable, active high, with a pull-down of 10 kΩ to ground: open means
+//                             silent, also in a reset, during an upload and without power
+//   vibration sensor          kSensor: an envelope detector, 0 to 5 V for 0 to 3 µm peak to peak
+//   temperature               kTemperature: LM35, 10 mV per °C
+//   drive current's phase     kPhase: phase detector against the carrier, 2.5 V at resonance
+// Where the processor's converters take 3.3 V (ESP32, Teensy) each of the three needs a divider:
+// 3.3 V where 5 V are named here. The converters of an ESP32 are not linear: calibrate the sensor.
+// Libraries: SPI, Wire, EEPROM (all part of the Arduino cores). Boards: Arduino Uno and Leonardo,
+// ESP32, Teensy 4 (processor.h).
 #include <SPI.h>
 #include <Wire.h>
-#include <avr/wdt.h>
 
 #include "plate_board.h"
+#include "processor.h"
 
 namespace {
 
-constexpr int kSelect = 10, kEnable = 7, kSensor = A0, kTemperature = A1, kPhase = A2;
+#if defined(ARDUINO_ARCH_ESP32)  // its pins 6 to 11 belong to the flash memory
+constexpr uint8_t kSelect = 5, kEnable = 25, kSensor = 34, kTemperature = 35, kPhase = 32;
+#else
+constexpr uint8_t kSelect = 10, kEnable = 7, kSensor = A0, kTemperature = A1, kPhase = A2;
+#endif
 constexpr float kClockHz = 25e6F, kFullScaleV = 20.0F, kSensorUm = 3.0F;
 constexpr float kFirstHz = 30500.0F;      // from slipscale plate calibrate
 constexpr float kHzPerPhaseStep = 0.05F;  // slow: follows temperature, not noise
 
-float volts(int pin) { return analogRead(pin) * (5.0F / 1023.0F); }
+// What the sensor gives, 0 to 5 V, whatever the divider before the converter.
+float volts(uint8_t pin) { return analogRead(pin) * (5.0F / processor::kSteps); }
 
 class Electronics : public slipscale::Hal {
  public:
@@ -73,20 +81,13 @@ class Electronics : public slipscale::Hal {
   void set_voltage(float voltage_v) {
     const uint16_t word = static_cast<uint16_t>(voltage_v * (4095.0F / kFullScaleV));
     Wire.beginTransmission(0x60);
-    Wire.write(word >> 8);
-    Wire.write(word & 0xFF);
+    Wire.write(static_cast<uint8_t>(word >> 8));
+    Wire.write(static_cast<uint8_t>(word & 0xFF));
     Wire.endTransmission();
   }
 
   float resonance_hz_ = kFirstHz;
 };
-
-uint32_t next_boot() {
-  uint32_t boot = 0;
-  EEPROM.get(0, boot);
-  EEPROM.put(0, ++boot);
-  return boot;
-}
 
 Electronics electronics;
 slipscale::Board* board = nullptr;
@@ -95,17 +96,19 @@ slipscale::Board* board = nullptr;
 
 void setup() {
   electronics.begin();
+  processor::begin();
   Serial.begin(115200);
   slipscale::Settings settings;
-  settings.identity = "Your laboratory,slipscale-plate-1,0001,1.1";
-  static slipscale::Board the_board(electronics, settings, next_boot());
+  settings.identity = "Your laboratory,slipscale-plate-1,0001,1.2";
+  static slipscale::Board the_board(electronics, settings, processor::next_boot());
   board = &the_board;
   board->silence();
-  wdt_enable(WDTO_120MS);  // a program that hangs restarts, and starts silent
+  processor::watch();
 }
 
 void loop() {
-  wdt_reset();
+  processor::alive();
+  if (processor::let_go()) board->silence();
   while (Serial.available() > 0) {
     const char* answer = board->receive(static_cast<uint8_t>(Serial.read()), millis());
     if (answer) Serial.print(answer);

@@ -16,9 +16,11 @@ import serial
 from faults import UserError
 from hardware.backends.serial_board import protocol as wire
 from hardware.backends.serial_board.driver import SerialBoard
+from hardware.backends.serial_board.link import BoardLink
 from hardware.backends.serial_board.protocol import parse_status
 from hardware.calibration.record import Calibration
 from hardware.clock import SystemClock
+from hardware.emulator.firmware import Board
 from hardware.errors import (
     ConnectionLost,
     GarbledReply,
@@ -30,6 +32,7 @@ from hardware.errors import (
     PlateNotFound,
     PlateRefused,
     PlateTimeout,
+    ProtocolViolation,
     WrongDevice,
 )
 from hardware.limits import PlateLimits
@@ -430,6 +433,118 @@ def test_a_value_that_cannot_be_read_is_garbled(board, monkeypatch):
 def test_a_spec_without_a_port_is_the_users_fault(spec):
     with pytest.raises(UserError, match="serial:PORT"):
         open_plate(spec, clock=SystemClock())
+
+
+def test_a_board_that_chatters_and_is_deaf_while_it_starts_is_greeted():
+    """As an ESP32 is: its boot loader's lines, then 0.4 s of nothing."""
+    line = ChatteringLine()
+    assert BoardLink(line).greet() == "Slipscale,slipscale-plate-1,EMULATED-1,1.2"
+    assert line.unheard > 0
+
+
+class ChatteringLine:
+    """A line at whose end a board starts when it is opened."""
+
+    port = "COM9"
+    CHATTER = b"ets Jun  8 2016 00:22:57\r\n\r\n" + b"load:0x3fff0030,len:1184\r\n" * 9
+    DEAF_S = 0.4
+
+    def __init__(self):
+        self.clock = SystemClock()
+        self.board = Board(Twin(), boot=1)
+        self.told = self.CHATTER
+        self.unheard = 0
+
+    def write(self, data):
+        if self.clock.now() < self.DEAF_S:
+            self.unheard += 1
+            return
+        for _, reply in self.board.receive(data, self.clock.now()):
+            self.told += reply
+
+    def read(self):
+        time.sleep(0.001)
+        data, self.told = self.told, b""
+        return data
+
+
+@pytest.mark.parametrize(
+    "limits, fault, told",
+    [
+        (wire.BoardLimits(watchdog_ms=50), ProtocolViolation, "watchdog 50 ms, expected 400"),
+        (wire.BoardLimits(voltage_v=0), ProtocolViolation, "largest voltage 0 V"),
+        (
+            wire.BoardLimits(frequency_min_hz=50e3, frequency_max_hz=60e3),
+            WrongDevice,
+            "the board drives 50000 to 60000 Hz, the plate's limits are 25000 to 40000",
+        ),
+    ],
+)
+def test_impossible_limits_of_a_board_are_a_fault_before_a_session(
+    board, monkeypatch, limits, fault, told
+):
+    genuine = wire.parse_limits
+    monkeypatch.setattr(wire, "parse_limits", lambda _: genuine(wire.format_limits(limits)))
+    with pytest.raises(fault, match=told):
+        serial_plate(board).connect()
+
+
+@pytest.mark.parametrize("options", [[], ["--firmware"]])
+def test_a_finger_that_rests_on_the_plate_costs_time_and_no_amplitude(emulate, options):
+    board = emulate("--finger", "--seed", "5", *options)
+    with serial_plate(board) as plate:
+        for amplitude_um_pp in (0.5, 1.0, 1.5, 2.0):
+            presentation = plate.present(VirtualSurface(amplitude_um_pp=amplitude_um_pp))
+            assert board.state()["amplitude_um_pp"] == pytest.approx(amplitude_um_pp, rel=0.025)
+            assert presentation.settled_by == "readback"
+            plate.silence()
+
+
+@pytest.mark.parametrize("options", [[], ["--firmware"]])
+def test_a_finger_that_comes_and_goes_is_no_fault(emulate, options):
+    board = emulate(*options)
+    with serial_plate(board) as plate:
+        plate.present(SURFACE)
+        for on in (True, False, True, False):
+            board.finger(on=on)
+            for _ in range(50):  # some heartbeats
+                time.sleep(0.01)
+                plate.check()
+            wait_for(lambda: board.state()["state"] == "HOLD")
+            assert board.state()["amplitude_um_pp"] == pytest.approx(1.2, rel=0.025)
+
+
+def test_a_plate_that_does_not_settle_again_is_a_fault(board, monkeypatch):
+    monkeypatch.setattr(
+        wire, "parse_status", lambda value: parse_status(value.replace("HOLD", "RAMP", pretend))
+    )
+    pretend = 0
+    with serial_plate(board) as plate:
+        plate.present(SURFACE)
+        pretend = 1
+        with pytest.raises(NotReached, match="does not settle"):
+            fault_within(plate)
+
+
+def test_nothing_directly_after_a_surface_waits_for_the_plate_to_ring_down(board):
+    with serial_plate(board) as plate:
+        for _ in range(10):
+            plate.present(VirtualSurface(amplitude_um_pp=2.3))
+            plate.silence()
+            silent = plate.present(VirtualSurface(amplitude_um_pp=0.0))
+            assert silent.readback.amplitude_um_pp <= 0.05
+
+
+def test_a_board_without_a_sensor_measures_nothing_and_says_so(board, monkeypatch):
+    monkeypatch.setattr(
+        wire,
+        "parse_status",
+        lambda value: replace(parse_status(value), amplitude_um_pp=None, temperature_c=None),
+    )
+    with serial_plate(board) as plate:
+        readback = plate.present(SURFACE).readback
+        assert (readback.kind, readback.amplitude_um_pp) == ("none", None)
+        plate.check()
 
 
 HOST = """

@@ -1,3 +1,5 @@
+import re
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -8,6 +10,7 @@ from hardware.backends.serial_board.protocol import (
     BoardLimits,
     BoardReply,
     BoardStatus,
+    ImpossibleValue,
     ListLimits,
     command_frame,
     crc16,
@@ -136,3 +139,56 @@ def test_every_list_fits_into_its_lines_and_arrives_whole(amplitudes, step_s, pa
     assert int(count) == len(amplitudes)
     assert float(step_ms) == pytest.approx(1000 * step_s, abs=5.1e-4)
     assert float(edge_ms) <= float(step_ms)
+
+
+@pytest.mark.parametrize(
+    "value, what",
+    [
+        ("0.0000,16.500,25000.0,40000.0,500,600", "largest amplitude 0"),
+        ("-2.5,16.500,25000.0,40000.0,500,600", "largest amplitude -2.5"),
+        ("2.5,0,25000.0,40000.0,500,600", "largest voltage 0"),
+        ("2.5,16.5,0,40000.0,500,600", "band 0 to 40000"),
+        ("2.5,16.5,40000.0,25000.0,500,600", "band 40000 to 25000"),
+        ("2.5,16.5,25000.0,40000.0,0,600", "watchdog 0 ms, expected 400 to 2000"),
+        ("2.5,16.5,25000.0,40000.0,50,600", "watchdog 50 ms"),
+        ("2.5,16.5,25000.0,40000.0,60000,600", "watchdog 60000 ms"),
+        ("2.5,16.5,25000.0,40000.0,500,0", "longest on-time 0 s"),
+    ],
+)
+def test_limits_that_no_board_may_have_are_told(value, what):
+    with pytest.raises(ImpossibleValue, match=re.escape(what)):
+        parse_limits(value)
+
+
+@pytest.mark.parametrize("value", ["64,0,2", "64,4,-1", "1,4,2", "-64,4,2"])
+def test_limits_of_lists_that_no_board_may_have_are_told(value):
+    with pytest.raises(ImpossibleValue, match="expected"):
+        parse_list_limits(value)
+
+
+def test_a_board_without_sensor_and_thermometer_leaves_both_empty():
+    value = "HOLD,1.2000,,30500.0,7.826,"
+    status = parse_status(value)
+    assert (status.amplitude_um_pp, status.temperature_c) == (None, None)
+    assert format_status(status) == value
+
+
+def sent_as(sequence_text, body=b"STAT?", tail=b""):
+    payload = sequence_text + b" " + body
+    return b">%b*%04X%b" % (payload, crc16(payload), tail)
+
+
+@pytest.mark.parametrize("sequence", [b"0", b"01", b"00001", b"65536", b"99999", b"123456", b"+1"])
+def test_a_sequence_number_is_1_to_65535_without_leading_zero(sequence):
+    assert parse_command(sent_as(sequence)) is None
+    assert parse_command(sent_as(b"65535")) == (65_535, "STAT?")
+
+
+@pytest.mark.parametrize("body", [b"ST<AT?", b"ST!AT?", b"STAT\x80", b"STAT\t", b""])
+def test_a_body_has_only_what_a_frame_may_carry(body):
+    assert parse_command(sent_as(b"7", body)) is None
+
+
+@pytest.mark.parametrize("tail", [b" ", b"x", b"\x00", b"*0000"])
+def test_a_frame_with_a_tail_is_none(tail):
+    assert parse_command(sent_as(b"7", tail=tail)) is None

@@ -1,0 +1,88 @@
+// What differs from one processor to the next: its watchdog, its converters, the counter of starts
+// that outlives a reset, and whether it sees the line's DTR.
+#ifndef SLIPSCALE_PROCESSOR_H
+#define SLIPSCALE_PROCESSOR_H
+
+#include <Arduino.h>
+#include <EEPROM.h>
+
+#if defined(__AVR__)
+#include <avr/wdt.h>
+#elif defined(ARDUINO_ARCH_ESP32)
+#include <esp_idf_version.h>
+#include <esp_task_wdt.h>
+#endif
+
+namespace processor {
+
+
+#if defined(__AVR__)
+
+constexpr float kSteps = 1023.0F;
+
+inline void begin() {}
+inline void watch() { wdt_enable(WDTO_120MS); }
+inline void alive() { wdt_reset(); }
+inline void save() {}
+
+#elif defined(ARDUINO_ARCH_ESP32)
+
+constexpr float kSteps = 4095.0F;
+
+inline void begin() {
+  EEPROM.begin(sizeof(uint32_t));
+  analogReadResolution(12);
+}
+inline void watch() {
+#if ESP_IDF_VERSION_MAJOR >= 5
+  const esp_task_wdt_config_t config = {120, 0, true};  // ms
+  esp_task_wdt_reconfigure(&config);
+#else
+  esp_task_wdt_init(1, true);  // whole seconds only
+#endif
+  esp_task_wdt_add(nullptr);
+}
+inline void alive() { esp_task_wdt_reset(); }
+inline void save() { EEPROM.commit(); }
+
+#elif defined(__IMXRT1062__)  // Teensy 4.0, 4.1
+
+constexpr float kSteps = 1023.0F;
+
+inline void begin() {}
+inline void watch() {
+  CCM_CCGR3 |= CCM_CCGR3_WDOG1(CCM_CCGR_ON);
+  WDOG1_WCR = WDOG_WCR_SRS | WDOG_WCR_WT(0) | WDOG_WCR_WDE;  // half a second, its shortest
+}
+inline void alive() {
+  WDOG1_WSR = 0x5555;
+  WDOG1_WSR = 0xAAAA;
+}
+inline void save() {}
+
+#else
+#error "processor.h: neither AVR, ESP32 nor Teensy 4; add your processor's watchdog and converters"
+#endif
+
+// Whether the computer let go of the line, where the processor can see that. Elsewhere DTR resets
+// the board when the port is opened again, and until then the watchdog of the line silences it.
+inline bool let_go() {
+#if defined(USBCON) || defined(__IMXRT1062__)  // USB by the processor itself
+  return !Serial.dtr();
+#else
+  return false;
+#endif
+}
+
+// A number that differs from the last start's.
+inline uint32_t next_boot() {
+  uint32_t boot = 0;
+  EEPROM.get(0, boot);
+  EEPROM.put(0, ++boot);
+  save();
+  return boot;
+}
+
+}  // namespace processor
+
+#endif

@@ -1,0 +1,145 @@
+"""Whole sessions on the compiled firmware: the real driver, a pseudo-terminal, a simulated plate.
+
+The plate has what the emulator's ideal once left out: a finger that lowers its Q from 60 to 50 and
+comes and goes, drift, and a noisy sensor. Its gain leaves the voltage that the finger takes: at the
+paper's 2.3 µm and 15 V there would be none left.
+"""
+
+from contextlib import ExitStack
+
+import pytest
+
+from experiments.dataset.bids import build_dataset
+from experiments.journal.journal import Journal
+from experiments.journal.run_record import read_plan
+from experiments.participants.simulated import SimulatedParticipant
+from experiments.protocols.steps import Explore
+from experiments.running.run import run_plan
+from experiments.session.operator import UnattendedOperator
+from experiments.study.file import study_text
+from experiments.study.run_plan import RunPlan
+from hardware.clock import SystemClock, VirtualClock
+from hardware.emulator.process import EmulatorProcess
+from hardware.errors import NotReached
+from hardware.registry import open_plate
+from stimuli.surface import VirtualSurface
+
+SHORT = """
+name = "short"
+title = "Three surfaces in real time"
+authors = ["A. Test"]
+language = "en"
+seed = 1
+participants = 1
+amplitudes_um_pp = [0.0, 0.5, 2.3]
+
+[[tasks]]
+protocol = "magnitude_estimation"
+repetitions = 1
+practice = 0
+randomisation = "blocked"
+scale_top = "declared"
+"""
+
+
+@pytest.fixture
+def emulate():
+    with ExitStack() as stack:
+        yield lambda *arguments: stack.enter_context(EmulatorProcess(*arguments))
+
+
+TOUCH_S = 0.25  # two heartbeats
+BOARD = ("--firmware", "--gain", "0.184", "--seed", "4")
+
+
+class TouchingParticipant(SimulatedParticipant):
+    """Puts a finger on the plate to explore it, and takes it away to answer."""
+
+    def __init__(self, board, clock):
+        super().__init__(
+            seed=1,
+            participant="01",
+            feel=lambda: board.state()["amplitude_um_pp"],
+            clock=clock,
+            language="en",
+        )
+        self.board, self.machine = board, SystemClock()
+        self.touched = 0
+
+    def perform(self, step, watch):
+        if isinstance(step, Explore):
+            for on in (True, False):
+                self.board.finger(on=on)
+                end_s = self.machine.now() + TOUCH_S
+                while self.machine.now() < end_s:
+                    watch()
+                    self.machine.sleep(0.005)
+            self.touched += 1
+        return super().perform(step, watch)
+
+
+def run_session(board, text, clock, folder):
+    plan = RunPlan(
+        study_name="firmware",
+        study_text=text,
+        participant="01",
+        seed=2007,
+        language="en",
+        mode="pilot",
+    )
+    path = plan.journal_path(folder)
+    plate = open_plate(f"serial:{board.port}", clock=clock)
+    person = TouchingParticipant(board, VirtualClock())  # does not let anybody wait
+    with Journal.create(path, clock) as journal, plate:
+        outcome = run_plan(
+            plan,
+            spec=f"serial:{board.port}",
+            plate=plate,
+            participant=person,
+            journal=journal,
+            clock=clock,
+            operator=UnattendedOperator(),
+        )
+    assert outcome == "complete"
+    assert not board.state()["vibrates"]
+    build_dataset(folder)
+    return person, read_plan(path)[1]
+
+
+def check_records(records):
+    """No fault, and every surface was reached."""
+    assert not [r.data for r in records if r.kind == "fault"]
+    presented = [
+        r.data["answer"] for r in records if (r.data.get("answer") or {}).get("readback_kind")
+    ]
+    for each in presented:
+        off_um = abs(each["readback_um_pp"] - each["commanded_um_pp"])
+        assert off_um <= max(0.05 * each["commanded_um_pp"], 0.05)
+    return presented
+
+
+@pytest.mark.parametrize("options", [("--finger",), ("--noise", "0.01")])
+def test_the_shipped_study_is_completed_without_a_fault(emulate, tmp_path, options):
+    """No pause is waited for: session time is virtual. Wire and plate are in real time."""
+    board = emulate(*BOARD, *options)
+    person, records = run_session(board, study_text("biet2007"), VirtualClock(), tmp_path)
+    assert person.touched > 10
+    assert len(check_records(records)) > 10
+
+
+def test_a_short_study_is_completed_in_real_time(emulate, tmp_path):
+    board = emulate(*BOARD)
+    person, records = run_session(board, SHORT, SystemClock(), tmp_path)
+    assert person.touched >= 3
+    assert len(check_records(records)) >= 3
+
+
+def test_a_finger_that_the_voltage_does_not_suffice_for_is_told(emulate):
+    """At the paper's gain: 2.3 µm would need 18 V."""
+    board = emulate("--firmware", "--finger")
+    plate = open_plate(f"serial:{board.port}", clock=SystemClock())
+    with (
+        plate,
+        pytest.raises(NotReached, match=r"2\.3 µm p-p was commanded, 2\.1\d\d µm p-p is all"),
+    ):
+        plate.present(VirtualSurface(amplitude_um_pp=2.3))
