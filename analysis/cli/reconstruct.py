@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Iterator
 
+    from analysis.reconstruction.published_table import Design, PublishedTable
     from analysis.reconstruction.solutions import Solutions
 
 from faults import ANSWER_IS_NO, DONE
@@ -48,6 +49,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="across columns: what holds in every data set whatever the pairing, what depends, "
         "and how F, Friedman, t and exponents are distributed",
     )
+    parser.add_argument(
+        "--design",
+        choices=("paired", "independent"),
+        help="for --conclusions: whether all columns are of the same participants; as in the file",
+    )
     parser.add_argument("--json", action="store_true", help="machine-readable; counts as strings")
     parser.add_argument("--out", type=Path, metavar="FILE", help="write here instead of the screen")
     parser.add_argument(
@@ -65,21 +71,43 @@ def run(arguments: argparse.Namespace) -> int:
     from analysis.reconstruction.published_table import read  # noqa: PLC0415
     from analysis.reconstruction.solutions import Solutions  # noqa: PLC0415
 
-    if arguments.sample is not None and arguments.sample < 1:
-        raise UserError(f"--sample is {arguments.sample}, expected 1 or more")
+    _check(arguments)
+    table = read(arguments.table)
+    design = arguments.design or table.design
+    if arguments.conclusions and design is None:
+        raise UserError(
+            '--conclusions needs the design: say design = "paired" (the same participants in every '
+            'column) or "independent" (others in each) in the file, or --design'
+        )
+    columns = [Solutions(column, arguments.memory_gib) for column in table.columns]
+    if arguments.sample is None:
+        _answer(table, columns, design, arguments)
+    else:
+        _sample(columns, arguments)
+    return _status(columns)
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse arguments that contradict each other or are out of range."""
     if arguments.seed < 0:
         raise UserError(f"--seed is {arguments.seed}, expected 0 or more")
-    if arguments.sample is not None and arguments.json:
+    if arguments.sample is None:
+        return
+    if arguments.sample < 1:
+        raise UserError(f"--sample is {arguments.sample}, expected 1 or more")
+    if arguments.json:
         raise UserError("--sample writes CSV and --json writes JSON: choose one")
-    if arguments.sample is not None and arguments.conclusions:
+    if arguments.conclusions:
         raise UserError("--sample writes data sets and --conclusions a report: choose one")
-    table = read(arguments.table)
-    columns = [Solutions(column, arguments.memory_gib) for column in table.columns]
-    if arguments.sample is not None:
-        with _output(arguments.out) as file:
-            _write_samples(columns, arguments, file)
-        return DONE
 
+
+def _answer(
+    table: PublishedTable,
+    columns: list[Solutions],
+    design: Design | None,
+    arguments: argparse.Namespace,
+) -> None:
+    """Write what is known of every column and, if asked for, across columns."""
     import json  # noqa: PLC0415
 
     from analysis.reconstruction import answers, report  # noqa: PLC0415
@@ -94,17 +122,54 @@ def run(arguments: argparse.Namespace) -> int:
         "columns": [report.column_json(answer) for answer in found],
     }
     said = report.lines(table.title, found)
-    consistent = all(answer.consistent for answer in found)
-    if arguments.conclusions and consistent:
-        across = answers.across(columns, arguments.measure, arguments.seed)
+    # Sums and sums of squares are enough for independent groups, a list is not needed.
+    usable = _usable(columns) + [s for s in columns if design == "independent" and s.witness]
+    if arguments.conclusions and design and len(usable) > 1:
+        usable.sort(key=columns.index)
+        across = answers.across(usable, design, arguments.measure, arguments.seed)
         written["conclusions"] = report.across_json(across)
         said += report.across_lines(across)
     with _output(arguments.out) as file:
         print(json.dumps(written, indent=2) if arguments.json else "\n".join(said), file=file)
-    return DONE if consistent else ANSWER_IS_NO
 
 
-def _write_samples(columns: list[Solutions], arguments: argparse.Namespace, file: TextIO) -> None:
+def _sample(columns: list[Solutions], arguments: argparse.Namespace) -> None:
+    """Write samples of every column that has some, and say why the others have none."""
+    usable = _usable(columns)
+    for solutions in columns:
+        if solutions not in usable:
+            why = solutions.refused or solutions.reason
+            print(f"column '{solutions.column.label}': no samples: {why}", file=sys.stderr)
+    if usable:
+        with _output(arguments.out) as file:
+            _write_samples(columns, usable, arguments, file)
+
+
+def _usable(columns: list[Solutions]) -> list[Solutions]:
+    """Return the columns with data sets that can be counted: no other column silences them."""
+    return [solutions for solutions in columns if not solutions.refused and solutions.consistent]
+
+
+def _status(columns: list[Solutions]) -> int:
+    """Return the exit status: whether all columns could be counted, and whether all have some.
+
+    Raises
+    ------
+    UserError
+        A column could not be counted; the answers are written.
+    """
+    if refused := [solutions for solutions in columns if solutions.refused]:
+        labels = ", ".join(f"'{solutions.column.label}'" for solutions in refused)
+        raise UserError(f"column {labels} not counted: {refused[0].refused}")
+    return DONE if all(solutions.consistent for solutions in columns) else ANSWER_IS_NO
+
+
+def _write_samples(
+    columns: list[Solutions],
+    usable: list[Solutions],
+    arguments: argparse.Namespace,
+    file: TextIO,
+) -> None:
     """Write samples as CSV: a row each, with column, sample number and the n ratings."""
     import csv  # noqa: PLC0415
 
@@ -113,11 +178,15 @@ def _write_samples(columns: list[Solutions], arguments: argparse.Namespace, file
     from analysis.reconstruction.sampling import Sampler  # noqa: PLC0415
 
     # All columns are checked before the first row is written.
-    samplers = [Sampler(solutions, arguments.measure) for solutions in columns]
+    samplers = {
+        place: Sampler(solutions, arguments.measure)
+        for place, solutions in enumerate(columns)
+        if solutions in usable
+    }
     writer = csv.writer(file, lineterminator="\n")
-    most = max(solutions.column.n for solutions in columns)
+    most = max(solutions.column.n for solutions in usable)
     writer.writerow(["column", "sample", *(f"rating_{i}" for i in range(1, most + 1))])
-    for place, sampler in enumerate(samplers):
+    for place, sampler in samplers.items():
         column = sampler.solutions.column
         names = [f"{float(column.scale.value(v)):.10g}" for v in range(column.scale.steps + 1)]
         # A column's samples do not depend on the columns beside it.

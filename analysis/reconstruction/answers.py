@@ -19,12 +19,15 @@ if TYPE_CHECKING:
     from analysis.reconstruction.conclusions import Conclusion
     from analysis.reconstruction.distributions import Distribution
     from analysis.reconstruction.partition import Wanted
+    from analysis.reconstruction.published_table import Design
     from analysis.reconstruction.solutions import Solutions
 
 # What is worth its time on the command line: so many cells of the tables of states, each once
 # for every goal, and so many additions for the ordered samples when multisets are asked for.
 MARGINAL_CELLS = 5_000_000
 ORDERED_ADDITIONS = 6_000_000_000
+# Sums that are listed beside an answer without a count.
+SHOWN_SUMS = 100
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,8 +60,8 @@ class ColumnAnswer:
         Of the column.
     reason : str
         Why there is no data set; empty if there is one.
-    multisets : int
-        Data sets when the order of the participants does not count.
+    multisets : int or None
+        Data sets when the order of the participants does not count; None if not counted.
     ordered : int or None
         When it does; None if counting them takes too long to do unasked.
     grim, grimmer : bool
@@ -69,23 +72,34 @@ class ColumnAnswer:
         Empty if there is no data set, or if they take too long to do unasked.
     variants : tuple of Variant
         Empty if not asked for.
+    refused : str
+        Why the data sets are not counted; empty if they are.
+    witness : tuple of float
+        One data set, checked, where they are not counted; empty if none was found.
+    log10_estimate : float or None
+        Of about how many there are, by the saddle-point approximation, where not counted.
     """
 
     label: str
     sd_convention: str
     rounding: str
     reason: str
-    multisets: int
+    multisets: int | None
     ordered: int | None
     grim: bool
     grimmer: bool
     sums: tuple[tuple[Fraction, Fraction], ...]
     order_statistics: tuple[OrderStatistic, ...] = ()
     variants: tuple[Variant, ...] = ()
+    refused: str = ""
+    witness: tuple[float, ...] = ()
+    log10_estimate: float | None = None
 
     @property
-    def consistent(self) -> bool:
-        """Whether there is any data set."""
+    def consistent(self) -> bool | None:
+        """Whether there is any data set; None if nobody knows."""
+        if self.multisets is None:
+            return True if self.witness else None
         return self.multisets > 0
 
 
@@ -110,6 +124,8 @@ class Across:
 
 def column_answer(solutions: Solutions, measure: str, *, variants: bool = False) -> ColumnAnswer:
     """Return one column's answer; ``variants``: under every convention and rule, too."""
+    if solutions.refused:
+        return _uncounted(solutions)
     column, found = solutions.column, solutions.targets
     cells = sum((task.bytes // 8) * len(task.goals) for task in solutions.problems)
     worth = solutions.consistent and cells <= MARGINAL_CELLS
@@ -127,6 +143,27 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
             order_statistics(marginals(solutions, measure), column.scale) if worth else ()
         ),
         variants=all_variants(solutions) if variants else (),
+    )
+
+
+def _uncounted(solutions: Solutions) -> ColumnAnswer:
+    """Return what can be said of a column with too many data sets to count."""
+    from analysis.reconstruction.saddle_point import log10_multisets  # noqa: PLC0415 - rare
+
+    column, found = solutions.column, solutions.targets
+    return ColumnAnswer(
+        label=column.label,
+        sd_convention=column.sd_convention,
+        rounding=column.rounding,
+        reason="",
+        multisets=None,
+        ordered=None,
+        grim=found.grim,
+        grimmer=found.grimmer,
+        sums=moments(solutions) if len(found.wanted) <= SHOWN_SUMS else (),
+        refused=solutions.refused,
+        witness=tuple(float(column.scale.value(v)) for v in solutions.witness),
+        log10_estimate=log10_multisets(found),
     )
 
 
@@ -183,14 +220,22 @@ def all_variants(solutions: Solutions) -> tuple[Variant, ...]:
     return tuple(rows)
 
 
-def across(columns: Sequence[Solutions], measure: str, seed: int) -> Across:
+def across(columns: Sequence[Solutions], design: Design, measure: str, seed: int) -> Across:
     """Return bounds and distributions; no bounds where the data sets are too many to list.
 
     Raises
     ------
     UserError
-        The columns cannot be compared.
+        The columns cannot be compared, or it is not said of whom they are.
     """
+    if design == "independent":
+        from analysis.reconstruction.independent import (  # noqa: PLC0415 - if asked for
+            independent_conclusions,
+        )
+
+        return Across(
+            bounds=tuple(independent_conclusions(columns)), not_bounded=(), distributions=()
+        )
     from analysis.reconstruction.conclusions import conclusions  # noqa: PLC0415 - if asked for
     from analysis.reconstruction.distributions import distributions  # noqa: PLC0415
     from analysis.reconstruction.sampling import LISTED, Sampler  # noqa: PLC0415

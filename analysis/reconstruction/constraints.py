@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from math import isqrt
 from typing import TYPE_CHECKING
 
 from analysis.reconstruction.partition import Moments, Wanted
@@ -17,6 +18,10 @@ from analysis.reconstruction.rounding import Interval
 
 if TYPE_CHECKING:
     from analysis.reconstruction.published_table import Column
+
+
+# Pairs of a sum and a sum of squares that are looked at one by one.
+MOST_PAIRS = 100_000
 
 
 @dataclass(frozen=True)
@@ -33,12 +38,15 @@ class Targets:
         Whether some sum of squares, too, gives the printed standard deviation.
     reason : str
         Why not, if not; empty otherwise.
+    refused : str
+        Why they cannot be listed; then `wanted` is empty without meaning anything.
     """
 
     wanted: tuple[Wanted, ...]
     grim: bool
     grimmer: bool
     reason: str
+    refused: str = ""
 
     @property
     def moments(self) -> tuple[Moments, ...]:
@@ -49,10 +57,12 @@ class Targets:
 def targets(column: Column) -> Targets:
     """Return what the ratings of `column` must meet."""
     sums = admissible_sums(column)
+    reason = impossible(column)
+    if not reason and (refused := _too_many(column, sums)):
+        return Targets((), grim=True, grimmer=True, reason="", refused=refused)
     pairs = [(s, q) for s in sums for q in admissible_squares(column, s)]
     wanted = [_wanted(column, Moments(column.n, total, squares)) for total, squares in pairs]
     possible = tuple(wish for wish in wanted if wish is not None)
-    reason = impossible(column)
     if not reason and not possible:
         if not sums:
             reason = _grim_reason(column)
@@ -92,6 +102,34 @@ def impossible(column: Column) -> str:
     return "; ".join(found)
 
 
+def _too_many(column: Column, sums: range) -> str:
+    """Say that the few decimals admit too many sums and sums of squares to list, if they do."""
+    # They differ little from sum to sum.
+    middle = admissible_squares(column, sums[len(sums) // 2]) if sums else range(0)
+    pairs = len(sums) * len(middle)
+    if pairs <= MOST_PAIRS:
+        return ""
+    return (
+        f"about {pairs:,} pairs of a sum and a sum of squares give the printed mean and SD, more "
+        f"than {MOST_PAIRS:,}: too few decimals for n = {column.n:,} on this scale"
+    )
+
+
+def within_reach(moments: Moments, most: int) -> tuple[int, int]:
+    """Return the least and the largest value that may occur beside these sums, from 0 to `most`.
+
+    None of n values lies farther from their mean than (n - 1) / n of the sum of squared
+    deviations allows (Samuelson, 1968).
+
+    >>> within_reach(Moments(5, 250, 12504), 100)
+    (49, 51)
+    """
+    n, total = moments.n, moments.total
+    # (n x - total)² <= (n - 1) (n squares - total²)
+    root = isqrt(max((n - 1) * (n * moments.squares - total**2), 0))
+    return max(-((root - total) // n), 0), min((total + root) // n, most)
+
+
 def admissible_sums(column: Column) -> range:
     """Return the sums, in steps above the minimum, that give the printed mean."""
     mean = _steps(column, column.mean.values(column.rounding))
@@ -126,7 +164,7 @@ def _steps(column: Column, values: Interval) -> Interval:
 
 def _wanted(column: Column, moments: Moments) -> Wanted | None:
     """Add what the extremes and the median ask; None if no rating can meet it."""
-    low, high = 0, column.scale.steps
+    low, high = within_reach(moments, column.scale.steps)
     present: list[frozenset[int]] = []
     if column.observed_minimum:
         found = _steps(column, column.observed_minimum.values(column.rounding)).integers()

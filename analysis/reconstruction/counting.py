@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.meet_in_the_middle import Goal, Joint, goals, joints, shapes
+from analysis.reconstruction.meet_in_the_middle import (
+    Goal,
+    Joint,
+    goals,
+    joints,
+    rough_cells,
+    shapes,
+)
 from analysis.reconstruction.residues import WORD, join, moduli_above
 from analysis.reconstruction.state_table import Shape, StateTable
 from faults import UserError
@@ -20,6 +27,8 @@ if TYPE_CHECKING:
 
 # A state table larger than this is refused unless the user allows more.
 MEMORY_GIB = 4.0
+# Steps between the least and the largest rating.
+WIDEST = 10_000_000
 
 
 @dataclass(frozen=True)
@@ -63,12 +72,36 @@ class Problem:
         ]
 
 
-def problems(parts: Iterable[Part]) -> list[Problem]:
-    """Return `parts` grouped by what shares its tables."""
+def problems(parts: Iterable[Part], memory_gib: float = MEMORY_GIB) -> list[Problem]:
+    """Return `parts` grouped by what shares its tables.
+
+    Raises
+    ------
+    UserError
+        Values lie too far apart, or a table would clearly need more than `memory_gib`.
+    """
+    groups = goals(parts)
+    for split, wanted in groups.items():
+        if split.high - split.low > WIDEST:
+            raise UserError(
+                f"ratings may lie {split.high - split.low:,} steps apart, more than {WIDEST:,}: "
+                "narrow the scale (observed_minimum, observed_maximum, maximum_deviation)"
+            )
+        # The exact size takes long where the tables are large; a guess does not.
+        guess_gib = 8 * rough_cells(split, wanted) / 2**30
+        if guess_gib > 2 * memory_gib:
+            raise _too_large(guess_gib, memory_gib)
     return [
-        Problem(split, tuple(wanted), *shapes(split, wanted))
-        for split, wanted in goals(parts).items()
+        Problem(split, tuple(wanted), *shapes(split, wanted)) for split, wanted in groups.items()
     ]
+
+
+def _too_large(need_gib: float, memory_gib: float) -> UserError:
+    return UserError(
+        f"the table of states needs about {need_gib:.1f} GiB, more than the {memory_gib:g} GiB "
+        "allowed: narrow the scale (observed_minimum, observed_maximum, maximum_deviation) "
+        "or allow more with --memory-gib"
+    )
 
 
 def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> None:
@@ -81,11 +114,7 @@ def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> 
     """
     need = max((task.bytes for task in tasks), default=0) * moduli / 2**30
     if need > memory_gib:
-        raise UserError(
-            f"the table of states needs about {need:.1f} GiB, more than the {memory_gib:g} GiB "
-            "allowed: narrow the scale (observed_minimum, observed_maximum, maximum_deviation) "
-            "or allow more with --memory-gib"
-        )
+        raise _too_large(need, memory_gib)
 
 
 def total(joint: Joint, modulus: int | None) -> float | int:
@@ -196,6 +225,18 @@ def count(tasks: list[Problem], measure: str, memory_gib: float = MEMORY_GIB) ->
         return close.nearest(_residue(tasks, measure, WORD))
     moduli = moduli_above(int(close.bound) + 1 if isfinite(close.bound) else bound)
     return join(tuple(_residue(tasks, measure, modulus) for modulus in moduli), moduli)
+
+
+def attained(tasks: list[Problem], memory_gib: float = MEMORY_GIB) -> set[tuple[int, int]]:
+    """Return the pairs of a sum and a sum of squares that some solution has."""
+    require_memory(tasks, memory_gib)
+    found = set()
+    for task in tasks:
+        # Terms are positive and at least 1: floating point loses none of them.
+        for joint in task.joints(*task.tables("multisets", None)):
+            if total(joint, None) > 0:
+                found.add(joint.goal.part.all_moments)
+    return found
 
 
 def _residue(tasks: list[Problem], measure: str, modulus: int) -> int:

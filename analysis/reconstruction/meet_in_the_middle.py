@@ -7,8 +7,7 @@ up to D = S - nc and squared distances that add up to V = Q - 2cS + nc².
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
-from math import comb
+from math import comb, isqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -63,49 +62,96 @@ def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
 
 def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
     """Return the shapes of the tables below and above that hold every solution of `wanted`."""
-    below = (split.centre - split.below, split.centre - split.low)
-    above = (split.above - split.centre, split.high - split.centre)
-    return (
-        Shape(*below, +1, _reach(below, above, +1, wanted)),
-        Shape(*above, -1, _reach(above, below, -1, wanted)),
-    )
+    below, above = _halves(split, wanted)
+    return below.shape(), above.shape()
 
 
-def _reach(
-    own: tuple[int, int], other: tuple[int, int], sign: int, wanted: list[Goal]
-) -> tuple[tuple[int, int], ...]:
-    """Return for every k the largest a and w that occur on the way to a solution.
+def rough_cells(split: Split, wanted: list[Goal]) -> float:
+    """Return about how many cells both tables have, from a few of their planes, at once."""
+    return sum(half.rough_cells() for half in _halves(split, wanted))
+
+
+# Planes, and sums in each, from which the size of a table is guessed.
+PLANES_LOOKED_AT = 16
+SUMS_LOOKED_AT = 256
+
+
+@dataclass(frozen=True)
+class _Half:
+    """One half of the values, and bounds on what they can add up to on the way to a solution.
 
     Bounds on k values in [low, high] with sum a: their squares add up to at least a²/k, and to
     at most (low + high) a - k low high. The same holds for the n - k values still to come, on
     either half, whose sum and squares are what is left of D and V.
     """
-    largest = [(0, 0)]
-    if own[1] >= own[0]:
-        most_here = (
-            goal.n - (goal.part.fewest_below if sign < 0 else goal.n - goal.part.most_below)
-            for goal in wanted
-        )
-        largest += [(0, 0)] * max(most_here)
-    lowest = -other[1] if other[1] >= other[0] else own[0]
-    # Goals that differ in V alone share their bounds, from the smallest V to the largest.
+
+    nearest: int
+    farthest: int
+    sign: int
+    lowest: int  # value still to come, seen from here
+    most: int  # values
+    # Goals that differ in V alone share their bounds: (n, D, smallest V, largest V).
+    groups: tuple[tuple[int, int, int, int], ...]
+
+    def shape(self) -> Shape:
+        """Return for every k the largest a and w that occur on the way to a solution."""
+        reach = ((0, 0), *(self._reach_of(k, 0) for k in range(1, self.most + 1)))
+        return Shape(self.nearest, self.farthest, self.sign, reach)
+
+    def rough_cells(self) -> float:
+        """Return about how many cells a table of this reach has."""
+        ks = np.unique(np.linspace(0, self.most, PLANES_LOOKED_AT).astype(int))
+        found = [self._reach_of(int(k), SUMS_LOOKED_AT) if k else (0, 0) for k in ks]
+        return float(np.trapezoid([(a + 1.0) * (w + 1.0) for a, w in found], ks)) + 1
+
+    def _reach_of(self, k: int, looked_at: int) -> tuple[int, int]:
+        """Return the largest a and w of k values; from so many sums only, if not 0."""
+        largest = (0, 0)
+        for n, signed_sum, square_least, square_most in self.groups:
+            if k > n:
+                continue
+            first, last = k * self.nearest, min(k * self.farthest, isqrt(k * square_most))
+            if last < first:
+                continue
+            if looked_at and last - first >= looked_at:
+                a = np.linspace(first, last, looked_at).astype(np.int64)
+            else:
+                a = np.arange(first, last + 1, dtype=np.int64)
+            rest, b = n - k, -self.sign * signed_sum - a
+            ends, inner = self.nearest + self.farthest, self.nearest * self.farthest
+            rest_least = -(-(b * b) // max(rest, 1))
+            rest_most = (self.lowest + self.farthest) * b - rest * self.lowest * self.farthest
+            most = np.minimum(ends * a - k * inner, square_most - rest_least)
+            least = np.maximum(-(-(a * a) // k), square_least - rest_most)
+            fits = (least <= most) & (b >= rest * self.lowest) & (b <= rest * self.farthest)
+            if fits.any():
+                w = (most + self.sign * a)[fits] // 2
+                largest = (max(largest[0], int(a[fits].max())), max(largest[1], int(w.max())))
+        return largest
+
+
+def _halves(split: Split, wanted: list[Goal]) -> tuple[_Half, _Half]:
+    below = (split.centre - split.below, split.centre - split.low)
+    above = (split.above - split.centre, split.high - split.centre)
     square_sums: dict[tuple[int, int], list[int]] = {}
     for goal in wanted:
         square_sums.setdefault((goal.n, goal.signed_sum), []).append(goal.square_sum)
-    for k, ((n, signed_sum), square_sum) in product(range(1, len(largest)), square_sums.items()):
-        if k > n:
-            continue
-        a = np.arange(k * own[0], k * own[1] + 1, dtype=np.int64)
-        rest, b = n - k, -sign * signed_sum - a
-        rest_least = -(-(b * b) // max(rest, 1))
-        rest_most = (lowest + own[1]) * b - rest * lowest * own[1]
-        most = np.minimum(sum(own) * a - k * own[0] * own[1], max(square_sum) - rest_least)
-        least = np.maximum(-(-(a * a) // k), min(square_sum) - rest_most)
-        fits = (least <= most) & (b >= rest * lowest) & (b <= rest * own[1])
-        if fits.any():
-            w = (most + sign * a)[fits] // 2
-            largest[k] = (max(largest[k][0], int(a[fits].max())), max(largest[k][1], int(w.max())))
-    return tuple(largest)
+    groups = tuple((*key, min(found), max(found)) for key, found in square_sums.items())
+    most_below = max(goal.part.most_below for goal in wanted)
+    most_above = max(goal.n - goal.part.fewest_below for goal in wanted)
+    return _half(below, above, +1, most_below, groups), _half(above, below, -1, most_above, groups)
+
+
+def _half(
+    own: tuple[int, int],
+    other: tuple[int, int],
+    sign: int,
+    most: int,
+    groups: tuple[tuple[int, int, int, int], ...],
+) -> _Half:
+    here = own[1] >= own[0]
+    lowest = -other[1] if other[1] >= other[0] else own[0]
+    return _Half(*own, sign, lowest, most if here else 0, groups)
 
 
 @dataclass(frozen=True)

@@ -102,6 +102,15 @@ class Part:
     most_below: int
 
     @property
+    def all_moments(self) -> tuple[int, int]:
+        """Sum and sum of squares of all values, the given ones included."""
+        given = [value for value, times in self.given for _ in range(times)]
+        return (
+            self.moments.total + sum(given),
+            self.moments.squares + sum(value**2 for value in given),
+        )
+
+    @property
     def arrangements(self) -> int:
         """Ways to place the given values among all when the order counts."""
         ways, n = 1, self.moments.n

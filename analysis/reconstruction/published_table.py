@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 
 Convention = Literal["sample", "population"]
 CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
+# Columns of the same participants, or of other ones each.
+Design = Literal["paired", "independent"]
+DESIGNS: tuple[Design, ...] = get_args(Design)
 SHIPPED = Path(__file__).parent.parent / "published"
 # Names of a CSV header that begin so are keys of the scale.
 SCALE = "scale_"
@@ -161,16 +164,18 @@ class Column(Summary):
 
 @dataclass(frozen=True)
 class PublishedTable:
-    """A title and the columns under it."""
+    """A title, the columns under it, and whether they are of the same participants."""
 
     title: str
     columns: tuple[Column, ...]
+    design: Design | None = None
 
 
 class _File(_Record):
     """A table as its TOML file has it."""
 
     title: str = ""
+    design: Design | None = None
     scale: Scale
     column: Annotated[tuple[Summary, ...], Field(min_length=1)]
 
@@ -205,6 +210,7 @@ def from_toml(text: str, source: str = "the table") -> PublishedTable:
     return PublishedTable(
         file.title,
         tuple(_column(entry, file.scale, place) for place, entry in enumerate(file.column, 1)),
+        file.design,
     )
 
 

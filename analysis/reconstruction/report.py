@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import asdict
 from itertools import groupby
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+from analysis.reconstruction.saddle_point import words
 from analysis.reconstruction.sampling import LISTED
 
 if TYPE_CHECKING:
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
     from analysis.reconstruction.conclusions import Conclusion
     from analysis.reconstruction.distributions import Distribution
 
+# Different ratings of a data set that are shown.
+SHOWN_VALUES = 20
 # JSON's own words, as the documentation names them.
 Json = dict[str, Any]
 
@@ -26,7 +30,7 @@ def column_json(answer: ColumnAnswer) -> Json:
         "label": answer.label,
         "consistent": answer.consistent,
         "reason": answer.reason,
-        "multisets": str(answer.multisets),
+        "multisets": None if answer.multisets is None else str(answer.multisets),
         "ordered": None if answer.ordered is None else str(answer.ordered),
         "sd_convention": answer.sd_convention,
         "rounding": answer.rounding,
@@ -34,6 +38,10 @@ def column_json(answer: ColumnAnswer) -> Json:
         "grimmer": answer.grimmer,
         "sums": [{"sum": str(s), "sum_of_squares": str(q)} for s, q in answer.sums],
     }
+    if answer.refused:
+        written["refused"] = answer.refused
+        written["witness"] = list(answer.witness)
+        written["log10_estimate"] = answer.log10_estimate
     if answer.order_statistics:
         written["order_statistics"] = [asdict(row) for row in answer.order_statistics]
     if answer.variants:
@@ -83,7 +91,9 @@ def lines(title: str, answers: Iterable[ColumnAnswer]) -> list[str]:
 
 def _column_lines(answer: ColumnAnswer) -> Iterator[str]:
     yield f"{answer.label}  ({answer.sd_convention} SD, rounding: {answer.rounding})"
-    if answer.consistent:
+    if answer.multisets is None:
+        yield from _uncounted_lines(answer)
+    elif answer.multisets:
         yield f"  multisets        {answer.multisets:,}"
         yield (
             "  ordered samples  not counted, it takes long; --measure ordered does"
@@ -101,6 +111,20 @@ def _column_lines(answer: ColumnAnswer) -> Iterator[str]:
         yield f"    {variant.sd_convention:<10} {variant.rounding:<10} {verdict}"
 
 
+def _uncounted_lines(answer: ColumnAnswer) -> Iterator[str]:
+    yield f"  not counted: {answer.refused}"
+    yield "  GRIM and GRIMMER: passed"
+    if answer.log10_estimate is not None:
+        yield f"  multisets        {words(answer.log10_estimate)} (saddle-point estimate)"
+    if answer.witness:
+        often = Counter(answer.witness)
+        shown = ", ".join(f"{value:g} ({often[value]})" for value in sorted(often)[:SHOWN_VALUES])
+        more = " ..." if len(often) > SHOWN_VALUES else ""
+        yield f"  one data set, checked; rating (how often): {shown}{more}"
+    else:
+        yield "  no data set was found in a short search, which does not mean that there is none"
+
+
 def across_lines(answer: Across) -> list[str]:
     """Return what is known across columns for people, a line each."""
     said = []
@@ -115,6 +139,8 @@ def across_lines(answer: Across) -> list[str]:
             f"No bounds: more than {LISTED:,} multisets in {', '.join(answer.not_bounded)}",
             "",
         ]
+    if not answer.distributions:
+        return said
     first = answer.distributions[0]
     said.append(
         f"Over {first.samples:,} uniform samples ({first.measure}, seed {first.seed}), "

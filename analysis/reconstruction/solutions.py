@@ -7,8 +7,17 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from analysis.reconstruction.constraints import Targets, targets
-from analysis.reconstruction.counting import MEMORY_GIB, Problem, count, problems
+from analysis.reconstruction.counting import (
+    MEMORY_GIB,
+    Problem,
+    attained,
+    count,
+    problems,
+    require_memory,
+)
 from analysis.reconstruction.partition import partition
+from analysis.reconstruction.witness import witness
+from faults import UserError
 
 if TYPE_CHECKING:
     from analysis.reconstruction.published_table import Column
@@ -37,12 +46,38 @@ class Solutions:
     @cached_property
     def problems(self) -> list[Problem]:
         """The parts to solve, grouped by what shares its tables."""
-        return problems(part for wish in self.targets.wanted for part in partition(wish))
+        if self.targets.refused:
+            raise UserError(f"column '{self.column.label}': {self.targets.refused}")
+        parts = (part for wish in self.targets.wanted for part in partition(wish))
+        return problems(parts, self.memory_gib)
 
     @cached_property
     def multisets(self) -> int:
         """Number of data sets when the order of the participants does not count."""
         return count(self.problems, "multisets", self.memory_gib)
+
+    @cached_property
+    def refused(self) -> str:
+        """Why they are not counted; empty if they can be."""
+        if self.targets.refused:
+            return self.targets.refused
+        try:
+            require_memory(self.problems, self.memory_gib)
+        except UserError as error:
+            return str(error)
+        return ""
+
+    @cached_property
+    def witness(self) -> tuple[int, ...]:
+        """One data set, in steps above the minimum, where they are not counted; empty if none."""
+        return witness(self.column, self.targets) if self.refused else ()
+
+    @cached_property
+    def attained(self) -> tuple[tuple[tuple[int, int], ...], bool]:
+        """Pairs of sum and sum of squares, in steps, and whether each surely is some data set's."""
+        if self.refused:
+            return tuple((m.total, m.squares) for m in self.targets.moments), False
+        return tuple(sorted(attained(self.problems, self.memory_gib))), True
 
     @cached_property
     def ordered(self) -> int:

@@ -35,12 +35,57 @@ def test_an_inconsistent_table_exits_1_and_says_why(capsys, tmp_path):
     assert "GRIM" in capsys.readouterr().out
 
 
+PAIRED = ["--conclusions", "--design", "paired"]
+MIXED = """label,n,mean,sd,scale_minimum,scale_maximum
+a,20,3.20,1.20,1,7
+impossible,20,3.20,9.00,1,7
+large,5000,4.00,1.50,1,7
+b,25,4.40,1.29,1,7
+"""
+
+
+@pytest.mark.parametrize(
+    "words", [[], ["--sample", "2"], ["--conclusions", "--design", "independent"]]
+)
+def test_one_impossible_column_silences_no_other(capsys, tmp_path, words):
+    (tmp_path / "t.csv").write_text(MIXED.replace("large,5000,4.00,1.50,1,7\n", ""))
+    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv"), *words]) == 1
+    said = "".join(capsys.readouterr())
+    assert "sd 9.00 is impossible on a scale from 1 to 7" in said
+    assert "Welch's t of b minus a: 3.227" in said or "--design" not in words
+    if "--sample" in words:
+        assert [line.split(",")[:2] for line in said.splitlines() if line[:2] in ("a,", "b,")] == [
+            ["a", "1"], ["a", "2"], ["b", "1"], ["b", "2"],
+        ]  # fmt: skip
+
+
+def test_a_column_too_large_to_count_is_answered_as_far_as_possible_then_refused(capsys, tmp_path):
+    (tmp_path / "t.csv").write_text(MIXED)
+    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv")]) == 2
+    said = capsys.readouterr()
+    assert "multisets        40" in said.out
+    assert "about 7.6e+14 (saddle-point estimate)" in said.out
+    assert "one data set, checked" in said.out
+    assert "column 'large' not counted: the table of states needs about" in said.err
+    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv"), "--json"]) == 2
+    large = json.loads(capsys.readouterr().out)["columns"][2]
+    assert large["consistent"] is True
+    assert large["multisets"] is None
+    assert len(large["witness"]) == 5000
+
+
+def test_conclusions_ask_whose_ratings_the_columns_are(capsys, tmp_path):
+    (tmp_path / "t.csv").write_text(TWO)
+    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv"), "--conclusions"]) == 2
+    assert 'design = "paired" (the same participants' in capsys.readouterr().err
+
+
 TWO = "label,n,mean,sd,scale_maximum,amplitude_um_pp\na,5,2.40,1.14,9,0.5\nb,5,6.40,1.14,9,1.2\n"
 
 
 def test_conclusions_are_said_and_written_as_strict_json(capsys, tmp_path):
     (tmp_path / "t.csv").write_text(TWO)
-    words = ["reconstruct", str(tmp_path / "t.csv"), "--conclusions"]
+    words = ["reconstruct", str(tmp_path / "t.csv"), *PAIRED]
     assert slipscale.main(words) == 0
     said = capsys.readouterr().out
     assert "paired t(4) of b minus a" in said
@@ -61,7 +106,7 @@ def test_too_many_data_sets_to_list_leave_distributions_without_bounds(capsys, t
     (tmp_path / "t.csv").write_text(
         "label,n,mean,sd,scale_maximum\na,14,40.00,12.00,100\nb,14,60.00,12.00,100\n"
     )
-    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv"), "--conclusions"]) == 0
+    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv"), *PAIRED]) == 0
     said = capsys.readouterr().out
     assert "No bounds" in said
     assert "paired t(13)" in said

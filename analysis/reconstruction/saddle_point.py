@@ -1,0 +1,98 @@
+"""How many data sets a column allows, about: the saddle-point approximation of the count.
+
+The multisets with n values, sum S and sum of squares Q are the coefficient of z^n x^S y^Q in
+the product over all values v of 1 / (1 - z x^v y^(v²)), which is the partition function of a
+Bose-Einstein gas. Its logarithm is convex in the logarithms of z, x and y; at the minimum of
+that convex function the coefficient follows by Laplace's method (Good, 1957; Daniels, 1954).
+S and Q have the same parity, so that every reachable pair counts twice.
+"""
+
+from __future__ import annotations
+
+from math import log, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from analysis.reconstruction.constraints import Targets
+    from analysis.reconstruction.partition import Wanted
+    from analysis.reconstruction.state_table import Array
+
+# Sums for which the estimate is computed; those between are like them.
+SUMS_LOOKED_AT = 15
+STEPS = 200
+CONVERGED = 1e-10
+
+
+def log10_multisets(targets: Targets) -> float | None:
+    """Return the decimal logarithm of about how many multisets there are.
+
+    None where an extreme or a median is printed, which the approximation does not cover, and
+    where it does not converge.
+    """
+    by_sum: dict[int, list[Wanted]] = {}
+    for wish in targets.wanted:
+        if wish.present or wish.medians is not None:
+            return None
+        by_sum.setdefault(wish.moments.total, []).append(wish)
+    if not by_sum:
+        return None
+    sums = sorted(by_sum)
+    chosen = {sums[round(i)] for i in np.linspace(0, len(sums) - 1, SUMS_LOOKED_AT)}
+    logs = []
+    for total in chosen:
+        wishes = by_sum[total]
+        found = _log_coefficient(wishes[len(wishes) // 2])
+        if found is None:
+            return None
+        logs.append(found + log(len(wishes)))
+    mean = np.logaddexp.reduce(logs) - log(len(logs))
+    return float((mean + log(len(sums))) / log(10))
+
+
+def _log_coefficient(wish: Wanted) -> float | None:
+    """Return the natural logarithm of the approximation for one sum and sum of squares."""
+    n, total, squares = wish.moments.n, wish.moments.total, wish.moments.squares
+    mean = total / n
+    scale = max((squares / n - mean**2), 1e-12) ** 0.5
+    u = (np.arange(wish.low, wish.high + 1) - mean) / scale
+    powers = np.stack([np.ones_like(u), u, u**2])
+    moments = np.array([n, 0.0, float(n)])  # of u: its mean is 0 and its variance 1
+    at = np.array([-3.0, 0.0, -0.5])
+    value = _objective(at, powers, moments)
+    for _ in range(STEPS):
+        occupied = 1 / np.expm1(-(at @ powers))
+        gradient = powers @ occupied - moments
+        hessian = (powers * (occupied * (1 + occupied))) @ powers.T
+        step = np.linalg.solve(hessian, -gradient)
+        decrease = float(-gradient @ step)
+        if decrease < CONVERGED:
+            _, log_determinant = np.linalg.slogdet(2 * pi * hessian)
+            # Twice for the parity; S and Q are scale and scale² times as fine as their like of u.
+            return float(log(2) + value - log_determinant / 2 - 3 * log(scale))
+        size = 1.0
+        while (new := _objective(at + size * step, powers, moments)) > value - size * decrease / 4:
+            size /= 2
+            if size < CONVERGED:
+                return None
+        at, value = at + size * step, new
+    return None
+
+
+def _objective(at: Array, powers: Array, moments: Array) -> float:
+    """Return the logarithm of the product at a point, less its linear part; infinite outside."""
+    exponents = at @ powers
+    if exponents.max() >= 0:
+        return float("inf")
+    return float(-np.log(-np.expm1(exponents)).sum() - at @ moments)
+
+
+def words(log10_count: float) -> str:
+    """Return a count of this decimal logarithm for people.
+
+    >>> words(log10(2.5e40))
+    'about 2.5e+40'
+    """
+    power = int(log10_count // 1)
+    return f"about {10 ** (log10_count - power):.1f}e+{power}"

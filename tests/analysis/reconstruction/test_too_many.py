@@ -1,0 +1,102 @@
+"""Columns with too many data sets to count: refused at once, with what is known all the same."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from analysis.reconstruction.answers import column_answer
+from analysis.reconstruction.constraints import within_reach
+from analysis.reconstruction.partition import Moments
+from analysis.reconstruction.saddle_point import log10_multisets
+from analysis.reconstruction.solutions import Solutions
+from analysis.reconstruction.witness import gives_what_is_printed, witness
+from faults import UserError
+
+RATINGS = st.lists(st.integers(0, 9), min_size=2, max_size=9)
+
+
+@given(RATINGS)
+def test_no_rating_lies_where_its_sums_exclude_it(x):
+    low, high = within_reach(Moments(len(x), sum(x), sum(v * v for v in x)), 9)
+    assert low <= min(x) <= max(x) <= high
+
+
+def test_ratings_that_the_sd_excludes_cost_nothing(column):
+    """On 0 to a thousand million only those near the mean are looked at."""
+    narrow = Solutions(column(5, "500.0", "2.0", maximum=1000))
+    wide = Solutions(column(5, "500000000.0", "2.0", maximum=1_000_000_000))
+    assert wide.multisets == narrow.multisets == 3
+
+
+@pytest.mark.parametrize(
+    "facts, said",
+    [
+        ((5000, "4.00", "1.50", 7), r"needs about 6\d\d\.\d GiB"),
+        ((200, "50.00", "10.00", 100), r"needs about 2\d\.\d GiB"),
+        ((5, "50000.0", "20000.0", 100_000), "needs about"),
+        ((5, "500000000.0", "200000000.00", 1_000_000_000), "too few decimals for n = 5"),
+        ((1_000_000, "4.00", "1.50", 7), "too few decimals for n = 1,000,000"),
+    ],
+)
+def test_what_cannot_be_counted_is_refused_with_its_reason(column, facts, said):
+    n, mean, sd, maximum = facts
+    solutions = Solutions(column(n, mean, sd, maximum=maximum))
+    with pytest.raises(UserError, match=said):
+        _ = solutions.multisets
+
+
+def test_an_answer_without_a_count_has_a_witness_and_an_estimate(column):
+    answer = column_answer(Solutions(column(200, "50.00", "10.00")), "multisets")
+    assert answer.multisets is None
+    assert answer.consistent
+    assert "GiB" in answer.refused
+    assert sum(answer.witness) == 200 * 50
+    assert 40 < answer.log10_estimate < 55
+
+
+@pytest.mark.parametrize(
+    "facts, within",
+    [
+        ((12, "50.00", "10.00", 0, 100), 1.11),
+        ((50, "50.00", "10.00", 0, 100), 1.03),
+        ((50, "4.00", "1.50", 1, 7), 1.03),
+        ((130, "2.7", "1.9", 1, 5), 1.11),
+    ],
+)
+def test_the_saddle_point_estimate_is_near_the_exact_count(column, facts, within):
+    n, mean, sd, low, high = facts
+    solutions = Solutions(column(n, mean, sd, minimum=low, maximum=high))
+    ratio = 10 ** log10_multisets(solutions.targets) / solutions.multisets
+    assert 1 / within < ratio < within
+
+
+def test_extremes_are_not_estimated(column):
+    solutions = Solutions(column(12, "50.00", "10.00", observed_maximum="70"))
+    assert log10_multisets(solutions.targets) is None
+
+
+@settings(max_examples=50, deadline=None)
+@given(x=st.lists(st.integers(0, 9), min_size=4, max_size=30), places=st.integers(1, 2))
+def test_a_witness_is_one_of_the_data_sets_that_are_counted(column, x, places):
+    n, mean = len(x), sum(x) / len(x)
+    sd = (sum((v - mean) ** 2 for v in x) / (n - 1)) ** 0.5
+    printed = column(n, f"{mean:.{places}f}", f"{sd:.{places}f}", maximum=9)
+    solutions = Solutions(printed)
+    assume(solutions.targets.wanted)
+    found = witness(printed, solutions.targets)
+    assert gives_what_is_printed(printed, found) if found else True
+    if found:
+        assert solutions.multisets > 0
+    # Where ratings are many the search succeeds.
+    assert found or n < 12
+
+
+def test_the_definitions_decide_what_a_data_set_prints(column, all_multisets):
+    facts = {"n": 4, "mean": "2.3", "sd": "1.7", "maximum": 5, "maximum_deviation": "2.3"}
+    printed = column(**facts)
+    every = all_multisets(column(**(facts | {"mean": "2", "sd": "2", "maximum_deviation": "2"})))
+    right = set(all_multisets(printed))
+    assert {x for x in every if gives_what_is_printed(printed, x)} == right & set(every)
+    assert right
