@@ -91,7 +91,7 @@ def _objective(at: Array, powers: Array, moments: Array) -> float:
 def words(log10_count: float) -> str:
     """Return a count of this decimal logarithm for people.
 
-    >>> words(log10(2.5e40))
+    >>> words(40.398)
     'about 2.5e+40'
     """
     power = int(log10_count // 1)
