@@ -9,10 +9,40 @@ from __future__ import annotations
 
 import os
 import sys
-
-from faults import DONE, INTERRUPTED, RIG_FAULT, USER_FAULT, RigError, UserError
+from importlib.machinery import PathFinder
 
 VERSION = "0.1.0"
+
+# The packages beside this file. Their names are common ones: see docs/your-own-analysis-folder.md.
+PACKAGES = ("analysis", "experiments", "hardware", "stimuli", "figure_style", "faults")
+
+
+def hidden_package() -> str | None:
+    """Return a sentence if Python imports a file of the user's in place of one of our packages."""
+    ours = os.path.dirname(os.path.abspath(__file__))  # noqa: PTH100, PTH120 - pathlib takes 5 ms
+    for name in PACKAGES:
+        module = sys.modules.get(name)
+        spec = module.__spec__ if module else PathFinder.find_spec(name)
+        found = spec.origin if spec else None
+        own = f"{ours}{os.sep}{name}{os.sep}__init__.py"
+        # The paths differ where one of them goes through a symbolic link.
+        if found != own and (found is None or os.path.realpath(found) != os.path.realpath(own)):
+            return (
+                f"'import {name}' finds {found or 'no file'}, not the package of Slipscale in "
+                f"{ours}. Rename your file or folder '{name}', or move your script away from it; "
+                "if PYTHONPATH or sys.path names its folder, take it out there"
+            )
+    return None
+
+
+if (HIDDEN := hidden_package()) is not None:
+    # The command tells it in a sentence, as every fault of the user's; a script gets an exception.
+    if __name__ == "__main__" or os.path.basename(sys.argv[0]) in ("slipscale", "slipscale.exe"):  # noqa: PTH119
+        print(f"slipscale: {HIDDEN}", file=sys.stderr)
+        sys.exit(2)  # faults.USER_FAULT, which may be what cannot be imported
+    raise ImportError(HIDDEN)
+
+from faults import DONE, INTERRUPTED, RIG_FAULT, USER_FAULT, RigError, UserError  # noqa: E402
 
 # name: (module that holds it, what it does)
 COMMANDS: dict[str, tuple[str, str]] = {
@@ -28,7 +58,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "power": ("analysis.cli.power", "how many participants a study needs"),
     "plate": ("hardware.cli.plate", "the machine: calibrate, conform, emulate, design, list"),
-    "study": ("experiments.cli.study", "study files: new, show, validate"),
+    "study": ("experiments.cli.study", "study files: new, show, validate, schema"),
 }
 
 

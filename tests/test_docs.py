@@ -1,14 +1,17 @@
 """The pages a stranger reads name only what there is."""
 
 import re
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+import yaml
 
 import slipscale
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+DECISIONS = sorted((ROOT / "docs" / "decisions").glob("*.md"))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -32,9 +35,23 @@ def test_the_readme_names_every_command():
     assert unnamed == []
 
 
-def test_the_version_is_one():
-    declared = re.search(r'^version = "(.+)"', (ROOT / "pyproject.toml").read_text(), re.MULTILINE)
-    cited = re.search(r"^version: (.+)$", (ROOT / "CITATION.cff").read_text(), re.MULTILINE)
-    assert declared
-    assert cited
-    assert declared[1] == cited[1] == slipscale.VERSION
+def test_the_installed_version_and_the_cited_one_are_those_of_the_front_door():
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert version("slipscale") == cited["version"] == slipscale.VERSION
+
+
+def test_a_version_has_a_release_date_once_it_is_released():
+    cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    newest = re.search(r"^## (\S+) \((.+)\)$", changes, re.MULTILINE)
+    assert newest
+    date = cited.get("date-released", "unreleased")
+    assert (newest[1], newest[2]) == (cited["version"], str(date))
+
+
+@pytest.mark.parametrize("page", DECISIONS, ids=lambda page: page.name)
+def test_a_decision_says_its_number_its_status_and_its_date(page):
+    lines = page.read_text(encoding="utf-8").splitlines()
+    assert lines[0].startswith(f"# {page.name[:4]}")
+    # The form, as its first paragraph: "Accepted, 2026-11-21." or "Superseded by 0120, 2027-01-31."
+    assert re.fullmatch(r"(Accepted|Superseded by \d{4}), \d{4}-\d\d-\d\d\.", lines[2])

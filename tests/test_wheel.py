@@ -7,8 +7,10 @@ from pathlib import Path
 
 import pytest
 
+import slipscale
+
 ROOT = Path(__file__).parent.parent
-DATA = (".toml", ".csv", ".json", ".html", ".css")
+DATA = (".toml", ".csv", ".json", ".html", ".css", ".typed")
 
 
 @pytest.fixture(scope="module")
@@ -23,10 +25,9 @@ def installed(tmp_path_factory):
 
 
 def test_every_module_and_every_data_file_is_in_the_wheel(installed):
-    rooms = ("analysis", "experiments", "hardware", "stimuli", "figure_style", "faults")
     wanted = {
         path.relative_to(ROOT)
-        for room in rooms
+        for room in slipscale.PACKAGES
         for path in (ROOT / room).rglob("*")
         if path.suffix in (".py", *DATA) and "__pycache__" not in path.parts
     } | {Path("slipscale.py")}

@@ -25,6 +25,9 @@ def fingerprint() -> str:
     digest = hashlib.sha256(sys.version.encode())
     for name in INPUTS:
         digest.update((ROOT / name).read_bytes())
+    # The version that the environment's metadata, and so every data set, names.
+    front_door = (ROOT / "slipscale.py").read_text(encoding="utf-8").splitlines()
+    digest.update(next(line for line in front_door if line.startswith("VERSION")).encode())
     return digest.hexdigest()
 
 

@@ -1,4 +1,4 @@
-"""The command ``slipscale study``: new, show, validate."""
+"""The command ``slipscale study``: new, show, validate, schema."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ NEW_STUDY = "biet2007"
 
 def add_study(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale study``."""
-    commands = parser.add_subparsers(dest="what", metavar="new | show | validate", required=True)
+    commands = parser.add_subparsers(
+        dest="what", metavar="new | show | validate | schema", required=True
+    )
     new = commands.add_parser("new", help="write a study file to begin with")
     new.add_argument("path", type=Path, metavar="FILE")
     show = commands.add_parser("show", help="say what a study does, and a participant's orders")
@@ -23,16 +25,18 @@ def add_study(parser: ArgumentParser) -> None:
     show.add_argument("--participant", default="01", metavar="01")
     validate = commands.add_parser("validate", help="tell every fault of a study file")
     validate.add_argument("study", metavar="STUDY")
+    commands.add_parser("schema", help="print the JSON Schema of study files, for editors")
 
 
 def run_study(args: Namespace) -> int:
-    """Write, show or validate a study file."""
+    """Write, show or validate a study file, or print the schema of all."""
     from experiments.running import study_commands  # noqa: PLC0415
 
     actions = {
         "new": lambda: study_commands.new(args.path, NEW_STUDY),
         "show": lambda: study_commands.show(args.study, args.participant),
         "validate": lambda: study_commands.validate(args.study),
+        "schema": study_commands.schema,
     }
     print(actions[args.what]())
     return DONE

@@ -49,7 +49,7 @@ class Options(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    protocol: Words
+    protocol: Words = Field(description="Name of the protocol, as an entry point gives it.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

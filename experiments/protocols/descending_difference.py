@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
+from pydantic import Field
+
 from experiments.languages.texts import answers
 from experiments.protocols.base import (
     Amplitude,
@@ -52,24 +54,25 @@ TASK = "descendingdifference"
 
 
 class DescendingDifference(PacedOptions):
-    """What a study may set for the descending-difference protocol, its pace apart.
+    """What a study may set for the descending-difference protocol, its pace apart."""
 
-    Parameters
-    ----------
-    series : int
-        How many descents.
-    catch_steps : int
-        Steps in each series where nothing changes.
-    start_um_pp : float
-        Amplitude to start from; by default the study's largest.
-    confidence : bool
-        Whether to ask how sure the participant is.
-    """
-
-    series: AtLeastOne = 1
-    catch_steps: Count = 1
-    start_um_pp: Amplitude | None = None
-    confidence: Flag = False
+    series: AtLeastOne = Field(
+        default=1,
+        description="How many descending series.",
+        json_schema_extra={"unit": "series"},
+    )
+    catch_steps: Count = Field(
+        default=1,
+        description="Steps in each series at which nothing changes.",
+        json_schema_extra={"unit": "steps a series"},
+    )
+    start_um_pp: Amplitude | None = Field(
+        default=None,
+        description="Amplitude from which a series starts; left out: the study's largest.",
+    )
+    confidence: Flag = Field(
+        default=False, description="Whether to ask how sure the participant is."
+    )
 
 
 def descent(options: DescendingDifference, context: Context) -> list[float]:

@@ -55,37 +55,51 @@ class MagnitudeEstimation(PacedOptions):
     """What a study may set for magnitude estimation, its pace apart.
 
     At the longest exploration the surface goes silent.
-
-    Parameters
-    ----------
-    repetitions : int
-        How often each surface is rated.
-    practice : int
-        How often each surface is rated before, for practice; recorded, not analysed.
-    randomisation : {"simple", "blocked", "williams"}
-        See `experiments.protocols.randomisation.presentation_order`.
-    no_immediate_repeat : bool
-        No surface follows itself.
-    scale_top : {"none", "declared"}
-        Whether the participant says beforehand what the most slippery surface would get.
-    standard_um_pp, modulus : float
-        A standard shown before each block, and the number it is given; both or neither (then the
-        modulus is free).
-    repeat_timed_out : bool
-        Whether a timed-out trial is repeated, once.
-    rest_every_trials : int
-        Rest after so many trials; by default after each block.
     """
 
-    repetitions: AtLeastOne = 1
-    practice: Count = 1
-    randomisation: Rule = "blocked"
-    no_immediate_repeat: Flag = True
-    scale_top: Literal["none", "declared"] = "none"
-    standard_um_pp: Amplitude | None = None
-    modulus: Positive | None = Field(default=None, validate_default=True)
-    repeat_timed_out: Flag = True
-    rest_every_trials: AtLeastOne | None = None
+    repetitions: AtLeastOne = Field(
+        default=1,
+        description="How often each surface is rated.",
+        json_schema_extra={"unit": "ratings a surface"},
+    )
+    practice: Count = Field(
+        default=1,
+        description="How often each surface is rated before, for practice; recorded, not analysed.",
+        json_schema_extra={"unit": "ratings a surface"},
+    )
+    randomisation: Rule = Field(
+        default="blocked",
+        description="Order of the surfaces. simple: all trials shuffled together; blocked: each "
+        "repetition shuffled on its own; williams: rows of a Williams square, balanced for what "
+        "follows what.",
+    )
+    no_immediate_repeat: Flag = Field(
+        default=True, description="Whether orders in which a surface follows itself are avoided."
+    )
+    scale_top: Literal["none", "declared"] = Field(
+        default="none",
+        description="declared: the participant says beforehand which number the most slippery "
+        "surface would get.",
+    )
+    standard_um_pp: Amplitude | None = Field(
+        default=None,
+        description="Amplitude of a standard that is presented before each block; left out: no "
+        "standard, and the modulus is free. Goes together with modulus.",
+    )
+    modulus: Positive | None = Field(
+        default=None,
+        validate_default=True,
+        description="Number that the standard is given. Goes together with standard_um_pp.",
+        json_schema_extra={"unit": "the participant's scale"},
+    )
+    repeat_timed_out: Flag = Field(
+        default=True, description="Whether a timed-out trial is repeated, once."
+    )
+    rest_every_trials: AtLeastOne | None = Field(
+        default=None,
+        description="A rest after so many trials; left out: after each block.",
+        json_schema_extra={"unit": "trials"},
+    )
 
     @field_validator("modulus")
     @classmethod

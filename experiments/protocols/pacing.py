@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pydantic import ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
 from experiments.protocols.base import Options, Positive, Seconds
 from experiments.protocols.steps import Explore, Rest
@@ -14,22 +14,22 @@ if TYPE_CHECKING:
 
 
 class PacedOptions(Options):
-    """What a study may set for any protocol in which surfaces are stroked and asked about.
+    """What a study may set for any protocol in which surfaces are stroked and asked about."""
 
-    Parameters
-    ----------
-    exploration_minimum_s, exploration_maximum_s : float
-        How long a surface is stroked before the question.
-    response_time_limit_s : float
-        After which the trial's main question counts as timed out.
-    rest_minimum_s : float
-        Shortest rest.
-    """
-
-    exploration_minimum_s: Seconds = 0.0
-    exploration_maximum_s: Positive | None = None
-    response_time_limit_s: Positive | None = None
-    rest_minimum_s: Seconds = 0.0
+    exploration_minimum_s: Seconds = Field(
+        default=0.0, description="Shortest time for stroking a surface before the question."
+    )
+    exploration_maximum_s: Positive | None = Field(
+        default=None,
+        description="Longest time for stroking a surface; then the question comes by itself. "
+        "Left out: the participant decides.",
+    )
+    response_time_limit_s: Positive | None = Field(
+        default=None,
+        description="Time after which the trial's main question counts as timed out; left out: "
+        "no limit.",
+    )
+    rest_minimum_s: Seconds = Field(default=0.0, description="Shortest rest between blocks.")
 
     @field_validator("exploration_maximum_s")
     @classmethod

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 from typing import TYPE_CHECKING
 
@@ -10,19 +11,33 @@ from experiments.protocols.steps import Present
 from experiments.running.dry_run import dry_run
 from experiments.study.file import read_study, study_text
 from experiments.study.run_plan import RunPlan
+from experiments.study.schema import study_schema
 from faults import UserError
 from stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+SCHEMA_FILE = "study.schema.json"
+
 
 def new(path: Path, template: str) -> str:
-    """Write a shipped study to a new file, to be edited; return what to say."""
+    """Write a shipped study to a new file, to be edited; return what to say.
+
+    The schema is written beside it, and the file's first line names it: an editor that knows TOML
+    schemas (Even Better TOML, Taplo) completes and checks the file. A schema that is there already
+    is replaced: it holds nothing of the user's.
+    """
     if path.exists():
         raise UserError(f"{path} exists already; name a new file")
-    write_file(path, study_text(template))
+    write_file(path, f"#:schema {SCHEMA_FILE}\n{study_text(template)}")
+    write_file(path.with_name(SCHEMA_FILE), schema())
     return f"wrote {path}: edit it, then slipscale study validate {shlex.quote(str(path))}"
+
+
+def schema() -> str:
+    """Return the JSON Schema of study files, with the options of every installed protocol."""
+    return json.dumps(study_schema(), indent=2, ensure_ascii=False)
 
 
 def validate(name: str) -> str:

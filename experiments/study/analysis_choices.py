@@ -55,28 +55,57 @@ class Thresholds(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    #: non_monotone: steps, from one amplitude to the next, on which the mean estimate falls.
-    falling_steps: Annotated[int, Field(ge=1)] = 1
-    #: constant: this many distinct numbers or fewer.
-    distinct_numbers: Annotated[int, Field(ge=1)] = 2
-    #: zeros: a larger share of estimates that are zero.
-    zero_share: Share = 0.25
-    #: timed_out: a larger share of trials without an answer.
-    timed_out_share: Share = 0.1
-    #: fast: a larger share of answers under ``fast_s`` seconds.
-    fast_share: Share = 0.05
-    fast_s: Annotated[float, Field(gt=0)] = 0.2
-    #: outlying: an estimate this many robust standard deviations (1.4826 MAD of the logarithmic
-    #: residuals, all participants) from the participant's own pattern.
-    outlier_sd: Annotated[float, Field(gt=0)] = 4.0
-    #: unreliable: correlation between the first and second half of the repetitions under this.
-    reliability: Annotated[float, Field(ge=-1, le=1)] = 0.5
-    #: drift: estimates grow or shrink by more than this factor from first to last trial.
-    drift_factor: Annotated[float, Field(gt=1)] = 2.0
-    #: false_alarms: a larger share of catch steps answered "yes".
-    false_alarm_share: Share = 0.5
-    #: faults: a larger share of trials with a plate fault or presented again.
-    fault_share: Share = 0.25
+    falling_steps: Annotated[int, Field(ge=1)] = Field(
+        default=1,
+        description="Flag non_monotone: this many steps or more, from one amplitude to the next, "
+        "on which the mean estimate falls.",
+        json_schema_extra={"unit": "steps"},
+    )
+    distinct_numbers: Annotated[int, Field(ge=1)] = Field(
+        default=2,
+        description="Flag constant: this many different estimates or fewer.",
+        json_schema_extra={"unit": "different estimates"},
+    )
+    zero_share: Share = Field(
+        default=0.25, description="Flag zeros: a larger share of the estimates is zero."
+    )
+    timed_out_share: Share = Field(
+        default=0.1, description="Flag timed_out: a larger share of the trials has no answer."
+    )
+    fast_share: Share = Field(
+        default=0.05, description="Flag fast: a larger share of the answers takes less than fast_s."
+    )
+    fast_s: Annotated[float, Field(gt=0)] = Field(
+        default=0.2, description="Response time below which an answer counts as fast."
+    )
+    outlier_sd: Annotated[float, Field(gt=0)] = Field(
+        default=4.0,
+        description="Flag outlying: an estimate lies further than this many robust standard "
+        "deviations (1.4826 times the median absolute deviation of all participants' logarithmic "
+        "residuals) from the participant's own pattern.",
+        json_schema_extra={"unit": "robust standard deviations"},
+    )
+    reliability: Annotated[float, Field(ge=-1, le=1)] = Field(
+        default=0.5,
+        description="Flag unreliable: a smaller correlation between the first and the second half "
+        "of the repetitions.",
+        json_schema_extra={"unit": "correlation, -1 to 1"},
+    )
+    drift_factor: Annotated[float, Field(gt=1)] = Field(
+        default=2.0,
+        description="Flag drift: estimates grow or shrink by a larger factor from the first trial "
+        "to the last.",
+        json_schema_extra={"unit": "factor"},
+    )
+    false_alarm_share: Share = Field(
+        default=0.5,
+        description='Flag false_alarms: a larger share of the catch steps is answered "yes".',
+    )
+    fault_share: Share = Field(
+        default=0.25,
+        description="Flag faults: a larger share of the trials had a plate fault or was presented "
+        "again.",
+    )
 
 
 class AnalysisChoices(BaseModel):
@@ -84,22 +113,44 @@ class AnalysisChoices(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    #: How estimates are brought to one scale. Left out: scale_top where every trial has one,
-    #: else grand_maximum.
-    normalisation: Normalisation | None = None
-    #: What becomes of estimates of zero where a logarithm is taken.
-    zero_rule: ZeroRule = "exclude"
-    #: The convention of the standard deviation in Table III.
-    standard_deviation: SdConvention = "sample"
-    #: Flags that exclude a participant from every analysis, before anything is looked at.
-    exclusions: tuple[Flag, ...] = ()
-    thresholds: Thresholds = Thresholds()
-    #: The tests to run; left out: all. The others are reported as "not chosen".
-    tests: tuple[Test, ...] | None = None
-    #: Confidence of every interval.
-    confidence: Annotated[float, Field(gt=0.5, lt=1)] = 0.95
-    #: Resamples and seed of the bootstrap.
-    bootstrap_resamples: Annotated[int, Field(ge=200, le=100_000)] = 5000
-    bootstrap_seed: Annotated[int, Field(ge=0)] = 2007
-    #: A code book for verbal reports, relative to the data set; left out: the shipped one.
-    codebook: str | None = None
+    normalisation: Normalisation | None = Field(
+        default=None,
+        description="How estimates are brought to one scale; left out: scale_top where every "
+        "trial has one, else grand_maximum.",
+    )
+    zero_rule: ZeroRule = Field(
+        default="exclude",
+        description="What becomes of estimates of zero where a logarithm is taken.",
+    )
+    standard_deviation: SdConvention = Field(
+        default="sample",
+        description="Standard deviation of Table III: sample divides by n - 1, population by n.",
+    )
+    exclusions: tuple[Flag, ...] = Field(
+        default=(), description="Flags that exclude a participant from every analysis."
+    )
+    thresholds: Thresholds = Field(
+        default=Thresholds(), description="When a participant's data is flagged."
+    )
+    tests: tuple[Test, ...] | None = Field(
+        default=None,
+        description='Tests to run; left out: all. The others are reported as "not chosen".',
+    )
+    confidence: Annotated[float, Field(gt=0.5, lt=1)] = Field(
+        default=0.95,
+        description="Confidence level of every interval.",
+        json_schema_extra={"unit": "share, 0 to 1"},
+    )
+    bootstrap_resamples: Annotated[int, Field(ge=200, le=100_000)] = Field(
+        default=5000,
+        description="Resamples of each bootstrap.",
+        json_schema_extra={"unit": "resamples"},
+    )
+    bootstrap_seed: Annotated[int, Field(ge=0)] = Field(
+        default=2007, description="Seed of the bootstrap.", json_schema_extra={"unit": "none"}
+    )
+    codebook: str | None = Field(
+        default=None,
+        description="Code book for verbal reports: a path relative to the data set; left out: "
+        "the shipped one.",
+    )

@@ -59,16 +59,20 @@ TAKEN = ("participant_id", "mode", "complete")
 
 
 class PersonQuestion(BaseModel):
-    """A question about the participant, with given answers; names are never asked for.
-
-    ``prompt`` defaults to the shipped text ``about_you.<name>``.
-    """
+    """A question about the participant, with given answers; names are never asked for."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    name: Label
-    options: Annotated[tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=NUMBER_KEYS)]
-    prompt: str = ""
+    name: Label = Field(
+        description="Column of participants.tsv that holds the answer: letters, digits and _."
+    )
+    options: Annotated[
+        tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=NUMBER_KEYS)
+    ] = Field(description="The answers to choose from, all different, one for each number key.")
+    prompt: str = Field(
+        default="",
+        description="The question's words; left out: the shipped text `about_you.<name>`.",
+    )
 
     @field_validator("options")
     @classmethod
@@ -90,9 +94,15 @@ class MaskingNoise(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    level_db: Annotated[float, Field(strict=True, le=0, ge=-100)] = -20.0
-    fade_s: Seconds = 0.5
-    required: Flag = False
+    level_db: Annotated[float, Field(strict=True, le=0, ge=-100)] = Field(
+        default=-20.0,
+        description="Level relative to full scale.",
+        json_schema_extra={"unit": "dB re full scale"},
+    )
+    fade_s: Seconds = Field(default=0.5, description="Fading in and fading out, each.")
+    required: Flag = Field(
+        default=False, description="Whether a session without an audio device is refused."
+    )
 
 
 class PlateSettings(BaseModel):
@@ -100,34 +110,29 @@ class PlateSettings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    amplitude_um_pp: Positive = PlateLimits().amplitude_um_pp
+    amplitude_um_pp: Positive = Field(
+        default=PlateLimits().amplitude_um_pp,
+        description="Largest amplitude that may be presented; a larger one in the study is a "
+        "fault, and the plate is never asked for it.",
+    )
 
 
 class Texture(BaseModel):
-    """A grating that the study presents as one more surface.
-
-    Parameters
-    ----------
-    name : str
-        What the data call it.
-    spatial_period_mm : float
-        Length of one period.
-    mean_um_pp, depth_um_pp : float
-        The amplitude swings from mean - depth to mean + depth, µm peak to peak.
-    waveform : {"sine", "square", "triangle", "sawtooth"}
-    finger_speed_mm_s : float
-        No plate tracks the finger: the texture is played as a finger of this speed would meet
-        it. Stated in every study, because the data depend on it.
-    """
+    """A grating that the study presents as one more surface."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    name: Label
-    spatial_period_mm: Positive
-    mean_um_pp: Positive
-    depth_um_pp: Positive
-    waveform: Waveform = "sine"
-    finger_speed_mm_s: Positive
+    name: Label = Field(description="What the data call the texture: letters, digits and _.")
+    spatial_period_mm: Positive = Field(description="Length of one period.")
+    mean_um_pp: Positive = Field(description="Mean of the vibration amplitude over a period.")
+    depth_um_pp: Positive = Field(
+        description="The amplitude swings from mean - depth to mean + depth."
+    )
+    waveform: Waveform = Field(default="sine", description="Form of the amplitude over one period.")
+    finger_speed_mm_s: Positive = Field(
+        description="Speed of the finger for which the texture is played: no plate tracks the "
+        "finger. Every study states it, since the data depend on it."
+    )
 
     @model_validator(mode="after")
     def _playable(self) -> Self:
@@ -143,58 +148,71 @@ class Texture(BaseModel):
 
 
 class Study(BaseModel):
-    """What to run.
-
-    Parameters
-    ----------
-    name, title : str
-        A short label, and words for people.
-    authors : tuple of str
-    license : str
-        For the data set's description.
-    language : str
-        What the participant reads.
-    seed : int
-        All orders, and all that is simulated, follow from it.
-    participants : int
-        How many are planned; a pilot runs as many.
-    amplitudes_um_pp : tuple of float
-        The surfaces, µm peak to peak.
-    textures : tuple of Texture
-        Surfaces that are modulated, for the protocols that present them.
-    tasks : tuple of Options
-        The protocols, in order, each with its options.
-    task_order : {"fixed", "counterbalanced"}
-        Counterbalanced: every other participant has the tasks in reverse.
-    about_you : tuple of PersonQuestion
-        Asked before the tasks.
-    masking_noise : MaskingNoise, optional
-    plate : PlateSettings
-        Limits that every amplitude of the study must keep.
-    analysis : AnalysisChoices
-        How the data will be analysed, frozen before anything is looked at.
-    texts : dict
-        Texts in place of the shipped ones, by language.
-    """
+    """What to run. Each field is a key of the study file; its description says what it means."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    name: Label
-    title: Words
-    authors: tuple[Words, ...] = ()
-    license: Words = "not decided"
-    language: str = "en"
-    seed: Count = 1
-    participants: AtLeastOne = 12
-    plate: PlateSettings = PlateSettings()
-    amplitudes_um_pp: Annotated[tuple[Amplitude, ...], Field(min_length=1)]
-    textures: tuple[Texture, ...] = ()
-    tasks: Annotated[tuple[SerializeAsAny[Options], ...], Field(min_length=1)]
-    task_order: Literal["fixed", "counterbalanced"] = "fixed"
-    about_you: tuple[PersonQuestion, ...] = ()
-    masking_noise: MaskingNoise | None = None
-    analysis: AnalysisChoices = AnalysisChoices()
-    texts: dict[str, dict[str, Any]] = Field(default_factory=dict)
+    name: Label = Field(
+        description="Short label of the study: letters, digits and _, beginning with a letter. "
+        "It stands in every record of the study."
+    )
+    title: Words = Field(description="Title of the study and of its data set, for people.")
+    authors: tuple[Words, ...] = Field(
+        default=(), description="Authors that the data set's description names."
+    )
+    license: Words = Field(
+        default="not decided", description="Licence that the data set's description names."
+    )
+    language: str = Field(
+        default="en",
+        description="Language that the participant reads; `--language` of a command overrides it.",
+        json_schema_extra={"enum": [*languages()]},
+    )
+    seed: Count = Field(
+        default=1,
+        description="All orders follow from it, and all that is simulated.",
+        json_schema_extra={"unit": "none"},
+    )
+    participants: AtLeastOne = Field(
+        default=12,
+        description="How many participants are planned; a pilot runs as many.",
+        json_schema_extra={"unit": "participants"},
+    )
+    plate: PlateSettings = Field(
+        default=PlateSettings(), description="Limits that every amplitude of the study must keep."
+    )
+    amplitudes_um_pp: Annotated[tuple[Amplitude, ...], Field(min_length=1)] = Field(
+        description="Vibration amplitudes of the plain surfaces, all different; 0 is the plate "
+        "at rest."
+    )
+    textures: tuple[Texture, ...] = Field(
+        default=(),
+        description="Surfaces whose amplitude is modulated, for the protocols that present them.",
+    )
+    tasks: Annotated[tuple[SerializeAsAny[Options], ...], Field(min_length=1)] = Field(
+        description="The tasks of a run, in order: each names a protocol and sets its options."
+    )
+    task_order: Literal["fixed", "counterbalanced"] = Field(
+        default="fixed",
+        description="Order of the tasks; counterbalanced: every other participant has them in "
+        "reverse.",
+    )
+    about_you: tuple[PersonQuestion, ...] = Field(
+        default=(), description="Questions about the participant, asked before the tasks."
+    )
+    masking_noise: MaskingNoise | None = Field(
+        default=None,
+        description="Pink noise in the headphones while the plate may sound; left out: none.",
+    )
+    analysis: AnalysisChoices = Field(
+        default=AnalysisChoices(),
+        description="How the data will be analysed, fixed before anybody looks at them.",
+    )
+    texts: dict[str, dict[str, Any]] = Field(
+        default_factory=dict,
+        description="Texts in place of the shipped ones: a table for each language, in it the "
+        "texts by their keys.",
+    )
 
     @field_validator("language")
     @classmethod

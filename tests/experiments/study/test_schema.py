@@ -1,0 +1,91 @@
+"""The schema of study files says of every key what it means, and judges files as an editor does."""
+
+import dataclasses
+import json
+import tomllib
+
+import jsonschema
+import pytest
+
+import slipscale
+from experiments.protocols import base
+from experiments.protocols.base import Options, load_protocol, protocol_names
+from experiments.study.file import shipped_studies, study_text
+from experiments.study.schema import study_schema
+
+SCHEMA = study_schema()
+TABLES = {"study": SCHEMA, **SCHEMA["$defs"]}
+KEYS = [
+    pytest.param(table["properties"][key], id=f"{name}.{key}")
+    for name, table in TABLES.items()
+    for key in table["properties"]
+]
+MINIMAL = 'name = "a"\ntitle = "A"\namplitudes_um_pp = [1.0]\n[[tasks]]\n'
+
+
+def faults(text):
+    return [
+        fault.message
+        for fault in jsonschema.Draft202012Validator(SCHEMA).iter_errors(tomllib.loads(text))
+    ]
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_every_key_says_what_it_means(key):
+    assert key["description"].endswith(".")
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_every_number_says_its_unit(key):
+    if key.get("items", key).get("type") in ("integer", "number"):
+        assert key["unit"]
+
+
+@pytest.mark.parametrize("name", shipped_studies())
+def test_shipped_studies_are_without_fault(name):
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+    assert faults(study_text(name)) == []
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        'protocol = "magnitude_estimation"\nrepetition = 2',
+        'protocol = "magnitude_estimation"\nrepetitions = 0',
+        'protocol = "magnitude_estimation"\nseries = 2',
+        'protocol = "no_such"',
+        'protocol = "magnitude_estimation"\n[anaylsis]',
+    ],
+)
+def test_a_fault_is_seen(line):
+    assert faults(f'{MINIMAL}protocol = "magnitude_estimation"') == []
+    assert faults(MINIMAL + line)
+
+
+def test_a_laboratorys_own_protocol_belongs_to_it(monkeypatch):
+    class Grip(Options):
+        """Options of a laboratory's own."""
+
+        grips: int = 3
+
+    own = dataclasses.replace(load_protocol("magnitude_estimation"), options=Grip)
+    names = [*protocol_names(), "grip"]
+    monkeypatch.setattr("experiments.study.schema.protocol_names", lambda: names)
+    monkeypatch.setattr(
+        "experiments.study.schema.load_protocol",
+        lambda name: own if name == "grip" else base.load_protocol(name),
+    )
+    table = study_schema()["$defs"]["task_grip"]["properties"]
+    assert (table["protocol"]["const"], table["grips"]["default"]) == ("grip", 3)
+
+
+def test_a_new_study_names_its_schema_which_lies_beside_it(tmp_path, capsys):
+    path = tmp_path / "mine.toml"
+    assert slipscale.main(["study", "new", str(path)]) == 0
+    assert slipscale.main(["study", "validate", str(path)]) == 0
+    first = path.read_text(encoding="utf-8").splitlines()[0]
+    beside = path.with_name(first.removeprefix("#:schema "))
+    capsys.readouterr()
+    assert slipscale.main(["study", "schema"]) == 0
+    printed = json.loads(capsys.readouterr().out)
+    assert printed == SCHEMA == json.loads(beside.read_text(encoding="utf-8"))
