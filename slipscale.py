@@ -44,6 +44,11 @@ if (HIDDEN := hidden_package()) is not None:
 
 from faults import DONE, INTERRUPTED, RIG_FAULT, USER_FAULT, RigError, UserError  # noqa: E402
 
+TYPE_CHECKING = False  # typing's own takes milliseconds to import
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+    from collections.abc import Callable
+
 # name: (module that holds it, what it does)
 COMMANDS: dict[str, tuple[str, str]] = {
     "pilot": ("analysis.cli.pilot", "whole study, simulated: mock plate, no screen; then analyse"),
@@ -116,8 +121,8 @@ def dispatch(words: list[str]) -> int:
     return call(words[0], words[1:])
 
 
-def call(name: str, words: list[str]) -> int:
-    """Load a command and run it; turn the user's and the rig's faults into one sentence."""
+def load(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]:
+    """Return a command's parser, and the function that runs the command."""
     # Imported here so that `slipscale --help` feels instant.
     from argparse import ArgumentParser  # noqa: PLC0415
     from importlib import import_module  # noqa: PLC0415
@@ -126,6 +131,12 @@ def call(name: str, words: list[str]) -> int:
     parser = ArgumentParser(prog=f"slipscale {name}", description=purpose[0].upper() + purpose[1:])
     add_arguments, run = import_module(module).COMMANDS[name]
     add_arguments(parser)
+    return parser, run
+
+
+def call(name: str, words: list[str]) -> int:
+    """Load a command and run it; turn the user's and the rig's faults into one sentence."""
+    parser, run = load(name)
     try:
         return int(run(parser.parse_args(words)))
     except UserError as error:

@@ -1,0 +1,74 @@
+"""docs/first-day.md, followed command by command in a scratch directory."""
+
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "first-day.md"
+BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+pytestmark = [
+    pytest.mark.window,
+    pytest.mark.skipif(
+        not sys.platform.startswith("linux") or not shutil.which("xdotool"),
+        reason="key presses come from xdotool, under X11",
+    ),
+]
+
+
+def participant(process):
+    """Press what answers any screen of the page's session, until it is over."""
+    deadline = time.monotonic() + 120.0
+    while process.poll() is None and time.monotonic() < deadline:
+        # A number where one is asked for; the space bar goes on; the rest is ignored.
+        subprocess.run(["xdotool", "key", "1", "2", "Return", "space"], check=True)
+        time.sleep(0.3)
+    process.kill()
+
+
+def follow(command, folder):
+    words = shlex.split(command)
+    environment = os.environ | {"HOME": str(folder)}
+    environment["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    with subprocess.Popen(
+        words,
+        cwd=folder,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        if words[:2] == ["slipscale", "run"]:
+            participant(process)
+        said, complaint = process.communicate(timeout=120.0)
+    assert process.returncode == 0, f"{command}\n{said}\n{complaint}"
+    return said
+
+
+def test_the_page_followed_literally_leads_to_a_report(display, tmp_path):
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    assert "\t@$(BIN)/slipscale pilot $(ARGS)\n" in makefile
+    said = ""
+    for language, name, text in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
+        if language == "sh":
+            for command in text.splitlines():
+                said = follow("slipscale pilot" if command == "make pilot" else command, tmp_path)
+        elif name.startswith("file="):
+            (tmp_path / name.removeprefix("file=")).write_text(text, encoding="utf-8")
+        else:
+            printed = {tuple(line.split()) for line in said.splitlines()}
+            assert {tuple(line.split()) for line in text.splitlines()} <= printed
+    reports = "pilots/001", "pilots/mine", "my-data"
+    assert all((tmp_path / each / "derivatives/slipscale/report.html").exists() for each in reports)
+    answered = pd.read_csv(tmp_path / "my-data/derivatives/slipscale/estimates.csv")
+    assert list(answered["estimate"]) == [12.0] * 3

@@ -1,0 +1,142 @@
+"""The documentation site: it builds without a warning, and asks the network for nothing."""
+
+import os
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+from urllib.parse import unquote, urlsplit
+
+import pytest
+
+from tools.site import command_reference, hooks, study_reference
+
+ROOT = Path(__file__).parents[1]
+# What a browser fetches by itself, and where the address stands.
+FETCHED = {
+    ("script", "src"),
+    ("img", "src"),
+    ("img", "srcset"),
+    ("source", "src"),
+    ("source", "srcset"),
+    ("video", "src"),
+    ("audio", "src"),
+    ("iframe", "src"),
+    ("embed", "src"),
+    ("object", "data"),
+    ("link", "href"),
+}
+
+
+class Page(HTMLParser):
+    """A page's links, and what a browser fetches to show it."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.links, self.fetched, self.identifiers = [], [], set()
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        for name, value in attrs:
+            if (tag, name) in FETCHED:
+                self.fetched.append(value)
+            elif (tag, name) == ("a", "href"):
+                self.links.append(value)
+            elif name == "id":
+                self.identifiers.add(value)
+            elif name == "style":
+                self.fetched += addresses(value)
+
+
+def addresses(css):
+    return [each for each in re.findall(r"url\(['\"]?([^'\")]+)", css) if each[:5] != "data:"]
+
+
+def is_elsewhere(address):
+    return bool(urlsplit(address).netloc) or address.startswith("/")
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("site")
+    build = ("mkdocs", "build", "--strict", "--quiet", "--site-dir", str(folder))
+    done = subprocess.run(
+        [sys.executable, "-m", *build],
+        cwd=ROOT,
+        env=os.environ | {"NO_MKDOCS_2_WARNING": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (done.returncode, done.stdout + done.stderr) == (0, "")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def pages(site):
+    return {path: Page(path.read_text(encoding="utf-8")) for path in site.rglob("*.html")}
+
+
+def test_a_page_of_docs_that_no_menu_names_stands_under_how_to(pages, site):
+    written = {
+        path.relative_to(ROOT / "docs").with_suffix(".html")
+        for path in (ROOT / "docs").rglob("*.md")
+    }
+    assert written <= {path.relative_to(site) for path in pages}
+    assert {hooks.HOW_TO: ["new.md"]} in hooks.menu(["new.md"])
+
+
+def test_the_pages_request_nothing_from_the_network(pages, site):
+    assert len(pages) > 50
+    outside = {each for page in pages.values() for each in page.fetched if is_elsewhere(each)}
+    outside |= {
+        each
+        for sheet in site.rglob("*.css")
+        for each in addresses(sheet.read_text(encoding="utf-8"))
+        if is_elsewhere(each)
+    }
+    assert outside == set()
+    # Diagrams, the repository's facts and icons would be fetched by the theme's scripts.
+    assert not [path for path in pages if 'class="mermaid"' in path.read_text(encoding="utf-8")]
+    assert "repo_url" not in (ROOT / "mkdocs.yml").read_text(encoding="utf-8")
+
+
+def test_every_link_and_every_file_of_a_page_is_there_without_a_server(pages):
+    missing = set()
+    for path, page in pages.items():
+        for address in [*page.links, *page.fetched]:
+            parts = urlsplit(address)
+            if parts.scheme:
+                continue
+            target = (path.parent / unquote(parts.path)).resolve() if parts.path else path
+            if not target.is_file() or (
+                parts.fragment
+                and target in pages
+                and parts.fragment not in {*pages[target].identifiers, "__skip"}
+            ):
+                missing.add((path.name, address))
+    assert missing == set()
+
+
+def test_the_reference_of_the_study_file_has_a_line_for_every_key():
+    text = study_reference.pages()["reference/study-file.md"]
+    parts = list(study_reference.parts(study_reference.study_schema()))
+    keys = [key for _, part in parts for key in part["properties"]]
+    assert len(keys) > 60
+    assert [
+        len(re.findall(f"^## {re.escape(name)}$", text, re.MULTILINE)) for name, _ in parts
+    ] == ([1] * len(parts))
+    lines = re.findall(r"^\| `(\w+)` \|(.*)\|(.*)\|(.*)\|(.+)\|$", text, re.MULTILINE)
+    assert [line[0] for line in lines] == keys
+    assert all(meaning.strip() for *_, meaning in lines)
+
+
+def test_the_reference_of_commands_says_what_every_argument_means():
+    silent = [
+        (prog, action.dest)
+        for prog, parser in command_reference.parsers().items()
+        for action in command_reference.arguments(parser)
+        if not action.help
+    ]
+    assert silent == []

@@ -1,0 +1,88 @@
+"""The reference of the command line, from the commands' own parsers."""
+
+from __future__ import annotations
+
+import argparse
+from functools import cache, partial
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+import slipscale
+from hardware.cli import plate
+from tools.site.tables import code, table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+INTRODUCTION = """# Command line
+
+Each command, as its own `--help` says it. Exit status: 0 done; 1 it ran and the answer is no; 2 the
+input is wrong; 3 the rig failed; 130 interrupted.
+"""
+
+
+@cache
+def parsers() -> dict[str, argparse.ArgumentParser]:
+    """Return every command's parser, by its words: ``"slipscale plate list"``."""
+    return dict(_walk())
+
+
+def _walk() -> Iterator[tuple[str, argparse.ArgumentParser]]:
+    for name in slipscale.COMMANDS:
+        parser, _ = slipscale.load(name)
+        yield parser.prog, parser
+        for action in parser._actions:  # noqa: SLF001 - argparse shows its parts nowhere else
+            if isinstance(action, argparse._SubParsersAction):  # noqa: SLF001
+                helps = {choice.dest: choice.help for choice in action._choices_actions}  # noqa: SLF001
+                for word, part in action.choices.items():
+                    part.description = part.description or helps[word]
+                    yield part.prog, part
+    for word, (module, purpose) in plate.SUBCOMMANDS.items():
+        # Loaded one by one, as the command does.
+        part = argparse.ArgumentParser(prog=f"slipscale plate {word}", description=purpose)
+        import_module(module).COMMANDS[word][0](part)
+        yield part.prog, part
+
+
+def arguments(parser: argparse.ArgumentParser) -> list[argparse.Action]:
+    """Return a parser's own arguments: neither ``--help`` nor subcommands."""
+    kinds = (argparse._HelpAction, argparse._SubParsersAction)  # noqa: SLF001
+    return [
+        action
+        for action in parser._actions  # noqa: SLF001
+        if not isinstance(action, kinds) and action.nargs != argparse.REMAINDER
+    ]
+
+
+def pages() -> dict[str, str]:
+    """Return the page."""
+    sections = [section(prog, parser) for prog, parser in parsers().items()]
+    return {"reference/commands.md": "\n\n".join([INTRODUCTION, *sections]) + "\n"}
+
+
+def section(prog: str, parser: argparse.ArgumentParser) -> str:
+    """Return a command's section: what it does, its usage, its arguments."""
+    parser.formatter_class = partial(argparse.HelpFormatter, width=88)
+    purpose = parser.description or ""
+    lines = [
+        f"{'##' if prog.count(' ') == 1 else '###'} {prog}",
+        f"{purpose[0].upper()}{purpose[1:].rstrip('.')}.",
+        f"```text\n{parser.format_usage().strip()}\n```",
+    ]
+    if rows := [row(parser, action) for action in arguments(parser)]:
+        lines.append(table(["argument", "meaning", "default"], rows))
+    return "\n\n".join(lines)
+
+
+def row(parser: argparse.ArgumentParser, action: argparse.Action) -> list[str]:
+    """Return an argument's line of the table."""
+    names = ", ".join(action.option_strings)
+    value = "" if action.nargs == 0 else str(action.metavar or action.dest.upper())
+    if action.choices and not names:
+        value = str(action.metavar or " | ".join(map(str, action.choices)))
+    meaning = parser._get_formatter()._expand_help(action) if action.help else ""  # noqa: SLF001
+    told = "default" in meaning or action.default in (None, False, "") or action.required
+    default = "" if told else code(action.default)
+    if action.required and names:
+        default = "must be given"
+    return [code(f"{names} {value}".strip()), meaning, default]

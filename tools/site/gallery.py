@@ -1,0 +1,113 @@
+"""The gallery of studies: each shipped study file, and what a participant gets from it."""
+
+from __future__ import annotations
+
+import io
+from typing import TYPE_CHECKING
+
+from experiments.protocols.steps import Present
+from experiments.running.rehearsal import rehearse
+from experiments.running.study_commands import show
+from experiments.study.file import read_study, shipped_studies
+from experiments.study.run_plan import RunPlan
+from tools.site.tables import code, table
+
+if TYPE_CHECKING:
+    from experiments.study.model import Study
+
+INTRODUCTION = """# Studies
+
+The studies that come with Slipscale, by name: `slipscale pilot NAME` tries one on simulated
+participants. To make one your own, `slipscale study new mine.toml`, and see
+[every key of a study file](../reference/study-file.md).
+"""
+PRACTICE, MAIN = "#9aa5a4", "#00796b"
+
+
+def pages() -> dict[str, str]:
+    """Return a page and a figure for each study, and the index."""
+    made: dict[str, str] = {}
+    rows = []
+    for name in shipped_studies():
+        study, text = read_study(name)
+        made[f"studies/{name}.md"] = page(name, study, text)
+        made[f"studies/{name}.svg"] = figure(name, study, text)
+        rows.append(
+            [
+                f"[{name}]({name}.md)",
+                study.title,
+                ", ".join(f"{amplitude:g}" for amplitude in study.amplitudes_um_pp),
+                ", ".join(texture.name for texture in study.textures) or "none",
+                ", ".join(code(task.protocol) for task in study.tasks),
+            ]
+        )
+    header = ["study", "title", "amplitudes, µm peak to peak", "textures", "tasks"]
+    return {"studies/index.md": f"{INTRODUCTION}\n{table(header, rows)}\n", **made}
+
+
+def page(name: str, study: Study, text: str) -> str:
+    """Return a study's page: its words, its trials, its file."""
+    comment = []
+    for line in text.splitlines():
+        if not line.startswith("#"):
+            break
+        comment.append(line.removeprefix("#").strip())
+    return f"""# {study.title}
+
+{" ".join(comment)}
+
+```sh
+slipscale pilot {name}
+slipscale study show {name} --participant 01
+```
+
+## What participant 01 gets
+
+![Amplitude of each trial, in the order of presentation]({name}.svg)
+
+Grey: practice. Every participant has an order of their own; the same seed gives the same orders on
+every machine.
+
+```text
+{show(name, "01")}
+```
+
+## The file
+
+```toml
+{text.strip()}
+```
+"""
+
+
+def figure(name: str, study: Study, text: str) -> str:
+    """Return the amplitudes of participant 01's trials, task by task, as SVG."""
+    import matplotlib as mpl  # noqa: PLC0415 - a second's import, only when drawn
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    plan = RunPlan(
+        study_name=name,
+        study_text=text,
+        participant="01",
+        seed=study.seed,
+        language=study.language,
+        mode="pilot",
+    )
+    shown = [step for step in rehearse(plan) if isinstance(step, Present) and step.trial]
+    tasks = {protocol.task: protocol.title for protocol, _ in plan.tasks()}
+    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.size": 9}):
+        drawn = Figure(figsize=(7.0, 2.2), layout="constrained")
+        axes = drawn.subplots(1, len(tasks), sharey=True, squeeze=False)[0]
+        for axis, task in zip(axes, tasks, strict=True):
+            trials = [step for step in shown if step.trial and step.trial.task == task]
+            colours = [
+                PRACTICE if s.trial and s.trial.phase == "practice" else MAIN for s in trials
+            ]
+            places = range(1, len(trials) + 1)
+            axis.bar(places, [s.surface.amplitude_um_pp for s in trials], color=colours)
+            axis.set(title=tasks[task], xlabel="trial", xticks=[1, len(trials)])
+            axis.spines[["top", "right"]].set_visible(False)
+        axes[0].set_ylabel("amplitude, µm p-p")
+        file = io.StringIO()
+        drawn.savefig(file, format="svg", transparent=True, metadata={"Date": None})
+    return file.getvalue()

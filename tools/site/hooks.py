@@ -1,0 +1,125 @@
+"""What MkDocs calls while it builds the site: generated pages, their place, small corrections.
+
+Pages that follow from the code or from files outside ``docs/`` are made here, at build time, and
+committed nowhere: the references, the gallery of studies, the index of decisions, and the pages
+that the repository shows at its root.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from mkdocs.structure.files import File
+
+from tools.site import (
+    command_reference,
+    decisions,
+    gallery,
+    plate_reference,
+    python_reference,
+    study_reference,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from mkdocs.config.defaults import MkDocsConfig
+    from mkdocs.structure.files import Files
+    from mkdocs.structure.pages import Page
+
+ROOT = Path(__file__).parents[2]
+
+# Each returns pages (or other files) by their path in the site's sources.
+SOURCES: tuple[Callable[[], dict[str, str]], ...] = (
+    command_reference.pages,
+    decisions.pages,
+    gallery.pages,
+    plate_reference.pages,
+    python_reference.pages,
+    study_reference.pages,
+)
+# Pages at the repository's root: where they stand in the site.
+AT_THE_ROOT = {
+    "README.md": "index.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "CHANGELOG.md": "changelog.md",
+}
+# The menu. A page of docs/ that no line names comes at the end of "How to": none is unreachable.
+FIRST = ("index.md", "first-day.md")
+HOW_TO = "How to"
+MENU: dict[str, tuple[str, ...]] = {
+    HOW_TO: (),
+    "Background": (
+        "normalisation.md",
+        "response-times.md",
+        "squeeze-film.md",
+        "plate-models.md",
+        "board-protocol.md",
+    ),
+    "Studies": ("studies/index.md", "studies/*"),
+    "Reference": (
+        "reference/study-file.md",
+        "reference/commands.md",
+        "reference/plates.md",
+        "plug-ins.md",
+        "reference/python/index.md",
+    ),
+    "Project": ("changelog.md", "contributing.md", "releasing.md", "decisions/index.md"),
+}
+# Found after the pages that a user reads.
+SPECIAL = ("decisions/", "reference/python/")
+
+
+def on_files(files: Files, config: MkDocsConfig) -> Files:
+    """Add the generated pages, then set the menu from all pages there are."""
+    made = {path: text for source in SOURCES for path, text in source().items()}
+    for name, path in AT_THE_ROOT.items():
+        made[path] = for_the_site((ROOT / name).read_text(encoding="utf-8"))
+    for path, text in made.items():
+        files.append(File.generated(config, path, content=text))
+    config.nav = menu([file.src_uri for file in files.documentation_pages()])
+    return files
+
+
+def menu(pages: list[str]) -> list[str | dict[str, list[str]]]:
+    """Return the menu: what `MENU` names, and the rest of ``docs/`` under "How to"."""
+    named = {*FIRST, *(page for entries in MENU.values() for page in entries)}
+    rest = sorted(page for page in pages if "/" not in page and page not in named)
+    studies = sorted(p for p in pages if p.startswith("studies/") and p not in named)
+    found = {
+        title: [
+            page for entry in entries for page in (studies if entry == "studies/*" else [entry])
+        ]
+        for title, entries in MENU.items()
+    }
+    found[HOW_TO] += rest
+    return [*FIRST, *({title: entries} for title, entries in found.items())]
+
+
+def on_post_build(config: MkDocsConfig) -> None:
+    """Remove the page that only a server shows: its links begin at a server's root."""
+    Path(config.site_dir, "404.html").unlink(missing_ok=True)
+
+
+def for_the_site(text: str) -> str:
+    """Return a page of the repository's root with its links as the site has them.
+
+    >>> for_the_site("[a](docs/a.md), [b](docs/decisions), [c](hardware/firmware/x)")
+    '[a](a.md), [b](decisions/index.md), c'
+    """
+    for name, path in AT_THE_ROOT.items():
+        text = text.replace(f"]({name})", f"]({path})")
+    text = text.replace("](docs/decisions)", "](decisions/index.md)").replace("](docs/", "](")
+    # What the site does not hold stays in words.
+    text = re.sub(r"(?<!!)\[([^\]]+)\]\((?!https?:)[^)]*(?<!\.md)\)", r"\1", text)
+    return text.replace("<details>", '<details markdown="1">')
+
+
+def on_page_markdown(markdown: str, *, page: Page, **_: object) -> str:
+    """Show the name of a page's files, and doctests as what they are; rank the page in a search."""
+    if page.file.src_uri.startswith(SPECIAL):
+        page.meta["search"] = {"boost": 0.3}
+    markdown = re.sub(r"^```(\w+) file=(\S+)$", r'```\1 title="\2"', markdown, flags=re.MULTILINE)
+    return markdown.replace("```python\n>>> ", "```pycon\n>>> ")

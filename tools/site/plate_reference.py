@@ -1,0 +1,58 @@
+"""The reference of SPECs, from what each shipped backend says of its own."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from importlib import import_module
+from importlib.metadata import entry_points
+from itertools import takewhile
+
+from hardware.registry import BACKENDS
+from tools.site.tables import table
+
+INTRODUCTION = """# Plates: SPEC
+
+A SPEC says which plate a command uses: `BACKEND` or `BACKEND:ADDRESS`, where the address is a port
+or a resource, then options, separated by commas: `serial:/dev/ttyACM0,attention=9`.
+`slipscale plate list` lists the backends that are installed, a laboratory's own among them, and the
+ports on which a plate may be. What follows is what each shipped backend says of itself.
+"""
+
+
+def pages() -> dict[str, str]:
+    """Return the page."""
+    shipped = sorted(entry_points(group=BACKENDS), key=lambda point: point.name)
+    sections = [
+        f"## {point.name}\n\n{_markdown(inspect.getdoc(import_module(point.module)) or '')}"
+        for point in shipped
+        if point.module.startswith("hardware.")
+    ]
+    return {"reference/plates.md": "\n\n".join([INTRODUCTION, *sections]) + "\n"}
+
+
+def _markdown(docstring: str) -> str:
+    """Return a docstring's reStructuredText as Markdown: tables, code, nothing more.
+
+    >>> print(_markdown("See ``a``.\\n\\n===  ====\\n``q``  one\\n     two\\n===  ===="))
+    See `a`.
+    <BLANKLINE>
+    | option | meaning |
+    | --- | --- |
+    | `q` | one two |
+    """
+    lines = iter(docstring.splitlines())
+    found: list[str] = []
+    for line in lines:
+        if re.fullmatch(r"=+ +=+", line):
+            rows: list[list[str]] = []
+            for entry in takewhile(lambda text: not text.startswith("==="), lines):
+                if entry.startswith(" ") and rows:
+                    rows[-1][1] += f" {entry.strip()}"
+                else:
+                    rows.append(entry.split(maxsplit=1))
+            found.append(table(["option", "meaning"], rows))
+        else:
+            found.append(line)
+    text = "\n".join(found).replace("``", "`")
+    return re.sub(r"docs/([\w-]+\.md)", r"[\1](../\1)", text)

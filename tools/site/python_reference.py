@@ -1,0 +1,70 @@
+"""The reference of the Python API: a page for each package, made by mkdocstrings."""
+
+from __future__ import annotations
+
+import ast
+from pathlib import Path
+
+from tools.site.tables import table
+
+ROOT = Path(__file__).parents[2]
+WINGS = ("analysis", "experiments", "hardware", "stimuli", "figure_style", "faults")
+# Commands have a reference of their own; the participant's window is nobody's library.
+LEFT_OUT = ("cli", "psychopy_window")
+INTRODUCTION = """# Python API
+
+From the docstrings: public names, with their units, shapes and errors. How they work together:
+[the analysis in Python](../../in-python.md). Names that are not here may change without notice.
+"""
+
+
+def pages() -> dict[str, str]:
+    """Return a page for each package, and the index."""
+    made = {
+        f"reference/python/{package_name(package)}.md": page(package)
+        for wing in WINGS
+        for package in packages(ROOT / wing)
+    }
+    rows = [
+        [
+            f"[{Path(path).stem}]({Path(path).name})",
+            summary(ROOT.joinpath(*Path(path).stem.split("."))),
+        ]
+        for path in made
+    ]
+    index = f"{INTRODUCTION}\n{table(['package', 'what it holds'], rows)}\n"
+    return {"reference/python/index.md": index, **made}
+
+
+def packages(folder: Path) -> list[Path]:
+    """Return a package and those below it, each that holds public modules or names."""
+    found = [
+        path.parent
+        for path in sorted(folder.rglob("__init__.py"))
+        if not set(path.relative_to(ROOT).parts) & set(LEFT_OUT)
+    ]
+    return [package for package in found if modules(package) or package.parent == ROOT]
+
+
+def modules(package: Path) -> list[Path]:
+    """Return the public modules of a package."""
+    return sorted(path for path in package.glob("*.py") if not path.stem.startswith("_"))
+
+
+def package_name(folder: Path) -> str:
+    """Return the dotted name of a package's folder."""
+    return ".".join(folder.relative_to(ROOT).parts)
+
+
+def summary(package: Path) -> str:
+    """Return the first line of a package's docstring."""
+    tree = ast.parse((package / "__init__.py").read_text(encoding="utf-8"))
+    return (ast.get_docstring(tree) or "").partition("\n")[0]
+
+
+def page(package: Path) -> str:
+    """Return a package's page: itself where it defines something, then its modules."""
+    name = package_name(package)
+    found = modules(package)
+    blocks = [f"::: {name}.{path.stem}" for path in found] if found else [f"::: {name}"]
+    return f"# {name}\n\n{summary(package)}\n\n" + "\n\n".join(blocks) + "\n"

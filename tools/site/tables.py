@@ -1,0 +1,27 @@
+"""Tables in Markdown."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table; a bar in a cell is text, not a border.
+
+    >>> print(table(["key", "meaning"], [["`a`", "x | y"]]))
+    | key | meaning |
+    | --- | --- |
+    | `a` | x &#124; y |
+    """
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(
+        f"| {' | '.join(cell.replace('|', '&#124;').strip() for cell in line)} |" for line in lines
+    )
+
+
+def code(value: object) -> str:
+    """Return a value as code; nothing for nothing."""
+    return f"`{value}`" if str(value) else ""
