@@ -1,6 +1,7 @@
 """The pages a stranger reads name only what there is."""
 
 import re
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -8,25 +9,85 @@ import pytest
 import yaml
 
 import slipscale
+from tools.site import command_reference
+from tools.site.hooks import SOURCES
 
 ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 DECISIONS = sorted((ROOT / "docs" / "decisions").glob("*.md"))
+# Options of other programs that the pages name.
+OF_OTHERS = {"--device-address"}
+
+
+@cache
+def generated():
+    return {path for source in SOURCES for path in source()}
+
+
+def code_in(page):
+    """What a page sets as code: the lines of its blocks, and the words between `backticks`."""
+    text = page.read_text(encoding="utf-8")
+    blocks = re.findall(r"^```.*?\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
+    prose = re.sub(r"^```.*?^```", "", text, flags=re.MULTILINE | re.DOTALL)
+    inline = re.findall(r"`([^`]+)`", prose)
+    return [line.strip() for block in blocks for line in block.splitlines()] + [
+        " ".join(words.split()) for words in inline
+    ]
+
+
+def parser_of(words):
+    """The parser of the command that a line calls: of its subcommand where it has one."""
+    known = command_reference.parsers()
+    return known.get(" ".join(words[:3])) or known.get(" ".join(words[:2]))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_every_link_leads_somewhere(page):
     targets = re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8"))
-    missing = [t for t in targets if "://" not in t and not (page.parent / t).exists()]
+    # The site has pages that no folder holds; tests/test_site.py follows the links to them.
+    missing = [
+        target
+        for target in targets
+        if "://" not in target and not (page.parent / target).exists() and target not in generated()
+    ]
     assert missing == []
 
 
+def wrong_commands(page):
+    """The lines that name a command or an option that there is not."""
+    anybodys = {
+        option
+        for parser in command_reference.parsers().values()
+        for action in command_reference.arguments(parser)
+        for option in action.option_strings
+    }
+    wrong = []
+    for line in code_in(page):
+        words = re.sub(r"\s+#.*", "", line).split()
+        options = {word.partition("=")[0] for word in words if word.startswith("--")}
+        if words[:1] == ["slipscale"] and re.fullmatch("[a-z]+", words[1] if words[1:] else ""):
+            parser = parser_of(words)
+            known = {
+                option
+                for action in (command_reference.arguments(parser) if parser else ())
+                for option in action.option_strings
+            }
+            if parser is None or not options <= known:
+                wrong.append(line)
+        elif line.startswith("--") and not options <= anybodys | OF_OTHERS:
+            wrong.append(line)
+    return wrong
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_every_command_named_is_a_command(page):
-    text = page.read_text(encoding="utf-8")
-    # In code only: a line of a block, or `slipscale word`.
-    named = re.findall(r"(?:^|`)slipscale ([a-z]+)\b", text, flags=re.MULTILINE)
-    assert set(named) <= set(slipscale.COMMANDS)
+def test_every_command_and_every_option_named_is_one(page):
+    assert wrong_commands(page) == []
+
+
+def test_a_wrong_command_or_option_in_a_page_is_seen(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("`slipscale study\nshow --seed 3`\n```sh\nslipscale piolt\n```\n`--no`")
+    assert wrong_commands(page) == ["slipscale piolt", "slipscale study show --seed 3", "--no"]
 
 
 def test_the_readme_names_every_command():

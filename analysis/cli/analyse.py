@@ -21,7 +21,9 @@ def add_analyse(parser: ArgumentParser) -> None:
 
     rules = get_args(Normalisation)
     parser.add_argument("dataset", metavar="DATASET", help="a data set's folder, or a tidy CSV/TSV")
-    parser.add_argument("--out", metavar="DIR", help="default: DATASET/derivatives/slipscale")
+    parser.add_argument(
+        "--out", metavar="DIR", help="for the results (default: DATASET/derivatives/slipscale)"
+    )
     parser.add_argument(
         "--normalise",
         metavar="RULE",

@@ -24,11 +24,19 @@ def add_arguments(parser: ArgumentParser) -> None:
         default="biet2007",
         help="a TOML file or a shipped study's name (default: biet2007)",
     )
-    parser.add_argument("--participants", type=int, metavar="N", help="default: the study's")
-    parser.add_argument("--seed", type=int, metavar="N", help="default: the study's")
-    parser.add_argument("--language", metavar="CODE", help="default: the study's")
-    parser.add_argument("--plate", default=PLATE, metavar="SPEC", help="mock, with options")
-    parser.add_argument("--out", type=Path, metavar="DIR", help="default: a new folder in pilots/")
+    parser.add_argument(
+        "--participants", type=int, metavar="N", help="how many (default: the study's)"
+    )
+    parser.add_argument(
+        "--seed", type=int, metavar="N", help="of orders and answers (default: the study's)"
+    )
+    parser.add_argument("--language", metavar="CODE", help="of the screens (default: the study's)")
+    parser.add_argument(
+        "--plate", default=PLATE, metavar="SPEC", help="mock, with options (default: mock)"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="the data set (default: a new folder in pilots/)"
+    )
 
 
 def run(args: Namespace) -> int:

@@ -34,9 +34,19 @@ def add_power(parser: ArgumentParser) -> None:
         default=[6, 8, 10, 12, 16, 20, 24, 32],
         help="numbers of participants to try (default: 6 to 32)",
     )
-    parser.add_argument("--repetitions", type=int, metavar="N", help="default: the study's")
-    parser.add_argument("--studies", type=int, default=1000, metavar="N", help="default: 1000")
-    parser.add_argument("--seed", type=int, default=2007, metavar="N", help="default: 2007")
+    parser.add_argument(
+        "--repetitions", type=int, metavar="N", help="ratings a surface (default: the study's)"
+    )
+    parser.add_argument(
+        "--studies",
+        type=int,
+        default=1000,
+        metavar="N",
+        help="simulated studies for each number (default: 1000)",
+    )
+    parser.add_argument(
+        "--seed", type=int, default=2007, metavar="N", help="of the simulation (default: 2007)"
+    )
     parser.add_argument("--alpha", type=float, default=0.05, help="level of tests, default: 0.05")
     parser.add_argument("--target", type=float, default=0.8, help="power asked for, default: 0.8")
     parser.add_argument(

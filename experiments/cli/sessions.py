@@ -50,8 +50,10 @@ def add_participant(parser: ArgumentParser, *, required: bool) -> None:
         metavar="01",
         help="the participant's number: letters and digits, never a name",
     )
-    parser.add_argument("--session", default="", metavar="01", help="where there are several")
-    parser.add_argument("--run", default="01", metavar="01", help="default: 01")
+    parser.add_argument(
+        "--session", default="", metavar="01", help="of which visit, where there are several"
+    )
+    parser.add_argument("--run", default="01", metavar="01", help="number of the run (default: 01)")
     parser.add_argument(
         "--out", type=Path, default=Path("data"), metavar="DIR", help="the data set (default: data)"
     )
@@ -61,8 +63,12 @@ def add_run(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale run``."""
     add_participant(parser, required=True)
     add_setting(parser)
-    parser.add_argument("--language", metavar="CODE", help="default: the study's")
-    parser.add_argument("--seed", type=int, metavar="N", help="default: the study's")
+    parser.add_argument(
+        "--language", metavar="CODE", help="what the participant reads (default: the study's)"
+    )
+    parser.add_argument(
+        "--seed", type=int, metavar="N", help="of the orders (default: the study's)"
+    )
     parser.add_argument("--pilot", action="store_true", help="mark the run as a pilot")
     parser.add_argument("--unblind", action="store_true", help="show the operator the amplitude")
 
@@ -94,7 +100,9 @@ def run_run(args: Namespace) -> int:
 
 def add_resume(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale resume``."""
-    parser.add_argument("journal", type=Path, metavar="RUN_JOURNAL")
+    parser.add_argument(
+        "journal", type=Path, metavar="RUN_JOURNAL", help="the journal of an interrupted run"
+    )
     add_setting(parser, plate=None, default="the one that the run was on")
     parser.add_argument("--unblind", action="store_true", help="show the operator the amplitude")
 

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
 NEW_STUDY = "biet2007"
+WHICH = "a TOML file or a shipped study's name"
 
 
 def add_study(parser: ArgumentParser) -> None:
@@ -19,12 +20,14 @@ def add_study(parser: ArgumentParser) -> None:
         dest="what", metavar="new | show | validate | schema", required=True
     )
     new = commands.add_parser("new", help="write a study file to begin with")
-    new.add_argument("path", type=Path, metavar="FILE")
+    new.add_argument("path", type=Path, metavar="FILE", help="a new TOML file")
     show = commands.add_parser("show", help="say what a study does, and a participant's orders")
-    show.add_argument("study", metavar="STUDY", nargs="?", default="biet2007")
-    show.add_argument("--participant", default="01", metavar="01")
+    show.add_argument("study", metavar="STUDY", nargs="?", default="biet2007", help=WHICH)
+    show.add_argument(
+        "--participant", default="01", metavar="01", help="whose orders (default: 01)"
+    )
     validate = commands.add_parser("validate", help="tell every fault of a study file")
-    validate.add_argument("study", metavar="STUDY")
+    validate.add_argument("study", metavar="STUDY", help=WHICH)
     commands.add_parser("schema", help="print the JSON Schema of study files, for editors")
 
 

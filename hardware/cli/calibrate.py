@@ -24,7 +24,9 @@ CSV_COLUMNS = ("sweep", "frequency_hz", "voltage_v", "amplitude_um_pp")
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Fill the parser."""
-    parser.add_argument("--plate", default="mock", metavar="SPEC", help="default: mock")
+    parser.add_argument(
+        "--plate", default="mock", metavar="SPEC", help="of which plate (default: mock)"
+    )
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
         "--prompt",
@@ -38,16 +40,46 @@ def add_arguments(parser: ArgumentParser) -> None:
         help=f"fit readings made elsewhere; columns {', '.join(CSV_COLUMNS)}, with sweep one of "
         "coarse, fine, voltage; the plate is not touched",
     )
-    parser.add_argument("--out", type=Path, default=Path("calibration.toml"), metavar="FILE")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("calibration.toml"),
+        metavar="FILE",
+        help="a new file (default: calibration.toml)",
+    )
     parser.add_argument("--by", required=True, help="who calibrates")
     parser.add_argument("--instrument", required=True, help="vibrometer: model and range")
     parser.add_argument("--temperature", type=float, metavar="C", help="of the plate, in °C")
     parser.add_argument("--point", default="", help="where on the plate was measured")
     parser.add_argument("--finger", action="store_true", help="a finger rested on the plate")
-    parser.add_argument("--centre", type=float, default=30_500.0, metavar="HZ")
-    parser.add_argument("--span", type=float, default=1_500.0, metavar="HZ", help="half width")
-    parser.add_argument("--sweep-voltage", type=float, default=5.0, metavar="V")
-    parser.add_argument("--max-voltage", type=float, default=16.0, metavar="V")
+    parser.add_argument(
+        "--centre",
+        type=float,
+        default=30_500.0,
+        metavar="HZ",
+        help="middle of the frequency sweep (default: 30500)",
+    )
+    parser.add_argument(
+        "--span",
+        type=float,
+        default=1_500.0,
+        metavar="HZ",
+        help="half width of the sweep (default: 1500)",
+    )
+    parser.add_argument(
+        "--sweep-voltage",
+        type=float,
+        default=5.0,
+        metavar="V",
+        help="during the frequency sweep (default: 5)",
+    )
+    parser.add_argument(
+        "--max-voltage",
+        type=float,
+        default=16.0,
+        metavar="V",
+        help="largest of the voltage sweep (default: 16)",
+    )
     parser.add_argument(
         "--voltage-convention",
         default="V peak",
@@ -68,7 +100,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--plate-serial", default="", help="the plate's own number, where plates can be changed"
     )
-    parser.add_argument("--seed", type=int, default=0, help="of a simulated plate")
+    parser.add_argument("--seed", type=int, default=0, help="of a simulated plate (default: 0)")
 
 
 def run(arguments: Namespace) -> int:

@@ -6,7 +6,7 @@ import io
 from typing import TYPE_CHECKING
 
 from experiments.protocols.steps import Present
-from experiments.running.rehearsal import rehearse
+from experiments.running.dry_run import dry_run
 from experiments.running.study_commands import show
 from experiments.study.file import read_study, shipped_studies
 from experiments.study.run_plan import RunPlan
@@ -93,7 +93,7 @@ def figure(name: str, study: Study, text: str) -> str:
         language=study.language,
         mode="pilot",
     )
-    shown = [step for step in rehearse(plan) if isinstance(step, Present) and step.trial]
+    shown = [step for step in dry_run(plan) if isinstance(step, Present) and step.trial]
     tasks = {protocol.task: protocol.title for protocol, _ in plan.tasks()}
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": name, "font.size": 9}):
         drawn = Figure(figsize=(7.0, 2.2), layout="constrained")

@@ -121,5 +121,6 @@ def on_page_markdown(markdown: str, *, page: Page, **_: object) -> str:
     """Show the name of a page's files, and doctests as what they are; rank the page in a search."""
     if page.file.src_uri.startswith(SPECIAL):
         page.meta["search"] = {"boost": 0.3}
+    markdown = markdown.replace("](../README.md", "](index.md")
     markdown = re.sub(r"^```(\w+) file=(\S+)$", r'```\1 title="\2"', markdown, flags=re.MULTILINE)
     return markdown.replace("```python\n>>> ", "```pycon\n>>> ")

@@ -32,9 +32,9 @@ def pages() -> dict[str, str]:
 
 
 def _markdown(docstring: str) -> str:
-    """Return a docstring's reStructuredText as Markdown: tables, code, nothing more.
+    r"""Return a docstring's reStructuredText as Markdown: tables, code, nothing more.
 
-    >>> print(_markdown("See ``a``.\\n\\n===  ====\\n``q``  one\\n     two\\n===  ===="))
+    >>> print(_markdown("See ``a``.\n\n===  ====\n``q``  one\n     two\n===  ===="))
     See `a`.
     <BLANKLINE>
     | option | meaning |

@@ -9,7 +9,8 @@ import pytest
 
 import slipscale
 from experiments.protocols import base
-from experiments.protocols.base import Options, load_protocol, protocol_names
+from experiments.protocols.base import load_protocol, protocol_names
+from experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from experiments.study.file import shipped_studies, study_text
 from experiments.study.schema import study_schema
 
@@ -63,7 +64,7 @@ def test_a_fault_is_seen(line):
 
 
 def test_a_laboratorys_own_protocol_belongs_to_it(monkeypatch):
-    class Grip(Options):
+    class Grip(MagnitudeEstimation):
         """Options of a laboratory's own."""
 
         grips: int = 3
