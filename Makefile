@@ -1,12 +1,13 @@
 # make pilot   the paper's whole study, simulated      make pilot ARGS="--participants 4 --seed 1"
 # make test    lint, types, import layers, tests
 # make docs    the documentation site, in build/site: open build/site/index.html
+# make coverage  how much of some rooms their tests reach; all: make coverage COVERED="analysis experiments hardware stimuli"
 # make setup   only the environment, in .venv
 PYTHON ?= python3
 BIN = .venv/bin
 ARGS ?=
 
-.PHONY: setup pilot test lint docs requirements
+.PHONY: setup pilot test lint docs coverage requirements
 setup:
 	@$(PYTHON) tools/setup.py
 
@@ -24,6 +25,11 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/mypy
+
+# Tracing makes Python 3.11 some 70 % slower: CI prints the figure of rooms whose tests are quick.
+COVERED = stimuli experiments/protocols experiments/study experiments/dataset experiments/journal
+coverage: setup
+	$(BIN)/python -m pytest -q -n 2 --dist loadfile $(addprefix tests/,$(COVERED)) $(addprefix --cov=,$(COVERED)) --cov-report=term:skip-covered $(ARGS)
 
 # Warnings are errors. The tests build the site too.
 docs: setup
