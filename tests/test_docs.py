@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 import slipscale
-from tools.site import command_reference
+from tools.site import command_reference, decisions
 from tools.site.hooks import SOURCES
 
 ROOT = Path(__file__).parent.parent
@@ -110,9 +110,11 @@ def test_a_version_has_a_release_date_once_it_is_released():
     assert (newest[1], newest[2]) == (cited["version"], str(date))
 
 
+def test_every_decision_says_its_status_and_its_date():
+    # To mend it: python -m tools.site.decisions
+    assert [page.name for page in decisions.undated()] == []
+
+
 @pytest.mark.parametrize("page", DECISIONS, ids=lambda page: page.name)
-def test_a_decision_says_its_number_its_status_and_its_date(page):
-    lines = page.read_text(encoding="utf-8").splitlines()
-    assert lines[0].startswith(f"# {page.name[:4]}")
-    # The form, as its first paragraph: "Accepted, 2026-11-21." or "Superseded by 0120, 2027-01-31."
-    assert re.fullmatch(r"(Accepted|Superseded by \d{4}), \d{4}-\d\d-\d\d\.", lines[2])
+def test_a_decisions_title_begins_with_its_number(page):
+    assert page.read_text(encoding="utf-8").startswith(f"# {page.name[:4]}")
