@@ -77,7 +77,7 @@ class Screen:
         )
         pixel = self._x11.XGetPixel(image, 0, 0)
         self._x11.XFree(image)
-        return max(pixel >> shift & 0xFF for shift in (0, 8, 16)) >= LEAST_TO_SEE
+        return bool(max(pixel >> shift & 0xFF for shift in (0, 8, 16)) >= LEAST_TO_SEE)
 
 
 def first_screen_s(command: list[str]) -> float:

@@ -6,7 +6,7 @@ Repeat with ``.venv/bin/python benchmarks/models.py``. One core: set OMP_NUM_THR
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -23,11 +23,12 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 FILM = {"sigma": 15.9, "eps": 0.3, "delta": 0.6, "wave_number": 6 * np.pi}  # three ridges
+T = TypeVar("T")
 CELLS, PERIODS = 160, 40
 PLATE, MESH = Layout.prototype(), Density(along_ceramic=4, across_ceramic=3)
 
 
-def timed(work: Callable[[], object], repeat: int = 3) -> tuple[float, object]:
+def timed(work: Callable[[], T], repeat: int = 3) -> tuple[float, T]:
     """Return the shortest time of some runs in s, and what the work returned."""
     times = []
     for _ in range(repeat):
@@ -44,7 +45,7 @@ def marched() -> float:
     middle, face = (np.arange(CELLS) + 0.5) * dx, np.arange(1, CELLS + 1) * dx
 
     def gap(x: np.ndarray, t: float) -> np.ndarray:
-        return 1 + eps * np.cos(t) + delta * np.cos(k * x)
+        return np.asarray(1 + eps * np.cos(t) + delta * np.cos(k * x))
 
     def slope(t: float, content: np.ndarray) -> np.ndarray:
         pressure = content / gap(middle, t)
@@ -73,7 +74,7 @@ def stock_assembly() -> object:
     basis = Basis(mesh, ElementVector(ElementHexS2()), intorder=5)
     lame = PLATE.resonator.stiffness_pa
 
-    @BilinearForm
+    @BilinearForm  # type: ignore[untyped-decorator]
     def stiffness(u: object, v: object, _: object) -> object:
         strain, other = sym_grad(u), sym_grad(v)
         return lame[0, 1] * trace(strain) * trace(other) + 2 * lame[3, 3] * ddot(strain, other)
@@ -101,7 +102,7 @@ def own_modes() -> object:
 
 def main() -> None:
     """Print the comparisons."""
-    ours, state = timed(lambda: periodic_state(**FILM))
+    ours, state = timed(lambda: periodic_state(**FILM))  # type: ignore[arg-type]
     theirs, overpressure = timed(marched, 1)
     apart = abs(overpressure / state.overpressure - 1)
     print(

@@ -72,7 +72,7 @@ def lags_ms(*, precise_times: bool) -> tuple[np.ndarray, set[str]]:
             window._await_release(lambda: None)  # noqa: SLF001  so that frame 2 is the question's
             reply = window.perform(step, watch)
             hand.join()
-            lags.append((reply.onset_s + reply.response_time_s - finger.pressed_s) * 1000)
+            lags.append((reply.onset_s + reply.response_time_s - finger.pressed_s) * 1000)  # type: ignore[operator]
             sources.add(reply.time_source)
     return np.array(lags), sources
 

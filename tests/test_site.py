@@ -10,6 +10,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
+from experiments.study.schema import study_schema
 from tools.site import command_reference, hooks, study_reference
 
 ROOT = Path(__file__).parents[1]
@@ -121,7 +122,7 @@ def test_every_link_and_every_file_of_a_page_is_there_without_a_server(pages):
 
 def test_the_reference_of_the_study_file_has_a_line_for_every_key():
     text = study_reference.pages()["reference/study-file.md"]
-    parts = list(study_reference.parts(study_reference.study_schema()))
+    parts = list(study_reference.parts(study_schema()))
     keys = [key for _, part in parts for key in part["properties"]]
     assert len(keys) > 60
     assert [
