@@ -14,7 +14,9 @@ if TYPE_CHECKING:
 
 def add_new(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale plate new``."""
-    parser.add_argument("file", type=Path, metavar="FILE", help="plates/NAME.toml, say")
+    parser.add_argument(
+        "file", type=Path, metavar="FILE", help="a new TOML file, such as plates/NAME.toml"
+    )
     parser.add_argument("--backend", required=True, help="what drives it: serial, scpi, ...")
     parser.add_argument("--serial", default="", help="the plate's own number")
     parser.add_argument(
@@ -55,7 +57,7 @@ def new(arguments: Namespace) -> int:
 
 def add_sign(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale plate sign``."""
-    parser.add_argument("file", type=Path, metavar="FILE")
+    parser.add_argument("file", type=Path, metavar="FILE", help="the plate's file")
     parser.add_argument(
         "--beyond-shipped-limits",
         action="store_true",
