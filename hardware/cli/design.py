@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
     from hardware.plate.design.requirements import Brief
     from hardware.plate.design.sizing import Candidate, Design
+    from hardware.plate.design.verdict import Judged
 
 from faults import ANSWER_IS_NO, DONE
 
@@ -41,39 +42,31 @@ def run(arguments: Namespace) -> int:
     # Imported here so that `slipscale plate --help` needs neither pydantic nor NumPy.
     from hardware.plate.design import requirements as briefs  # noqa: PLC0415
     from hardware.plate.design.sizing import design  # noqa: PLC0415
+    from hardware.plate.design.verdict import judge  # noqa: PLC0415
 
     if arguments.fine and not arguments.fe:
         raise UserError("--fine makes --fe's mesh finer: name a plate with --fe, e.g. --fe 11x7")
     brief = briefs.read(arguments.brief) if arguments.brief else briefs.Brief()
     found = design(brief)
-    result = _as_json(brief, found)
+    plates = [judge(brief, each, found.frequency_min_hz) for each in found.candidates]
+    result = _as_json(brief, found, plates)
     modes = None
     if arguments.fe:
         modes, result["finite_elements"] = _solve(brief, found, arguments.fe, fine=arguments.fine)
     if arguments.out:
         _write(arguments.out, brief, result, modes)
     print(json.dumps(result, indent=2) if arguments.json else _as_text(result, arguments.out))
-    return DONE if found.admissible else ANSWER_IS_NO
+    return DONE if any(each.admissible for each in plates) else ANSWER_IS_NO
 
 
 def _solve(brief: Brief, found: Design, plate: str, *, fine: bool) -> tuple[Any, dict[str, Any]]:
-    from hardware.plate.design.sizing import layout_of  # noqa: PLC0415
+    from hardware.plate.design.verdict import judged, solve  # noqa: PLC0415
     from hardware.plate.geometry import DEFAULT, FINE  # noqa: PLC0415
-    from hardware.plate.paper_study import harmonic, plate_modes  # noqa: PLC0415
 
     chosen = _candidate(found, plate)
-    layout = layout_of(brief, chosen)
-    modes = plate_modes(layout, near_hz=chosen.frequency_hz, density=FINE if fine else DEFAULT)
-    voltage_v = brief.requirements.voltage_v
-    edge = harmonic(modes, voltage_v=voltage_v)
-    middle = harmonic(modes, voltage_v=voltage_v, where_mm=(layout.antinode_x_mm, 0.0))
-    return modes, {
-        "plate": plate,
-        "resonance_hz": float(modes.frequency_hz[modes.driven]),
-        "amplitude_edge_um_pp": edge.peak_um_pp,
-        "amplitude_centre_um_pp": middle.peak_um_pp,
-        "unknowns": int(3 * modes.parts.nodes.shape[1]),
-    }
+    modes, solution = solve(brief, chosen, FINE if fine else DEFAULT)
+    verdict = judged(brief, chosen, solution, found.frequency_min_hz)
+    return modes, {"plate": plate, **_verdict(verdict)}
 
 
 def _candidate(found: Design, plate: str) -> Candidate:
@@ -83,10 +76,26 @@ def _candidate(found: Design, plate: str) -> Candidate:
     return known[plate]
 
 
-def _as_json(brief: Brief, found: Design) -> dict[str, Any]:
+def _as_json(brief: Brief, found: Design, plates: list[Judged]) -> dict[str, Any]:
     from dataclasses import asdict  # noqa: PLC0415
 
-    return {"title": brief.title, "requirements": brief.requirements.model_dump(), **asdict(found)}
+    return {
+        "title": brief.title,
+        "requirements": brief.requirements.model_dump(),
+        **asdict(found),
+        "candidates": [{**asdict(each.candidate), **_verdict(each)} for each in plates],
+    }
+
+
+def _verdict(judged: Judged) -> dict[str, Any]:
+    from dataclasses import asdict  # noqa: PLC0415
+
+    return {
+        "finite_elements": asdict(judged.solution) if judged.solution else None,
+        "admissible": judged.admissible,
+        "why_not": list(judged.why_not),
+        "beyond_shipped_limits": list(judged.needs),
+    }
 
 
 def _as_text(result: dict[str, Any], out: Path | None) -> str:
@@ -95,7 +104,7 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
     lines = [
         (
             f"{result['title']}: {wanted['voltage_v']:g} V, "
-            f"{wanted['amplitude_um_peak']:g} µm peak, workspace "
+            f"{wanted['amplitude_um_peak']:g} µm peak at the {wanted['finger_place']}, workspace "
             f"{wanted['workspace_mm'][0]:g} x {wanted['workspace_mm'][1]:g} mm"
         ),
         "",
@@ -114,36 +123,61 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             + ("" if result["closed_form_holds"] else " (squeeze number below 10: out of range)")
         ),
         "",
-        "plate     ceramics  size (mm)       λ/2 (mm)  kHz    µm peak  σ     admissible",
+        (
+            "                                      by the beam (µm peak)  "
+            "by finite elements (µm peak)"
+        ),
+        (
+            "plate     ceramics  size (mm)       λ/2 (mm)  kHz    µm     "
+            "kHz    middle edge  admissible"
+        ),
     ]
     for c in result["candidates"]:
         name = f"{c['ceramic_length_mm']:g}x{c['columns']}"
         size = f"{c['length_mm']:g} x {c['width_mm']:g}"
         lines.append(
             f"{name:<9} {c['columns']} x {c['rows']:<5} {size:<15} {c['half_wave_mm']:<9.2f} "
-            f"{c['frequency_hz'] / 1e3:<6.2f} {c['amplitude_um_peak']:<8.2f} "
-            f"{c['squeeze_number']:<5.1f} {'yes' if c['admissible'] else 'no'}"
+            f"{c['frequency_hz'] / 1e3:<6.2f} {c['amplitude_um_peak']:<6.2f} "
+            f"{_solution_as_text(c['finite_elements'])} "
+            f"{'yes' if c['admissible'] else 'no: ' + '; '.join(c['why_not'])}"
         )
-    if not any(c["admissible"] for c in result["candidates"]):
-        reason = (
-            "the amplitude needs a longer half wave than the frequency allows"
-            if low > high
-            else "no ceramic at hand gives a half wave between the bounds"
-        )
-        lines += ["", f"No plate meets the brief: {reason}."]
+    admissible = [c for c in result["candidates"] if c["admissible"]]
+    if not admissible:
+        lines += ["", f"No plate meets the brief: {_why_none(result)}."]
+    for needed in sorted({each for c in admissible for each in c["beyond_shipped_limits"]}):
+        lines += ["", f"Beyond what a driver allows without a plate file: {needed}."]
     if "finite_elements" in result:
         fe = result["finite_elements"]
+        solution = fe["finite_elements"]
         lines += [
             "",
             (
-                f"finite elements, {fe['plate']}: {fe['resonance_hz'] / 1e3:.2f} kHz, "
-                f"{fe['amplitude_edge_um_pp']:.2f} µm p-p at the edge, "
-                f"{fe['amplitude_centre_um_pp']:.2f} in the middle, shorted electrodes"
+                f"finer mesh, {fe['plate']}: {solution['resonance_hz'] / 1e3:.2f} kHz, "
+                f"{solution['amplitude_edge_um_peak']:.2f} µm peak at the edge, "
+                f"{solution['amplitude_middle_um_peak']:.2f} in the middle, shorted electrodes: "
+                + ("admissible" if fe["admissible"] else "; ".join(fe["why_not"]))
             ),
         ]
     if out:
         lines += ["", f"figures and design.json in {out}"]
     return "\n".join(lines)
+
+
+def _solution_as_text(solution: dict[str, float] | None) -> str:
+    if solution is None:
+        return f"{'-':<6} {'-':<6} {'-':<5}"
+    return (
+        f"{solution['resonance_hz'] / 1e3:<6.2f} {solution['amplitude_middle_um_peak']:<6.2f} "
+        f"{solution['amplitude_edge_um_peak']:<5.2f}"
+    )
+
+
+def _why_none(result: dict[str, Any]) -> str:
+    if result["half_wave_min_mm"] > result["half_wave_max_mm"]:
+        return "the amplitude needs a longer half wave than the frequency allows"
+    if not any(c["beam_admissible"] for c in result["candidates"]):
+        return "no ceramic at hand gives a half wave between the bounds"
+    return "by finite elements none reaches the amplitude where the finger is"
 
 
 def _write(out: Path, brief: Brief, result: dict[str, Any], modes: Any) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Span = Annotated[float, Field(gt=0, le=300)]  # of the workspace in mm: more cannot be meshed
+Length = Annotated[float, Field(ge=2, le=300)]  # of a ceramic in mm: shorter ones are too many
+AMPLITUDE_MAX_UM_PEAK = 20.0  # a hundredth of the plate's thickness: where linear bending ends
+QUALITY_MAX = 2_000.0  # hard piezoceramics are sold with up to some 1,500
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 Row = tuple[float, ...]  # `hardware.plate.materials.Piezoceramic` checks the matrices
 
@@ -25,11 +29,12 @@ class _Table(BaseModel):
 class Requirements(_Table):
     """What the plate must do; the defaults are the paper's (Sections II and III)."""
 
-    workspace_mm: tuple[Positive, Positive] = (57.0, 45.0)
+    workspace_mm: tuple[Span, Span] = (57.0, 45.0)
+    finger_place: Literal["middle", "edge"] = "middle"
     voltage_v: Positive = 15.0
-    amplitude_um_peak: Positive = 1.5
+    amplitude_um_peak: Annotated[float, Field(gt=0, le=AMPLITUDE_MAX_UM_PEAK)] = 1.5
     roughness_um: Positive = 0.6
-    normal_force_n: Positive = 0.5
+    normal_force_n: Annotated[float, Field(gt=0, le=20)] = 0.5  # a finger presses with no more
     squeeze_number: Positive = 10.0
     squeeze_amplitude_um_peak: NotNegative = 3.0
     squeeze_roughness_um: Positive = 1.6
@@ -63,12 +68,12 @@ class Ceramic(_Table):
     """The ceramics at hand."""
 
     name: str = "P1-91"
-    lengths_mm: Annotated[tuple[Positive, ...], Field(min_length=1)] = (11.0, 15.0)
-    width_mm: Positive = 9.0
+    lengths_mm: Annotated[tuple[Length, ...], Field(min_length=1)] = (11.0, 15.0)
+    width_mm: Length = 9.0
     thickness_mm: Positive = 1.0
     gap_mm: NotNegative = 1.0
     density_kg_m3: Positive = P1_91.density_kg_m3
-    quality_factor: Positive = P1_91.quality_factor
+    quality_factor: Annotated[float, Field(gt=1, le=QUALITY_MAX)] = P1_91.quality_factor
     beam: BeamConstants = BeamConstants()
     full: FullConstants = FullConstants()
 

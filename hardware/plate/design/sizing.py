@@ -12,6 +12,7 @@ import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from faults import UserError
 from hardware.plate.beam import BeamSection
 from hardware.plate.geometry import Layout
 from hardware.plate.materials import BeamCeramic, Isotropic, Piezoceramic
@@ -42,11 +43,12 @@ class Candidate:
     frequency_hz : float
         Resonance by Timoshenko's beam in plane strain at that half wave.
     amplitude_um_peak : float
-        Deflection at resonance by equation (37); finite elements give about two thirds of it.
+        Deflection at resonance by equation (37); finite elements give two thirds of it at the
+        plate's edge and less than half in its middle, see `verdict`.
     squeeze_number : float
         At that frequency, for the worst case of the brief.
-    admissible : bool
-        Whether the half wave lies between the bounds.
+    beam_admissible : bool
+        Whether the half wave lies between the bounds: by the beam the plate may do.
     """
 
     ceramic_length_mm: float
@@ -58,7 +60,7 @@ class Candidate:
     frequency_hz: float
     amplitude_um_peak: float
     squeeze_number: float
-    admissible: bool
+    beam_admissible: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,13 +98,19 @@ class Design:
     candidates: tuple[Candidate, ...]
 
     @property
-    def admissible(self) -> tuple[Candidate, ...]:
-        """The plates that meet every requirement."""
-        return tuple(plate for plate in self.candidates if plate.admissible)
+    def beam_admissible(self) -> tuple[Candidate, ...]:
+        """The plates that are worth solving by finite elements."""
+        return tuple(plate for plate in self.candidates if plate.beam_admissible)
 
 
 def design(brief: Brief) -> Design:
-    """Return the half waves and plates that a brief allows."""
+    """Return the half waves and plates that a brief allows.
+
+    Raises
+    ------
+    UserError
+        The film would carry more than the finger presses: no friction is left to feel.
+    """
     wanted = brief.requirements
     printed, wide = sections(brief)
     finger = squeeze_film.FINGER
@@ -130,7 +138,7 @@ def design(brief: Brief) -> Design:
                 printed.dynamic_deflection_um_peak(half_wave, wanted.voltage_v)
             ),
             squeeze_number=per_hz * frequency,
-            admissible=shortest <= half_wave <= longest,
+            beam_admissible=shortest <= half_wave <= longest,
         )
 
     plates = []
@@ -152,6 +160,13 @@ def design(brief: Brief) -> Design:
             normal_force_n=wanted.normal_force_n,
         )
     solved = reynolds.relative_friction(point, wanted.normal_force_n)
+    if solved.relative_friction < 0:
+        carried_n = wanted.normal_force_n * (1 - float(solved.relative_friction))
+        raise UserError(
+            f"requirements.normal_force_n: the film of {wanted.amplitude_um_peak:g} µm peak "
+            f"carries {carried_n:.2g} N, more than the {wanted.normal_force_n:g} N of the finger; "
+            "expected a larger force, a smaller amplitude_um_peak or a rougher plate"
+        )
     return Design(
         frequency_min_hz=floor,
         half_wave_min_mm=shortest,

@@ -10,6 +10,7 @@ from hardware.cli.design import COMMANDS
 from hardware.plate.design import requirements as briefs
 from hardware.plate.design.requirements import Brief
 from hardware.plate.design.sizing import design
+from hardware.plate.design.verdict import Solution, judged
 from hardware.plate.geometry import QUICK
 
 ADD_ARGUMENTS, RUN = COMMANDS["design"]
@@ -25,7 +26,7 @@ def test_the_paper_s_brief_leads_to_the_paper_s_bounds_and_plate():
     found = design(Brief())
     assert round(found.half_wave_min_mm, 1) == 8.2  # Section III-B
     assert found.half_wave_max_printed_mm == pytest.approx(13.60, abs=0.005)
-    admissible = {(c.ceramic_length_mm, c.columns) for c in found.admissible}
+    admissible = {(c.ceramic_length_mm, c.columns) for c in found.beam_admissible}
     assert (11.0, 7) in admissible  # Section III-C-2: 83 x 49 mm of 11 mm ceramics
     assert all(length == 11.0 for length, _ in admissible)  # 15 mm ceramics are too slow
     prototype = next(c for c in found.candidates if (c.ceramic_length_mm, c.columns) == (11.0, 7))
@@ -46,25 +47,81 @@ def test_squeeze_number_alone_sets_the_frequency_when_no_floor_is_asked_for():
 
 def test_more_amplitude_or_less_voltage_asks_for_a_longer_half_wave():
     base = design(Brief()).half_wave_min_mm
-    assert (
-        design(Brief.model_validate({"requirements": {"amplitude_um_peak": 6.0}})).half_wave_min_mm
-        > base
-    )
-    assert design(Brief.model_validate({"requirements": {"voltage_v": 3.75}})).half_wave_min_mm == (
-        pytest.approx(2 * base)
-    )
+    far = Brief.model_validate({"requirements": {"amplitude_um_peak": 6.0, "normal_force_n": 5}})
+    assert design(far).half_wave_min_mm > base
+    quarter = Brief.model_validate({"requirements": {"voltage_v": 3.75}})
+    assert design(quarter).half_wave_min_mm == pytest.approx(2 * base)
 
 
-def test_command_prints_the_candidates_and_succeeds(capsys):
-    assert command() == 0
+def test_the_verdict_is_the_finite_elements_at_the_place_of_the_finger(tmp_path, capsys):
+    """The beam says yes to 1.5 µm peak on 107 x 49 mm; that plate makes 1.2 and 0.85 µm."""
+    assert command() == 1
     said = capsys.readouterr().out
     assert "8.20 mm" in said
     assert "83 x 49" in said
+    assert "none reaches the amplitude where the finger is" in said
+    path = tmp_path / "edge.toml"
+    path.write_text('[requirements]\nfinger_place = "edge"\n', encoding="utf-8")
+    assert command(str(path), "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    plates = {f"{c['ceramic_length_mm']:g}x{c['columns']}": c for c in found["candidates"]}
+    assert [name for name, c in plates.items() if c["beam_admissible"]][-1] == "11x9"
+    meets = [name for name, c in plates.items() if c["admissible"]]
+    assert meets == ["11x5", "11x6", "11x7", "11x8"]
+    wide = plates["11x9"]
+    assert wide["finite_elements"]["amplitude_edge_um_peak"] == pytest.approx(1.17, rel=0.06)
+    assert wide["finite_elements"]["amplitude_middle_um_peak"] == pytest.approx(0.81, rel=0.06)
+    assert wide["why_not"][0].startswith("1.2")
+    assert plates["11x7"]["beyond_shipped_limits"] == ["3 µm p-p (shipped: up to 2.5)"]
+
+
+@pytest.mark.parametrize(
+    "amplitude_um_peak, resonance_hz, missing, needed",
+    [
+        (1.0, 30e3, [], []),
+        (1.0, 45e3, [], ["45.00 kHz (shipped: 25 to 40)"]),
+        (1.0, 24e3, ["resonates at 24.00 kHz, 25 at least wanted"], ["24.00 kHz"]),
+        (1.3, 30e3, ["1.20 µm peak at the middle, 1.3 wanted"], ["2.6 µm p-p"]),
+    ],
+)
+def test_a_solved_plate_is_held_against_brief_and_driver(
+    amplitude_um_peak, resonance_hz, missing, needed
+):
+    brief = Brief.model_validate({"requirements": {"amplitude_um_peak": amplitude_um_peak}})
+    solution = Solution(
+        resonance_hz=resonance_hz,
+        amplitude_middle_um_peak=1.2,
+        amplitude_edge_um_peak=2.0,
+        unknowns=1,
+    )
+    found = judged(brief, design(Brief()).candidates[0], solution, 25_000)
+    assert list(found.why_not) == missing
+    assert found.admissible == (not missing)
+    assert all(told.startswith(start) for told, start in zip(found.needs, needed, strict=True))
+
+
+@pytest.mark.parametrize(
+    "text, said",
+    [
+        ("[requirements]\nnormal_force_n = 0.01", "carries 0.17 N, more than the 0.01 N"),
+        ("[ceramic]\nquality_factor = 1e6", "ceramic.quality_factor: .*2000"),
+        ("[requirements]\nworkspace_mm = [3000, 2000]", "workspace_mm.*300"),
+        ("[requirements]\namplitude_um_peak = 500", "amplitude_um_peak: .*20"),
+        ("[ceramic]\nlengths_mm = [0.1]", "lengths_mm.* 2"),
+    ],
+)
+def test_what_no_plate_can_do_is_refused_with_what_is_wrong(tmp_path, text, said):
+    path = tmp_path / "brief.toml"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(UserError, match=said):
+        command(str(path))
 
 
 def test_impossible_brief_ends_with_status_1_and_the_reason(tmp_path, capsys):
     path = tmp_path / "strong.toml"
-    path.write_text("[requirements]\namplitude_um_peak = 9.0\n", encoding="utf-8")
+    path.write_text(
+        "[requirements]\namplitude_um_peak = 9.0\nnormal_force_n = 5\n", encoding="utf-8"
+    )
     assert command(str(path)) == 1
     assert "longer half wave than the frequency allows" in capsys.readouterr().out
 
@@ -72,10 +129,12 @@ def test_impossible_brief_ends_with_status_1_and_the_reason(tmp_path, capsys):
 def test_command_writes_json_and_figures_with_finite_elements(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("hardware.plate.geometry.DEFAULT", QUICK)
     out = tmp_path / "plate"
-    assert command("--json", "--fe", "11x5", "--out", str(out)) == 0
+    assert command("--json", "--fe", "11x5", "--out", str(out)) == 1
     printed = json.loads(capsys.readouterr().out)
     assert printed == json.loads((out / "design.json").read_text(encoding="utf-8"))
-    assert printed["finite_elements"]["resonance_hz"] == pytest.approx(36e3, rel=0.03)
+    assert printed["finite_elements"]["finite_elements"]["resonance_hz"] == pytest.approx(
+        36e3, rel=0.03
+    )
     names = ("deflection", "frequency", "mode", "harmonic")
     written = {path.name for path in out.iterdir()}
     assert written == {"design.json"} | {f"{n}.{s}" for n in names for s in ("svg", "png")}

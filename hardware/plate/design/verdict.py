@@ -1,0 +1,142 @@
+"""Whether a plate meets its requirements: by finite elements, at the place where the finger is.
+
+The beam of equation (37) bends alike over the whole width, so it overestimates: the paper's plate
+moves two thirds of that at its edge and less than half in its middle. The beam says which plates
+are worth solving; what is solved is judged here.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from faults import UserError
+from hardware.limits import PlateLimits
+from hardware.plate.design.sizing import layout_of
+from hardware.plate.geometry import QUICK
+from hardware.plate.paper_study import harmonic, plate_modes
+from stimuli.surface import pp_from_peak
+
+if TYPE_CHECKING:
+    from hardware.plate.design.requirements import Brief
+    from hardware.plate.design.sizing import Candidate
+    from hardware.plate.geometry import Density
+    from hardware.plate.vibration import Modes
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Solution:
+    """A plate's driven mode by finite elements, electrodes shorted, Q of the ceramic.
+
+    Parameters
+    ----------
+    resonance_hz : float
+        Resonance of the mode that the ceramics drive most.
+    amplitude_middle_um_peak, amplitude_edge_um_peak : float
+        Amplitude at the antinode nearest to the middle, on the mid line and at the edge, for the
+        brief's voltage.
+    unknowns : int
+        Displacements solved for.
+    """
+
+    resonance_hz: float
+    amplitude_middle_um_peak: float
+    amplitude_edge_um_peak: float
+    unknowns: int
+
+    def amplitude_um_peak(self, place: str) -> float:
+        """Return the amplitude where the finger is: "middle" or "edge"."""
+        return {
+            "middle": self.amplitude_middle_um_peak,
+            "edge": self.amplitude_edge_um_peak,
+        }[place]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judged:
+    """A candidate and what became of it.
+
+    Parameters
+    ----------
+    candidate : Candidate
+        With the beam's estimates.
+    solution : Solution or None
+        None where the beam already says no, or the plate could not be solved.
+    why_not : tuple of str
+        What is missing; empty where the plate meets the requirements.
+    needs : tuple of str
+        What the shipped limits of a driver do not allow: such a plate needs a plate file.
+    """
+
+    candidate: Candidate
+    solution: Solution | None
+    why_not: tuple[str, ...]
+    needs: tuple[str, ...]
+
+    @property
+    def admissible(self) -> bool:
+        """Whether the plate meets every requirement."""
+        return not self.why_not
+
+
+def solve(brief: Brief, candidate: Candidate, density: Density = QUICK) -> tuple[Modes, Solution]:
+    """Return a plate's modes and the answer to its drive. Raises UserError."""
+    layout = layout_of(brief, candidate)
+    modes = plate_modes(layout, near_hz=candidate.frequency_hz, density=density)
+    voltage_v = brief.requirements.voltage_v
+    edge = harmonic(modes, voltage_v=voltage_v)
+    middle = harmonic(modes, voltage_v=voltage_v, where_mm=(layout.antinode_x_mm, 0.0))
+    return modes, Solution(
+        resonance_hz=float(modes.frequency_hz[modes.driven]),
+        amplitude_middle_um_peak=middle.peak_um_pp / 2,
+        amplitude_edge_um_peak=edge.peak_um_pp / 2,
+        unknowns=int(3 * modes.parts.nodes.shape[1]),
+    )
+
+
+def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged:
+    """Return whether a plate meets the brief, solving it where the beam does not rule it out."""
+    if not candidate.beam_admissible:
+        return Judged(
+            candidate=candidate,
+            solution=None,
+            why_not=("its half wave is outside the bounds",),
+            needs=(),
+        )
+    try:
+        _, solution = solve(brief, candidate)
+    except UserError as error:
+        return Judged(candidate=candidate, solution=None, why_not=(str(error),), needs=())
+    return judged(brief, candidate, solution, frequency_min_hz)
+
+
+def judged(
+    brief: Brief, candidate: Candidate, solution: Solution, frequency_min_hz: float
+) -> Judged:
+    """Hold a solved plate against the brief and against the driver's shipped limits."""
+    wanted, limits = brief.requirements, PlateLimits()
+    amplitude_um_peak = solution.amplitude_um_peak(wanted.finger_place)
+    why_not, needs = [], []
+    if amplitude_um_peak < wanted.amplitude_um_peak:
+        why_not.append(
+            f"{amplitude_um_peak:.2f} µm peak at the {wanted.finger_place}, "
+            f"{wanted.amplitude_um_peak:g} wanted"
+        )
+    if solution.resonance_hz < frequency_min_hz:
+        why_not.append(
+            f"resonates at {solution.resonance_hz / 1e3:.2f} kHz, "
+            f"{frequency_min_hz / 1e3:.3g} at least wanted"
+        )
+    if not limits.frequency_min_hz <= solution.resonance_hz <= limits.frequency_max_hz:
+        needs.append(
+            f"{solution.resonance_hz / 1e3:.2f} kHz (shipped: {limits.frequency_min_hz / 1e3:g} to "
+            f"{limits.frequency_max_hz / 1e3:g})"
+        )
+    if pp_from_peak(wanted.amplitude_um_peak) > limits.amplitude_um_pp:
+        needs.append(
+            f"{pp_from_peak(wanted.amplitude_um_peak):g} µm p-p (shipped: up to "
+            f"{limits.amplitude_um_pp:g})"
+        )
+    return Judged(
+        candidate=candidate, solution=solution, why_not=tuple(why_not), needs=tuple(needs)
+    )
