@@ -95,8 +95,10 @@ def plate_file(text: str) -> tuple[PlateFile, Calibration | None]:
     return open_plate_file(path_of(text, Path()))
 
 
-def plate_of(options: Mapping[str, Any], *, backend: str) -> Plate:
+def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = False) -> Plate:
     """Return what the options ``plate`` and ``calibration`` say together.
+
+    A simulated plate takes the file of any backend: there a study is rehearsed.
 
     Raises
     ------
@@ -107,7 +109,7 @@ def plate_of(options: Mapping[str, Any], *, backend: str) -> Plate:
     given: Calibration | None = options.get("calibration")
     if file is None:
         return Plate(limits=PlateLimits(), calibration=given, file=None)
-    if file.wiring.backend != backend:
+    if file.wiring.backend != backend and not simulated:
         raise UserError(
             f"plate '{backend}': the plate file of '{file.identity.name}' is for backend "
             f"'{file.wiring.backend}'"
@@ -122,6 +124,30 @@ def plate_of(options: Mapping[str, Any], *, backend: str) -> Plate:
             f"plate '{backend}': the calibration is not this plate's: {'; '.join(faults)}"
         )
     return Plate(limits=file.plate_limits(), calibration=given or own, file=file)
+
+
+def with_plate_file(spec: str, wanted: str) -> str:
+    """Return a SPEC with the plate file that a study names, if it names one.
+
+    Raises
+    ------
+    UserError
+        The SPEC names another.
+
+    >>> with_plate_file("serial:COM3", "desk"), with_plate_file("mock", "desk")
+    ('serial:COM3,plate=desk', 'mock:plate=desk')
+    >>> with_plate_file("mock:plate=desk,q=50", "desk"), with_plate_file("mock", "")
+    ('mock:plate=desk,q=50', 'mock')
+    """
+    if not wanted:
+        return spec
+    backend, _, address = spec.partition(":")
+    named = [word[len("plate=") :] for word in address.split(",") if word.startswith("plate=")]
+    if not named:
+        return f"{backend}:{address},plate={wanted}" if address else f"{backend}:plate={wanted}"
+    if named != [wanted]:
+        raise UserError(f"plate '{spec}': the study is for plate '{wanted}', not '{named[0]}'")
+    return spec
 
 
 def without_session_watchdog(spec: str) -> str:

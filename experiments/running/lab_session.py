@@ -30,6 +30,7 @@ from experiments.session.terminal import Keys, TerminalOperator
 from experiments.study.file import read_study
 from experiments.study.run_plan import RunPlan
 from faults import UserError
+from hardware.address import with_plate_file
 from hardware.clock import SystemClock
 from hardware.registry import open_plate
 from hardware.signals import signals_raise
@@ -152,7 +153,8 @@ def _conduct(
         stack.enter_context(signals_raise())
         stack.push(partial(_leave, dataset, journal))
         stack.enter_context(journal)
-        plate = stack.enter_context(open_plate(setting.plate, clock=clock, seed=plan.seed))
+        spec = with_plate_file(setting.plate, plan.study.plate.file)
+        plate = stack.enter_context(open_plate(spec, clock=clock, seed=plan.seed))
         check_supported(plan, plate)
         noise = _noise(plan)
         person = stack.enter_context(
@@ -168,7 +170,7 @@ def _conduct(
         operator = stack.enter_context(TerminalOperator(Console(), keys))
         return run_plan(
             plan,
-            spec=setting.plate,
+            spec=spec,
             plate=plate,
             participant=person,
             journal=journal,

@@ -20,6 +20,7 @@ from experiments.running.run_state import check_alike, participants, remedy, run
 from experiments.study.file import read_study
 from experiments.study.run_plan import RunPlan, check_labels, journal_path
 from faults import RigError, UserError
+from hardware.address import with_plate_file
 from hardware.clock import SystemClock
 from hardware.registry import open_plate
 from hardware.signals import silent_on_signals
@@ -157,8 +158,9 @@ def check_plate(planned: PlannedSession) -> Finding:
         language=study.language,
         mode="pilot",
     )
+    spec = with_plate_file(planned.plate, study.plate.file)
     with (
-        open_plate(planned.plate, clock=SystemClock(), seed=study.seed) as plate,
+        open_plate(spec, clock=SystemClock(), seed=study.seed) as plate,
         silent_on_signals(plate),
     ):
         check_supported(plan, plate)

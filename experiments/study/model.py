@@ -106,10 +106,15 @@ class MaskingNoise(BaseModel):
 
 
 class PlateSettings(BaseModel):
-    """The plate's limits, where they differ from the shipped ones."""
+    """Which plate, and its limits where they differ from the shipped ones."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
+    file: str = Field(
+        default="",
+        description="A plate's own file, or its name in the folder plates; a session with a "
+        "person, and its check, are refused on another one.",
+    )
     amplitude_um_pp: Positive = Field(
         default=PlateLimits().amplitude_um_pp,
         description="Largest amplitude that may be presented; a larger one in the study is a "

@@ -210,7 +210,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
         The address holds an option that the mock does not have.
     """
     _, options = addresses.split_address(address, OPTIONS)
-    found = addresses.plate_of(options, backend=MockPlate.name)
+    found = addresses.plate_of(options, backend=MockPlate.name, simulated=True)
     twin = Twin(
         seed=seed,
         resonator=Resonator(quality_factor=options.get("q", Resonator().quality_factor)),

@@ -8,6 +8,8 @@ import pytest
 
 import slipscale
 from faults import UserError
+from hardware.address import with_plate_file
+from hardware.backends.mock import MockPlate
 from hardware.calibration.record import Device, DriveChain, Provenance, write_calibration
 from hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 from hardware.clock import VirtualClock
@@ -19,6 +21,12 @@ from hardware.registry import open_plate
 from stimuli.surface import VirtualSurface
 
 TODAY = dt.datetime.now(tz=dt.UTC).date()
+
+
+class Real(MockPlate):
+    """A twin that passes for a plate at which a finger may be."""
+
+    simulated = False
 
 
 @pytest.fixture
@@ -150,6 +158,14 @@ def test_what_is_wider_than_shipped(name, value, wider):
     assert LimitsTable(**{name: value}).beyond_shipped() == ({name: value} if wider else {})
 
 
+def test_a_study_names_its_plate_and_another_one_is_refused():
+    assert (
+        with_plate_file("serial:COM3,attention=9", "desk") == "serial:COM3,attention=9,plate=desk"
+    )
+    with pytest.raises(UserError, match="the study is for plate 'desk', not 'chair'"):
+        with_plate_file("serial:COM3,plate=chair", "desk")
+
+
 def test_a_plate_is_found_by_its_name_in_the_folder_plates(file, monkeypatch):
     monkeypatch.chdir(file.parent.parent)
     with opened("desk") as driver:
@@ -164,7 +180,9 @@ def test_a_file_of_another_backend_or_device_is_refused(file):
     edit(file, 'device_serial = ""', 'device_serial = "0042"')
     assert sign(file) == 0
     with pytest.raises(WrongDevice, match="for device '0042', this is 'twin'"):
-        opened(file).connect()
+        Real(clock=VirtualClock(), plate_file=open_plate_file(file)[0]).connect()
+    with opened(file) as driver:  # on the twin a study for any plate can be rehearsed
+        assert driver.identity.serial == "twin"
 
 
 def test_its_calibration_comes_with_it(file):
