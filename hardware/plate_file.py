@@ -255,6 +255,7 @@ def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
     document.add(CHECKSUM, checksum(plate))
     document.add(tomlkit.nl())
     document.update(plate.model_dump(exclude_none=True, exclude={"geometry", "expected"}))
+    document["limits"].add(tomlkit.nl())
     for name, example in EXAMPLES.items():
         document.add(tomlkit.comment(f"[{name}]"))
         for line in example:

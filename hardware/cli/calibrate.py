@@ -123,10 +123,12 @@ def run(arguments: Namespace) -> int:
         voltage_convention=arguments.voltage_convention,
         amplifier_gain=_agreed_gain(plate, arguments.amplifier_gain),
     )
+    number = _plate_serial(plate, arguments.plate_serial)
     if arguments.csv:
         device, points = _device(plate, arguments), read_points(arguments.csv)
     else:
         device, points = _measure(plate, arguments, plan, drive)
+    device = device.model_copy(update={"plate": number})
     calibration = calibration_from(
         points,
         device=device,
@@ -189,6 +191,14 @@ def _agreed_gain(plate: PlateDriver, given: float | None) -> float:
     return plate.amplifier_gain
 
 
+def _plate_serial(plate: PlateDriver, given: str) -> str:
+    """Return the plate's own number: by its plate file, if there is one, which must agree."""
+    filed = plate.plate_file.identity.serial if plate.plate_file else ""
+    if given and filed and given != filed:
+        raise UserError(f"--plate-serial {given}: the plate file says '{filed}'")
+    return given or filed
+
+
 def _device(plate: PlateDriver, arguments: Namespace) -> Device:
     """Return which device readings from a file were taken on."""
     from hardware.calibration.record import Device  # noqa: PLC0415
@@ -198,7 +208,7 @@ def _device(plate: PlateDriver, arguments: Namespace) -> Device:
             "--csv: expected --serial as well, the serial number of the board or generator that "
             "drove the plate; slipscale check says it"
         )
-    return Device(backend=plate.name, plate=arguments.plate_serial, serial=arguments.serial)
+    return Device(backend=plate.name, serial=arguments.serial)
 
 
 def _measure(
@@ -220,7 +230,6 @@ def _measure(
     return (
         Device(
             backend=plate.name,
-            plate=arguments.plate_serial,
             manufacturer=identity.manufacturer,
             model=identity.model,
             serial=identity.serial,

@@ -10,7 +10,13 @@ import slipscale
 from faults import UserError
 from hardware.address import with_plate_file
 from hardware.backends.mock import MockPlate
-from hardware.calibration.record import Device, DriveChain, Provenance, write_calibration
+from hardware.calibration.record import (
+    Device,
+    DriveChain,
+    Provenance,
+    read_calibration,
+    write_calibration,
+)
 from hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 from hardware.clock import VirtualClock
 from hardware.errors import OverLimit, WrongDevice
@@ -183,6 +189,16 @@ def test_a_file_of_another_backend_or_device_is_refused(file):
         Real(clock=VirtualClock(), plate_file=open_plate_file(file)[0]).connect()
     with opened(file) as driver:  # on the twin a study for any plate can be rehearsed
         assert driver.identity.serial == "twin"
+
+
+def test_a_calibration_takes_the_plates_number_from_its_file(file, capsys):
+    out = file.parent / "calibration.toml"
+    spec = ["--plate", f"mock:plate={file}", "--out", str(out)]
+    words = ["plate", "calibrate", "--by", "A", "--instrument", "B", *spec]
+    assert slipscale.main([*words, "--plate-serial", "P-8"]) == 2
+    assert "the plate file says 'P-7'" in capsys.readouterr().err
+    assert slipscale.main(words) == 0
+    assert read_calibration(out).device.plate == "P-7"
 
 
 def test_its_calibration_comes_with_it(file):

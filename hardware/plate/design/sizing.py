@@ -2,7 +2,8 @@
 
 The amplitude asks for a half wave that is long enough (equation 37), the squeeze number for a
 frequency that is high enough and so for a half wave that is short enough; what lies between is
-admissible. A plate of n ceramics in a row is driven in its free-free mode with n + 1 nodal lines.
+worth solving by finite elements, whose answer counts (`verdict`). A plate of n ceramics in a row
+is driven in its free-free mode with n + 1 nodal lines.
 """
 
 from __future__ import annotations
