@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from hardware.backends.serial_board.link import Line
     from hardware.clock import Clock
 
-ANSWER_S = 0.08  # a host waits no longer
+ANSWER_S = 0.08  # a host waits no longer before it repeats a command
+LATEST_S = 0.32  # and no longer in all
 ALIVE_S = 0.1  # a host asks for the status so often
 SETTLING_S = 2.0
 GREETING_S = 3.5
@@ -59,7 +60,7 @@ class Bench:
             It does not answer, or tells limits that cannot be.
         """
         end_s = self._clock.now() + GREETING_S
-        while not any(wire.parse_reply(line) for line in self.answers_to(self.frame("*IDN?"))):
+        while not any(map(wire.parse_reply, self.answers_to(self.frame("*IDN?")))):
             if self._clock.now() > end_s:
                 raise Departure("no answer to *IDN?, expected one 2.5 s after the port was opened")
         self.ask("*RST")
@@ -76,10 +77,10 @@ class Bench:
         return wire.command_frame(sequence, body)
 
     def answers_to(self, data: bytes, *, at_most: int | None = None) -> list[bytes]:
-        """Send bytes; return the lines that come in the time of an answer, or so many at most."""
+        """Send bytes; return all lines that come in the time of an answer, or the first so many."""
         self._line.write(data)
         lines: list[bytes] = []
-        end_s = self._clock.now() + ANSWER_S
+        end_s = self._clock.now() + (ANSWER_S if at_most is None else LATEST_S)
         while True:
             *whole, self._buffer = (self._buffer + self._line.read()).split(b"\n")
             lines += whole

@@ -211,7 +211,7 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("AMPL 0 ends with the output off", _zero_ends_off),
     ("OUTP OFF and *RST switch off at once", _off_at_once),
     ("the watchdog silences when no correct frame comes", _watchdog),
-    ("repetitions keep the watchdog content", _watchdog_and_repetitions),
+    ("repetitions count as heard by the watchdog", _watchdog_and_repetitions),
     ("WDOG goes with the next command for the plate", _watchdog_clears),
     ("DRIV drives as told", _open_loop),
     ("lists have room for 64 amplitudes", _list_limits),

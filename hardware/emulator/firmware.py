@@ -50,7 +50,7 @@ class Board:
     boot : int
         Differs from one start to the next.
     limits : BoardLimits
-        Enforced on the board, whatever the host believes.
+        Checked on the board, whatever the host's own limits are.
     identity : str
         The value of ``*IDN?``.
     lists : bool
@@ -171,7 +171,7 @@ class Board:
             return "*IDN?", self.identity.encode("ascii") + b"\r\n"
         command = wire.parse_command(line)
         if command is None:
-            return None  # no answer: the host's time-out and its repetition mend it
+            return None  # no answer: the host repeats the command after its time-out
         if self._last and self._last[0] == command:
             self._heard_s = now_s
             return command[1], self._last[1]  # a repetition: it ran before

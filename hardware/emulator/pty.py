@@ -89,7 +89,7 @@ class Emulator:
     back_s : float
         An unplugged, stuck, deaf or hot board comes back after so long; 0: never.
     dtr : bool
-        Whether the line tells the board that the host let go of it. The board then silences the
+        Whether the line tells the board that the host closed it. The board then silences the
         plate and restarts, as boards with an automatic reset do; without, the watchdog has to.
     log : TextIO
         Where to write what the plate does, a line a millisecond.
@@ -177,7 +177,7 @@ class Emulator:
             self._come_back_later()
 
     def close(self) -> None:
-        """Unplug for good and remove the port's link."""
+        """Unplug, and remove the port's link."""
         self.unplug()
         self._folder.cleanup()
 
@@ -219,7 +219,7 @@ class Emulator:
     def _plug(self) -> None:
         """Make a pseudo-terminal and point the port's link at it.
 
-        The host's side is closed here at once: only so does the line tell when the host lets go.
+        The host's side is closed here at once: only so does the line tell when the host closes it.
         """
         self._master, slave = os.openpty()
         tty.setraw(slave)
@@ -233,7 +233,7 @@ class Emulator:
             return
         try:
             data = os.read(self._master, 4096)
-        except OSError:  # nobody holds the other end
+        except OSError:  # no host has opened the other end
             if self._host_is_there and self._dtr:
                 self._boot()
             self._host_is_there = False
@@ -333,5 +333,5 @@ class Emulator:
 
     def _send(self, data: bytes) -> None:
         if self._master is not None:
-            with suppress(OSError):  # the host let go, or does not read: its own affair
+            with suppress(OSError):  # the host closed the line, or does not read
                 os.write(self._master, data)

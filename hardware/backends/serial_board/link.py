@@ -73,7 +73,7 @@ class BoardLink:
         self._foreign = 0
 
     def greet(self) -> str:
-        """Return the board's ``*IDN?``, with patience for a board that is starting.
+        """Return the board's ``*IDN?``, waiting for a board that is starting.
 
         Raises
         ------

@@ -70,7 +70,7 @@ class SerialLine:
         return data
 
     def close(self) -> None:
-        """Let go of the port. Never raises."""
+        """Close the port. Never raises."""
         with suppress(*UNPLUGGED):
             self._serial.close()
 

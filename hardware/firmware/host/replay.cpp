@@ -4,7 +4,7 @@
 // 60 ms pass and tells of each what is on the plate: "= driven amplitude", in µm peak to peak.
 // "- 4" lets 4 ms pass in which the board is busy with something else.
 // Build: g++ -std=c++11 -I ../slipscale_plate replay.cpp ../slipscale_plate/*.cpp -o replay
-// Run: replay [TIME_CONSTANT_MS [GAIN]], the plate's; gain 1 is what the firmware believes.
+// Run: replay [TIME_CONSTANT_MS [GAIN]], the plate's; gain 1 is the firmware's own.
 #include <cmath>
 #include <cstdlib>
 #include <iostream>

@@ -64,9 +64,9 @@ inline void save() {}
 #error "processor.h: neither AVR, ESP32 nor Teensy 4; add your processor's watchdog and converters"
 #endif
 
-// Whether the computer let go of the line, where the processor can see that. Elsewhere DTR resets
+// Whether the computer closed the line, where the processor can see that. Elsewhere DTR resets
 // the board when the port is opened again, and until then the watchdog of the line silences it.
-inline bool let_go() {
+inline bool host_is_gone() {
 #if defined(USBCON) || defined(__IMXRT1062__)  // USB by the processor itself
   return !Serial.dtr();
 #else

@@ -108,7 +108,7 @@ void setup() {
 
 void loop() {
   processor::alive();
-  if (processor::let_go()) board->silence();
+  if (processor::host_is_gone()) board->silence();
   while (Serial.available() > 0) {
     const char* answer = board->receive(static_cast<uint8_t>(Serial.read()), millis());
     if (answer) Serial.print(answer);

@@ -61,15 +61,15 @@ finger_speed_mm_s = 50.0
 
 [[tasks]]"""
 TEXTURED = STUDY.replace("[[tasks]]", TEXTURES.lstrip(), 1)
-SEED_TEXTURED = 8  # the trial that is struck presents the ridges
+SEED_TEXTURED = 8  # the trial with the fault presents the ridges
 MEANS = {"ridges": 1.4, "waves": 0.9}
 LARGEST = {"n/a": [0.5, 1.2, 2.3], "ridges": [1.8], "waves": [1.8]}
 
 BACK_S = 0.1
-STRUCK_TRIAL = 2
+FAULTY_TRIAL = 2
 
 ENDING = ["unplug", "unplug_mid_read", "reset", "reset_after", "busy", "hot", "deaf", "trickle"]
-MENDED = [
+REPAIRED = [
     "drop",
     "garbage_before",
     "garbage_inside",
@@ -81,7 +81,7 @@ MENDED = [
     "out_of_order",
 ]
 PLAYING = [(fault, phase) for fault in ENDING for phase in ("starting", "exploring", "answering")]
-PLAYING += [(fault, "starting") for fault in MENDED] + [("delayed", "reconnecting")]
+PLAYING += [(fault, "starting") for fault in REPAIRED] + [("delayed", "reconnecting")]
 PHASES = ["presenting", "reading", "exploring", "answering", "silencing", "reconnecting"]
 
 
@@ -91,8 +91,14 @@ def board():
         yield board
 
 
+@pytest.fixture(scope="module")
+def compiled_board():
+    with EmulatorProcess("--back-after", str(BACK_S), "--noise", "0", "--firmware") as board:
+        yield board
+
+
 class Participant(ScriptedParticipant):
-    """Answers what the plate truly does, and has faults strike at its second trial."""
+    """Answers what the plate truly does, and orders faults for its second trial."""
 
     def __init__(self, board, fault, phase, clock):
         super().__init__(self.feel, clock, step_s=0.01)
@@ -108,8 +114,8 @@ class Participant(ScriptedParticipant):
 
     def strike(self, step):
         trial = step.trial.number if getattr(step, "trial", None) else 0
-        before = isinstance(step, Ask) and trial == STRUCK_TRIAL - 1
-        during = trial == STRUCK_TRIAL
+        before = isinstance(step, Ask) and trial == FAULTY_TRIAL - 1
+        during = trial == FAULTY_TRIAL
         orders = {
             "presenting": (before, f"{self.fault}@present"),
             "starting": (before, f"{self.fault}@play/2"),
@@ -211,11 +217,11 @@ def test_a_fault_in_the_middle_ends_in_complete_and_flagged_data(board, tmp_path
         return
     flagged = [row["trial"] for row in rows if row["flag"] != "n/a"]
     assert flagged, [r.data for r in told]
-    assert set(flagged) <= {str(STRUCK_TRIAL - 1), str(STRUCK_TRIAL), str(STRUCK_TRIAL + 1)}
+    assert set(flagged) <= {str(FAULTY_TRIAL - 1), str(FAULTY_TRIAL), str(FAULTY_TRIAL + 1)}
 
 
 @pytest.mark.parametrize("phase", ["presenting", "reading", "exploring", "silencing"])
-@pytest.mark.parametrize("fault", MENDED)
+@pytest.mark.parametrize("fault", REPAIRED)
 def test_a_spoiled_answer_goes_unnoticed(board, tmp_path, fault, phase):
     outcome, person, records, rows = run_session(board, fault, phase, tmp_path)
     assert outcome == "complete"
@@ -233,7 +239,7 @@ def test_a_fault_in_the_middle_of_a_texture_costs_no_answer(board, tmp_path, fau
     assert {"ridges", "waves", "n/a"} == {row["texture"] for row in rows}
     assert len(rows) == 5
     check_data(board, person, records, rows)
-    struck = {row["texture"] for row in rows if row["trial"] == str(STRUCK_TRIAL)}
+    struck = {row["texture"] for row in rows if row["trial"] == str(FAULTY_TRIAL)}
     told = [r.data["code"] for r in records if r.kind == "fault"]
     ends = fault in ENDING or phase == "reconnecting"
     assert bool(told) == ends, told
@@ -241,6 +247,26 @@ def test_a_fault_in_the_middle_of_a_texture_costs_no_answer(board, tmp_path, fau
         assert any(row["flag"] != "n/a" for row in rows)
     else:
         assert struck == {"ridges"}
+
+
+ON_FIRMWARE = [
+    *(
+        (fault, phase)
+        for fault in ENDING
+        if fault != "busy"
+        for phase in ("presenting", "exploring")
+    ),
+    *((fault, "presenting") for fault in REPAIRED),
+]
+
+
+@pytest.mark.parametrize("fault, phase", ON_FIRMWARE)
+def test_a_fault_on_the_compiled_firmware_costs_no_answer(compiled_board, tmp_path, fault, phase):
+    outcome, person, records, rows = run_session(compiled_board, fault, phase, tmp_path)
+    assert outcome == "complete"
+    assert person.fault is None
+    check_data(compiled_board, person, records, rows)
+    assert bool([r for r in records if r.kind == "fault"]) == (fault in ENDING)
 
 
 def test_a_board_that_never_comes_back_stops_the_session_resumable(tmp_path):

@@ -56,3 +56,12 @@ def test_temperature_warms_up_and_stays_within_its_bounds():
     temperatures = np.array([twin.temperature_c(t) for t in np.linspace(0, 20_000, 500)])
     assert temperatures[-100:].mean() == pytest.approx(24, abs=0.3)
     assert np.all((temperatures > 21.4) & (temperatures < 24.6))
+
+
+def test_volts_by_a_gain_of_ones_own_are_not_what_a_damped_plate_needs():
+    twin = Twin(finger=FingerLoad(loss=1 / 300), surroundings=Surroundings(wander_k=0, warm_up_k=0))
+    twin.set_drive(Drive(target_um_pp=1.2, volts_per_um=15 / 2.3), 0.0)
+    assert twin.amplitude_um_pp(1.0) == pytest.approx(1.2 * 50 / 60)
+    assert twin.voltage_v(1.0) == pytest.approx(1.2 * 15 / 2.3)
+    twin.set_drive(Drive(target_um_pp=2.5, volts_per_um=18 / 2.3), 1.0)
+    assert twin.voltage_v(2.0) == 16.5

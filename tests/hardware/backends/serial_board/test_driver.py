@@ -46,8 +46,8 @@ TEXTURE = Grating(
     spatial_period_mm=2.5, waveform="square", mean_um_pp=1.2, depth_um_pp=0.8, label="T1"
 )
 
-# What the host mends by itself: the command runs once, nobody notices.
-MENDED = [
+# What the host repairs by itself: the command runs once, nothing is recorded.
+REPAIRED = [
     "drop",
     "garbage_before",
     "garbage_inside",
@@ -133,8 +133,8 @@ def test_a_surface_is_presented_held_and_silenced(emulate):
 
 
 @pytest.mark.parametrize("phase", ["connect", "present", "play/1", "play/2", "read", "silence"])
-@pytest.mark.parametrize("fault", MENDED)
-def test_a_spoiled_answer_is_mended_and_its_command_ran_once(board, fault, phase):
+@pytest.mark.parametrize("fault", REPAIRED)
+def test_a_spoiled_answer_is_repaired_and_its_command_ran_once(board, fault, phase):
     before = board.fault(f"{fault}@{phase}")
     with serial_plate(board) as plate:
         boots = board.state()["boots"]
