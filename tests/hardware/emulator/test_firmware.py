@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from hardware.backends.serial_board import protocol as wire
 from hardware.emulator.firmware import Board
-from hardware.plate.dynamics import FingerLoad
+from hardware.plate.dynamics import NO_FINGER, FingerLoad
 from hardware.plate.twin import Twin
 from stimuli.modulation import Loop
 
@@ -114,6 +114,57 @@ def test_the_stop_byte_silences_even_inside_a_frame(bench):
     bench.present(2.3)
     bench.send(b">12 AMPL 1!")
     assert not bench.board.vibrates
+
+
+def test_a_frame_with_the_stop_byte_inside_is_never_run(bench):
+    frame = wire.command_frame(12, "AMPL 2.3")
+    for place in range(1, len(frame)):
+        assert bench.send(frame[:place] + wire.STOP + frame[place:]) == []
+    bench.send(b"\n")
+    assert not bench.board.vibrates
+
+
+def test_a_frame_directly_after_the_stop_byte_is_run(bench):
+    bench.present(2.3)
+    (reply,) = bench.send(b">7 AM" + wire.STOP + wire.command_frame(8, "STAT?"))
+    assert wire.parse_status(wire.parse_reply(reply.rstrip()).value).state == "OFF"
+
+
+def test_a_line_that_is_too_long_is_thrown_away_as_a_whole(bench):
+    frame = wire.command_frame(8, "LIM?")
+    longest = b"#" * (wire.LONGEST_LINE + 1 - len(frame)) + frame
+    assert len(bench.send(longest)) == 1
+    assert bench.send(b"#" + longest) == []
+    assert bench.send(longest[:-1] + b"x" * 100 + b"\n") == []
+    assert len(bench.send(frame)) == 1
+
+
+def test_under_a_finger_hold_is_told_when_the_amplitude_is_there_and_not_before():
+    bench = Bench(finger=FingerLoad(loss=1 / 300), noise_um=0)
+    bench.ask("AMPL 1.2")
+    told = []
+    while not told or told[-1].state == "RAMP":
+        bench.wait(0.005)
+        told.append(bench.status())
+    assert told[-1].state == "HOLD"
+    assert 0.07 < bench.now_s < 0.1
+    assert told[-1].amplitude_um_pp == pytest.approx(1.2, rel=0.025)
+    assert told[-1].voltage_v == pytest.approx(1.2 * 18 / 2.3, rel=0.025)
+
+
+def test_a_finger_that_lands_is_told_until_the_voltage_has_followed(bench):
+    bench.present(1.2)
+    bench.twin.finger = FingerLoad(loss=1 / 300)
+    bench.wait(0.02)
+    assert bench.status().state == "RAMP"
+    bench.wait(0.08)
+    assert bench.status().state == "HOLD"
+    bench.twin.finger = NO_FINGER
+    bench.wait(0.02)
+    assert bench.status().state == "RAMP"
+    assert bench.status().amplitude_um_pp > 1.25
+    bench.wait(0.08)
+    assert bench.status().amplitude_um_pp == pytest.approx(1.2, abs=0.03)
 
 
 def test_a_repeated_command_runs_once_and_gets_the_same_answer(bench):

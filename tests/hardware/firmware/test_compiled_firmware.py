@@ -13,7 +13,9 @@ import numpy as np
 import pytest
 
 from hardware.backends.serial_board import protocol as wire
+from hardware.emulator import compiled
 from hardware.emulator.firmware import Board
+from hardware.plate.dynamics import FingerLoad, Resonator
 from hardware.plate.twin import Surroundings, Twin
 from stimuli.modulation import DEFAULT_MODULATOR, Loop
 from stimuli.texture import Grating
@@ -233,3 +235,40 @@ def test_an_amplitude_in_the_middle_of_a_ramp_goes_on_from_there(firmware):
     ramped, _ = on_the_plate(firmware([said(1, "AMPL 2.3"), "= 10", said(2, "AMPL 0.5"), "= 60"]))
     assert np.abs(np.diff(ramped)).max() < 0.16
     assert ramped.max() < 1
+
+
+# The plate, and how 1.2 and then 2.3 µm end there.
+PLATES = {
+    "free": ({}, {"HOLD"}),
+    "finger": ({"finger": FingerLoad(loss=1 / 300)}, {"HOLD", "SAT"}),
+    "heavy finger": ({"finger": FingerLoad(loss=1 / 60)}, {"SAT"}),
+    "noise": ({"noise_um": 0.012, "seed": 8}, {"HOLD"}),
+    "rings long": ({"resonator": Resonator(quality_factor=300)}, {"HOLD"}),
+    "another gain": ({"resonator": Resonator(gain_um_pp_per_v=0.2)}, {"HOLD"}),
+}
+
+
+@pytest.fixture(scope="module")
+def library(tmp_path_factory):
+    return compiled.load(compiled.build(tmp_path_factory.mktemp("library")))
+
+
+@needs_compiler
+@pytest.mark.parametrize("plate", PLATES)
+def test_firmware_and_emulated_board_settle_alike(library, plate):
+    """Millisecond by millisecond, on the same plate with the same noise."""
+    options, ends = PLATES[plate]
+    one = Board(Twin(**options), boot=1)
+    other = compiled.CompiledBoard(Twin(**options), 1, code=library)
+    states = set()
+    for now_ms in range(1, 400):
+        now_s = now_ms / 1000
+        bodies = {1: "AMPL 1.2", 150: "AMPL 2.3", 300: "AMPL 0"}
+        for board in (one, other):
+            board.tick(now_s)
+            frame = wire.command_frame(now_ms, bodies.get(now_ms, "LIM?"))
+            assert len(board.receive(frame, now_s)) == 1
+        assert one.state == other.state
+        assert other.twin.voltage_v(now_s) == pytest.approx(one.twin.voltage_v(now_s), abs=2e-3)
+        states.add(one.state)
+    assert states == {"RAMP", "OFF"} | ends
