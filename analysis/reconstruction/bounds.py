@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # Products of so many pairs of data sets are searched whole.
 SEARCHED = 60_000_000
+# Of so many the extreme one is found by a search for nearest neighbours.
+COMPARED = 10_000_000_000
 BLOCK = 2048
 # Rows with extreme sums that are tried before all.
 CANDIDATES = 200
@@ -99,17 +101,27 @@ def _largest_sums(rows: Array) -> Array:
 def paired_t(x: Array, y: Array) -> Range:
     """Return the range of the paired t of y - x, from the least to the most favourable pairing.
 
-    With the means fixed only the sum of products is free. For sorted columns it is largest in
-    the same order and smallest in the opposite one. If there are too many pairs of data sets
-    to search, Cauchy and Schwarz bound it. Where a rounded mean leaves the sum open, every
-    pair of sums is taken in turn.
+    With sums and sums of squares fixed only the sum of products is free. For sorted columns it
+    is largest in the same order and smallest in the opposite one, and over two lists of columns
+    it is largest where two standardised columns lie nearest to each other: a search for nearest
+    neighbours. Every pair of sums and of sums of squares is taken in turn, but for those that
+    cannot widen the range by Cauchy and Schwarz. Lists too long even for that are bounded by
+    Cauchy and Schwarz alone.
     """
-    found = [_t_of_sums(a, b) for a, b in product(by_sum(x), by_sum(y))]
-    return Range(
-        min(part.low for part in found),
-        max(part.high for part in found),
-        sharp=all(part.sharp for part in found),
-    )
+    low, high, sharp = inf, -inf, True
+    for a, b in sorted(product(_by_moments(x), _by_moments(y)), key=_widest):
+        outer = _t_by_cauchy(a, b)
+        if outer.low >= low and outer.high <= high:
+            continue
+        if len(a) * len(b) > COMPARED:
+            low, high, sharp = min(low, outer.low), max(high, outer.high), False
+            continue
+        rises = outer.high > 0
+        if outer.high > high:
+            high = max(high, _t(a, b, same=rises))
+        if outer.low < low:
+            low = min(low, _t(a, b, same=not rises))
+    return Range(low, high, sharp)
 
 
 def by_sum(rows: Array) -> list[Array]:
@@ -118,45 +130,101 @@ def by_sum(rows: Array) -> list[Array]:
     return [rows[sums == total] for total in np.unique(sums)]
 
 
-def _t_of_sums(x: Array, y: Array) -> Range:
-    """Return the range of t for columns with one sum each."""
-    n = x.shape[1]
-    difference = int(y[0].sum()) - int(x[0].sum())
+def _by_moments(rows: Array) -> list[Array]:
+    """Return the rows of each sum and sum of squares."""
+    found = []
+    for part in by_sum(rows):
+        squares = _squares(part)
+        found += [part[squares == q] for q in np.unique(squares)]
+    return found
+
+
+def _squares(rows: Array) -> Array:
+    found: Array = (rows.astype(np.int64) ** 2).sum(axis=1)
+    return found
+
+
+def _widest(pair: tuple[Array, Array]) -> float:
+    """Order pairs so that those that may have the widest range come first."""
+    outer = _t_by_cauchy(*pair)
+    return outer.low - outer.high
+
+
+def _t_by_cauchy(x: Array, y: Array) -> Range:
+    """Return bounds on t from sums and sums of squares alone."""
+    (n, total_x, square_x), (_, total_y, square_y) = _moments(x), _moments(y)
+    difference = total_y - total_x
+    roots = sqrt(n * square_x - total_x**2), sqrt(n * square_y - total_y**2)
+    # Whatever rounding does to the roots, nothing is left out.
+    ends = (abs(roots[0] - roots[1]) * (1 - 1e-12), (roots[0] + roots[1]) * (1 + 1e-12))
+    ts = [_t_of_scatter(difference, n, scatter**2) for scatter in ends]
+    return Range(min(ts), max(ts), sharp=False)
+
+
+def _moments(rows: Array) -> tuple[int, int, int]:
+    """Return n, sum and sum of squares of rows that share them."""
+    return rows.shape[1], int(rows[0].sum()), int(_squares(rows[:1])[0])
+
+
+def _t_of_scatter(difference: int, n: int, scatter: float) -> float:
+    """Return t from the sum of n differences and n times their squared deviations."""
     if not difference:
-        return Range(0.0, 0.0, sharp=True)
-    sharp = len(x) * len(y) <= SEARCHED
-    if sharp:
-        scatters = [n * _extreme(x, y, same=same) - difference**2 for same in (True, False)]
+        return 0.0
+    return difference * sqrt((n - 1) / scatter) if scatter > 0 else copysign(inf, difference)
+
+
+def _t(x: Array, y: Array, *, same: bool) -> float:
+    """Return the extreme t of rows with one sum and sum of squares each, in one order."""
+    n, total_x, _ = _moments(x)
+    difference = _moments(y)[1] - total_x
+    if not difference:
+        return 0.0
+    rows = most_alike_rows(x, y if same else y[:, ::-1], same=same)
+    squared = sum((int(b) - int(a)) ** 2 for a, b in zip(*rows, strict=True))
+    return _t_of_scatter(difference, n, n * squared - difference**2)
+
+
+def most_alike_rows(x: Array, y: Array, *, same: bool) -> tuple[Array, Array]:
+    """Return a row of `x` and one of `y` with the largest (smallest) sum of products.
+
+    Of all pairs of rows, which share their sum and sum of squares in either list.
+    """
+    if len(x) * len(y) <= SEARCHED:
+        # Whole numbers below 2^53: exact in floating point.
+        a, b = x.astype(np.float64), y.astype(np.float64).T * (1 if same else -1)
+        best, at = -inf, (0, 0)
+        for first in range(0, len(a), BLOCK):
+            products = a[first : first + BLOCK] @ b
+            row, column = divmod(int(products.argmax()), len(y))
+            if products[row, column] > best:
+                best, at = float(products[row, column]), (first + row, column)
+        return x[at[0]], y[at[1]]
+    standard_x, standard_y = _standardised(x), _standardised(y) * (1 if same else -1)
+    if len(x) > len(y):
+        column, row = _nearest(standard_y, standard_x)
     else:
-        (low_x, high_x), (low_y, high_y) = _roots_of_scatter(x), _roots_of_scatter(y)
-        scatters = [max(low_x - high_y, low_y - high_x, 0.0) ** 2, (high_x + high_y) ** 2]
-    ts = [
-        difference * sqrt((n - 1) / scatter) if scatter > 0 else copysign(inf, difference)
-        for scatter in scatters
-    ]
-    return Range(min(ts), max(ts), sharp)
+        row, column = _nearest(standard_x, standard_y)
+    return x[row], y[column]
 
 
-def _roots_of_scatter(rows: Array) -> tuple[float, float]:
-    """Return the smallest and largest root of n times the squared deviations, one sum given."""
-    n, total = rows.shape[1], int(rows[0].sum())
-    squares = (rows.astype(np.int64) ** 2).sum(axis=1)
-    return sqrt(n * int(squares.min()) - total**2), sqrt(n * int(squares.max()) - total**2)
+def _standardised(rows: Array) -> Array:
+    centred = rows - rows.mean(axis=1, keepdims=True)
+    lengths = np.sqrt((centred**2).sum(axis=1, keepdims=True))
+    found: Array = np.divide(centred, lengths, out=np.zeros_like(centred), where=lengths > 0)
+    return found
 
 
-def _extreme(x: Array, y: Array, *, same: bool) -> float:
-    """Return the extreme sum of squared differences: smallest for the `same` order."""
-    a, b = x.astype(np.float64), y.astype(np.float64)
-    if not same:
-        b = b[:, ::-1]
-    # Whole numbers below 2^53: products and sums are exact in floating point.
-    ends = (b**2).sum(axis=1)
-    best = inf if same else -inf
-    for first in range(0, len(a), BLOCK):
-        part = a[first : first + BLOCK]
-        squared = (part**2).sum(axis=1)[:, None] + ends - 2 * (part @ b.T)
-        best = min(best, float(squared.min())) if same else max(best, float(squared.max()))
-    return best
+def _nearest(few: Array, many: Array) -> tuple[int, int]:
+    """Return the places of a point of `few` and one of `many` that lie nearest to each other."""
+    from scipy.spatial import cKDTree  # noqa: PLC0415 - SciPy takes longer than the counts
+
+    tree, best, at = cKDTree(many), inf, (0, 0)
+    for first in range(0, len(few), BLOCK):
+        distances, places = tree.query(few[first : first + BLOCK], distance_upper_bound=best)
+        nearest = int(distances.argmin())
+        if distances[nearest] < best:
+            best, at = float(distances[nearest]), (first + nearest, int(places[nearest]))
+    return at
 
 
 def log_mean(x: Array) -> Range:

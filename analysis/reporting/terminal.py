@@ -14,7 +14,7 @@ from analysis.published import biet2007
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.reproduction.comparison import Comparison
+    from analysis.reproduction.comparison import Comparison, Outcome
     from analysis.result import Analysis
 
 TITLES = {"mean": "mean", "maximum_deviation": "max. dev.", "standard_deviation": "SD"}
@@ -67,9 +67,10 @@ def print_comparisons(comparisons: Sequence[Comparison], console: Console | None
         table.add_row(
             comparison.item,
             outcome.published or "–",
-            f"{outcome.ours:.5g}",
+            f"{outcome.ours:.5g}" if outcome.exact is None else f"{outcome.exact:,}",
             outcome.unit,
-            AGREES[outcome.agrees] + (" [red]drifted[/]" if comparison.drifted else ""),
+            ("by construction" if by_construction(outcome) else AGREES[outcome.agrees])
+            + (" [red]drifted[/]" if comparison.drifted else ""),
         )
     target.print(table)
     reasons: dict[str, list[str]] = {}
@@ -78,6 +79,7 @@ def print_comparisons(comparisons: Sequence[Comparison], console: Console | None
     for reason, items in reasons.items():
         named = items[0] if len(items) == 1 else f"{items[0]} ... {items[-1]}"
         target.print(f"[dim]{named}:[/] {reason}", highlight=False)
+    target.print(_summary(comparisons), highlight=False)
     for comparison in comparisons:
         if comparison.drifted:
             target.print(
@@ -85,3 +87,22 @@ def print_comparisons(comparisons: Sequence[Comparison], console: Console | None
                 f"records {comparison.recorded!r}",
                 highlight=False,
             )
+
+
+def by_construction(outcome: Outcome) -> bool:
+    """Whether ours agrees because it was made to."""
+    return outcome.by_construction and bool(outcome.agrees)
+
+
+def _summary(comparisons: Sequence[Comparison]) -> str:
+    """Say how many items agree, and what the exit status means."""
+    outcomes = [comparison.outcome for comparison in comparisons]
+    made = sum(by_construction(outcome) for outcome in outcomes)
+    agree = sum(bool(outcome.agrees) for outcome in outcomes) - made
+    differ = sum(outcome.agrees is False for outcome in outcomes)
+    return (
+        f"{agree} items agree with the paper, {made} more by construction (ours was found from, or "
+        f"set to, what is published), {differ} do not, each with its reason above. The exit status "
+        "tells whether ours is still what the repository records and Table III's cells agree, not "
+        "whether every item meets the paper."
+    )

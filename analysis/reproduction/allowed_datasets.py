@@ -30,7 +30,10 @@ class Count:
 
 @dataclass(frozen=True)
 class Section:
-    """Counts, what holds in every data set that Table III allows, and what depends."""
+    """Counts, what holds in every data set that Table III allows, and what depends.
+
+    The counts are for both conventions of the SD, the conclusions for one.
+    """
 
     counts: tuple[Count, ...]
     always: tuple[Conclusion, ...]
@@ -52,11 +55,12 @@ def counts() -> tuple[Count, ...]:
     )
 
 
-def section() -> Section:
-    """Return the whole section; a few seconds."""
+def section(convention: str = "sample") -> Section:
+    """Return the whole section under one convention of the SD; some seconds."""
     from analysis.reconstruction.conclusions import conclusions  # noqa: PLC0415
 
-    found = conclusions([Sampler(solutions) for solutions in columns()])
+    chosen = [one.under(convention, one.column.rounding) for one in columns()]
+    found = conclusions([Sampler(solutions) for solutions in chosen])
     return Section(
         counts(),
         tuple(c for c in found if c.decided),

@@ -33,6 +33,8 @@ SOURCES: tuple[tuple[str, str], ...] = (
 #: Ours may move by this much, relative, before it counts as drift: other processors and library
 #: versions round differently.
 DRIFT = 1e-6
+#: Floating point holds every whole number below.
+EXACT = 2**53
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,6 +56,10 @@ class Outcome:
         ("more than 10"); by default ours must round to the printed number.
     must_agree : bool
         A disagreement is a failure of ours.
+    by_construction : bool
+        Agreement shows nothing about the paper: ours was set to, or found from, what is published.
+    exact : int, optional
+        Ours as a whole number of any size, where ``ours`` may round it.
     """
 
     published: str | None
@@ -62,6 +68,8 @@ class Outcome:
     reason: str
     rule: Callable[[str, float], bool] = agrees
     must_agree: bool = False
+    by_construction: bool = False
+    exact: int | None = None
 
     @property
     def agrees(self) -> bool | None:
@@ -98,6 +106,7 @@ class Comparison:
             "ours": self.outcome.ours,
             "unit": self.outcome.unit,
             "agrees": self.outcome.agrees,
+            "by_construction": self.outcome.by_construction,
             "reason": self.outcome.reason,
             "recorded": self.recorded,
             "drifted": self.drifted,
@@ -129,7 +138,7 @@ def recorded_values() -> dict[str, float]:
 def record(items: Mapping[str, Callable[[], Outcome]], name: str) -> None:
     """Write what a source's items give now as ours, integers as integers, beside this module."""
     found = {item: compute().ours for item, compute in items.items()}
-    values = {item: int(v) if math.isfinite(v) and v == int(v) else v for item, v in found.items()}
+    values = {item: int(v) if abs(v) < EXACT and v == int(v) else v for item, v in found.items()}
     Path(__file__).with_name("recorded").joinpath(name).write_text(
         json.dumps(values, indent=2) + "\n", encoding="utf-8"
     )

@@ -1,14 +1,17 @@
 """Every raw data set that Table III allows: how many there are, and what holds in all of them.
 
-The paper prints none of these numbers; they are what its Table III implies, whoever rated what.
-A conclusion's lowest and highest value are over all data sets and all pairings of the ratings of
-one participant; where no data set is known to attain a bound, the reason says so.
+The paper prints none of these numbers; they are what its Table III implies, whoever rated what,
+for whole ratings from 0 to 100. The paper does not say which standard deviation it printed, so a
+conclusion's lowest and highest value are over the data sets of both conventions and over all
+pairings of the ratings of one participant; the reason tells them apart. Where no data set is
+known to attain a bound, the reason says so.
 """
 
 from __future__ import annotations
 
 from functools import cache, partial
 from itertools import combinations
+from math import prod
 from typing import TYPE_CHECKING, Any
 
 from analysis.reconstruction.published_table import CONVENTIONS
@@ -24,36 +27,75 @@ AMPLITUDES_UM_PP = allowed_datasets.AMPLITUDES_UM_PP
 ENDS = ("lowest", "highest")
 
 
-@cache
-def _counts() -> dict[tuple[float, str], int]:
-    return {(c.amplitude_um_pp, c.sd_convention): c.multisets for c in allowed_datasets.counts()}
+WHOLE_RATINGS = (
+    "whole ratings from 0 to 100 are assumed: the printed means of ratings that were not whole "
+    "would all four fit n = 12 with a probability of 2e-4"
+)
 
 
 @cache
-def _conclusions() -> dict[str, Conclusion]:
-    section = allowed_datasets.section()
-    return {found.name: found for found in section.always + section.depends}
+def _counts() -> dict[tuple[float, str], allowed_datasets.Count]:
+    return {(c.amplitude_um_pp, c.sd_convention): c for c in allowed_datasets.counts()}
+
+
+@cache
+def _conclusions() -> dict[str, dict[str, Conclusion]]:
+    """Return the conclusions by name and convention of the SD."""
+    found: dict[str, dict[str, Conclusion]] = {}
+    for convention in CONVENTIONS:
+        section = allowed_datasets.section(convention)
+        for one in section.always + section.depends:
+            found.setdefault(one.name, {})[convention] = one
+    return found
 
 
 def datasets(amplitude_um_pp: float, convention: str) -> Outcome:
     """Return how many multisets of twelve integers a column of Table III allows."""
+    count = _counts()[amplitude_um_pp, convention]
     return Outcome(
         published=None,
-        ours=float(_counts()[amplitude_um_pp, convention]),
+        ours=float(count.multisets),
         unit="multisets",
-        reason=f"exact count, with the {convention} standard deviation",
+        reason=(
+            f"exact count, with the {convention} standard deviation; {count.ordered:,} with "
+            f"participants told apart; {WHOLE_RATINGS}"
+        ),
+        exact=count.multisets,
+    )
+
+
+def tables(convention: str) -> Outcome:
+    """Return how many tables of twelve participants and four amplitudes Table III allows."""
+    exact = prod(_counts()[amplitude, convention].ordered for amplitude in AMPLITUDES_UM_PP)
+    return Outcome(
+        published=None,
+        ours=float(exact),
+        unit="tables",
+        reason=(
+            f"{exact:,} tables with the {convention} standard deviation: the product of the "
+            "columns' counts, participants told apart, as any may stand beside any"
+        ),
     )
 
 
 def bound(name: str, end: str) -> Outcome:
     """Return a conclusion's lowest or highest value over all data sets and pairings."""
     found = _conclusions()[name]
-    holds = "the same conclusion in every data set" if found.decided else "depends on the data set"
+    low = {convention: one.low for convention, one in found.items()}
+    high = {convention: one.high for convention, one in found.items()}
+    values, pick = (low, min) if end == "lowest" else (high, max)
+    always = all(one.decided for one in found.values())
+    holds = "the same conclusion in every data set" if always else "depends on the data set"
+    each = ", ".join(f"{value:.4g} with the {word} SD" for word, value in values.items())
+    ps = [p for one in found.values() for p in (one.p_low, one.p_high) if p is not None]
+    p = f"; p from {min(ps):.2g} to {max(ps):.2g}" if ps else ""
+    sharp = "" if all(one.sharp for one in found.values()) else "; a bound, maybe not met"
+    question = found[CONVENTIONS[0]].question
     return Outcome(
         published=None,
-        ours=found.low if end == "lowest" else found.high,
+        ours=pick(values.values()),
         unit="",
-        reason=f"{found.question}: {holds}" + ("" if found.sharp else "; a bound, maybe not met"),
+        reason=f"{question}: {holds}; {each}; rounded, not truncated{p}{sharp}",
     )
 
 
@@ -76,6 +118,7 @@ ITEMS: dict[str, Callable[[], Outcome]] = {
         for amplitude in AMPLITUDES_UM_PP
         for convention in CONVENTIONS
     },
+    **{f"datasets.tables.{convention}": partial(tables, convention) for convention in CONVENTIONS},
     **{item: partial(bound, *which) for item, which in _bounded().items()},
 }
 FIGURES: dict[str, Any] = {}

@@ -171,12 +171,16 @@ def _twin_peak() -> tuple[float, float]:
 
 def fig13_frequency() -> Outcome:
     """Return the resonance of the plate as measured, Section IV-A."""
-    return Outcome(published="30.5", ours=_twin_peak()[0] / 1e3, unit="kHz", reason=_TWIN)
+    return Outcome(
+        published="30.5", ours=_twin_peak()[0] / 1e3, unit="kHz", reason=_TWIN, by_construction=True
+    )
 
 
 def fig13_amplitude() -> Outcome:
     """Return the amplitude of the plate as measured, Section IV-A."""
-    return Outcome(published="2.3", ours=_twin_peak()[1], unit="µm p-p", reason=_TWIN)
+    return Outcome(
+        published="2.3", ours=_twin_peak()[1], unit="µm p-p", reason=_TWIN, by_construction=True
+    )
 
 
 def draw_fig8() -> Any:

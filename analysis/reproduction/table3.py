@@ -38,6 +38,7 @@ def cell(row: biet2007.TableRow, statistic: str, *, figure: bool = False) -> Out
         unit="of 100",
         reason=("Fig. 15 plots Table III's means; " if figure else "") + biet2007.NOT_RAW_DATA,
         must_agree=True,
+        by_construction=True,
     )
 
 

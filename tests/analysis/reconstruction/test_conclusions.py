@@ -40,9 +40,20 @@ def test_paired_t_is_bounded_sharply_over_every_pairing(small):
     assert found.high == pytest.approx(max(ts))
 
 
-def test_too_many_pairs_to_search_are_bounded_from_outside(small, monkeypatch):
+def test_nearest_neighbours_find_what_trying_every_pair_finds(column, monkeypatch):
+    facts = [("2.0", "1.7"), ("3", "1.3"), ("1.7", "1.5"), ("2.1", "1.6")]
+    lists = [Sampler(Solutions(column(7, *f, maximum=6))).listed for f in facts]
+    for x, y in permutations(lists, 2):
+        tried = paired_t(x, y)
+        with monkeypatch.context() as patch:
+            patch.setattr("analysis.reconstruction.bounds.SEARCHED", 0)
+            assert paired_t(x, y) == tried
+        assert tried.sharp
+
+
+def test_too_many_pairs_to_compare_are_bounded_from_outside(small, monkeypatch):
     sharp = paired_t(*small)
-    monkeypatch.setattr("analysis.reconstruction.bounds.SEARCHED", 0)
+    monkeypatch.setattr("analysis.reconstruction.bounds.COMPARED", 0)
     loose = paired_t(*small)
     assert not loose.sharp
     assert loose.low <= sharp.low <= sharp.high <= loose.high
