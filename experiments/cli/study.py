@@ -26,7 +26,13 @@ def add_study(parser: ArgumentParser) -> None:
     show.add_argument(
         "--participant", default="01", metavar="01", help="whose orders (default: 01)"
     )
-    validate = commands.add_parser("validate", help="tell every fault of a study file")
+    show.add_argument(
+        "--session", default="", metavar="01", help="of which session (default: the study's first)"
+    )
+    show.add_argument("--run", default="01", metavar="01", help="of which run (default: 01)")
+    validate = commands.add_parser(
+        "validate", help="tell every fault of a study file, and how balanced its orders are"
+    )
     validate.add_argument("study", metavar="STUDY", help=WHICH)
     commands.add_parser("schema", help="print the JSON Schema of study files, for editors")
 
@@ -37,7 +43,7 @@ def run_study(args: Namespace) -> int:
 
     actions = {
         "new": lambda: study_commands.new(args.path, NEW_STUDY),
-        "show": lambda: study_commands.show(args.study, args.participant),
+        "show": lambda: study_commands.show(args.study, args.participant, args.session, args.run),
         "validate": lambda: study_commands.validate(args.study),
         "schema": study_commands.schema,
     }

@@ -51,8 +51,9 @@ def software() -> dict[str, str]:
 
 def plan_from(record: Record) -> RunPlan:
     """Return the plan that a journal's header holds."""
-    fields = RunPlan.__dataclass_fields__
-    return RunPlan(**{name: record.data[name] for name in fields})
+    # Journals written before orders had a version were drawn with the first.
+    data = {"order_version": 1, **record.data}
+    return RunPlan(**{name: data[name] for name in RunPlan.__dataclass_fields__})
 
 
 def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:

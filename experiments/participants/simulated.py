@@ -76,6 +76,8 @@ class SimulatedParticipant:
     language : str
         Of the verbal reports.
     population : Population, optional
+    visit : int
+        Which of the participant's runs it is: the person stays the same, trials are others.
     """
 
     kind: ClassVar[Kind] = "simulated"
@@ -89,8 +91,10 @@ class SimulatedParticipant:
         clock: Clock,
         language: str = "en",
         population: Population | None = None,
+        visit: int = 0,
     ) -> None:
         self._key = (seed, participant)
+        self._visit = ("visit", visit) if visit else ()
         self._feel = feel
         self._clock = clock
         self._language = language
@@ -187,7 +191,7 @@ class SimulatedParticipant:
         """Return random numbers for one purpose in one trial."""
         trial = step.trial
         place = (trial.task, trial.number) if trial else ("", 0)
-        return self._stream(*place, *purpose)
+        return self._stream(*self._visit, *place, *purpose)
 
     def _stream(self, *purpose: str | int) -> Stream:
         return Stream(*self._key, "simulated", *purpose)

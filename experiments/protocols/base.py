@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from experiments.protocols.randomisation import Stream
+from experiments.protocols.williams import Place
 from faults import UserError
 from stimuli.surface import VirtualSurface
 
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
 
 PROTOCOLS = "slipscale.protocols"
 Kind = Literal["number", "label", "text"]
+# 1: the Williams rows, and orders that knew neither session nor run (docs/decisions/0130).
+ORDER_VERSION = 2
+EVERYBODY = "every participant"  # no participant's label: those have no spaces
 
 # Strict: "3", 3.0 and true are not 3. TOML says what it means, and so does the fault.
 Count = Annotated[int, Field(strict=True, ge=0)]
@@ -64,6 +68,14 @@ class Context:
         The participant's label.
     row : int
         The participant's place in the counterbalancing: 0, 1, ...
+    visit : int
+        Which of the participant's runs it is, as the study plans them: 0, 1, ...
+    advance : bool
+        Whether each visit takes the next place in the counterbalancing.
+    session, run : str
+        The run's labels: each has orders of its own.
+    order_version : int
+        The rule that orders are drawn by; 1 only to go on with a run that was begun with it.
     amplitudes_um_pp : tuple of float
         The study's surfaces, µm peak to peak.
     texts : Mapping
@@ -78,6 +90,11 @@ class Context:
     amplitudes_um_pp: tuple[float, ...]
     texts: Texts
     textures: tuple[Grating, ...] = ()
+    visit: int = 0
+    advance: bool = True
+    session: str = ""
+    run: str = "01"
+    order_version: int = ORDER_VERSION
 
     @property
     def surfaces(self) -> tuple[Surface, ...]:
@@ -85,8 +102,19 @@ class Context:
         return (*(self.surface(amplitude) for amplitude in self.amplitudes_um_pp), *self.textures)
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return random numbers of this participant's own for one purpose."""
-        return Stream(self.seed, self.participant, *purpose)
+        """Return random numbers of this run's own for one purpose."""
+        # In version 1 all of a participant's runs had the same.
+        of_run = () if self.order_version == 1 else (self.session, self.run)
+        return Stream(self.seed, self.participant, *of_run, *purpose)
+
+    def shared_stream(self, *purpose: str | int) -> Stream:
+        """Return random numbers that all participants have in common for one purpose."""
+        return Stream(self.seed, EVERYBODY, *purpose)
+
+    @property
+    def place(self) -> Place:
+        """Where the run stands in the counterbalancing."""
+        return Place(row=self.row, visit=self.visit, advance=self.advance)
 
     def surface(self, amplitude_um_pp: float) -> VirtualSurface:
         """Return the surface of an amplitude, with a label that does not tell it."""

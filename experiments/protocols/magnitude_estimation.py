@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from experiments.protocols import first_orders
 from experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
@@ -21,8 +22,8 @@ from experiments.protocols.base import (
     Positive,
     Protocol,
 )
+from experiments.protocols.orders import Rule, practice_order, presentation_order
 from experiments.protocols.pacing import PacedOptions
-from experiments.protocols.randomisation import Rule, presentation_order
 from experiments.protocols.repeating import Repeating, part_over
 from experiments.protocols.steps import (
     Answer,
@@ -74,7 +75,9 @@ class MagnitudeEstimation(PacedOptions):
         "follows what.",
     )
     no_immediate_repeat: Flag = Field(
-        default=True, description="Whether orders in which a surface follows itself are avoided."
+        default=True,
+        description="Whether orders in which a surface follows itself are avoided, from the last "
+        "practice trial to the first main trial too.",
     )
     scale_top: Literal["none", "declared"] = Field(
         default="none",
@@ -118,22 +121,55 @@ def trials(options: MagnitudeEstimation, context: Context) -> int:
 
 def blocks(options: MagnitudeEstimation, context: Context) -> list[tuple[Phase, list[Surface]]]:
     """Return the order of surfaces, block by block, practice first."""
+    draw = _first_blocks if context.order_version == 1 else _blocks
     surfaces = context.surfaces
+    return [
+        (phase, [surfaces[each] for each in block])
+        for phase, drawn in draw(options, context, len(surfaces)).items()
+        for block in drawn
+    ]
 
-    def order(phase: Phase, repetitions: int) -> list[tuple[Phase, list[Surface]]]:
-        rule: Rule = "blocked" if phase == "practice" else options.randomisation
-        drawn = presentation_order(
-            len(surfaces),
+
+def _blocks(
+    options: MagnitudeEstimation, context: Context, surfaces: int
+) -> dict[Phase, list[list[int]]]:
+    main = presentation_order(
+        surfaces,
+        options.repetitions,
+        options.randomisation,
+        stream=context.stream(TASK, "main"),
+        shared=lambda group, turn: context.shared_stream(TASK, "main", group, turn),
+        place=context.place,
+        no_immediate_repeat=options.no_immediate_repeat,
+    )
+    practice = practice_order(
+        surfaces,
+        options.practice,
+        stream=context.stream(TASK, "practice"),
+        following=main[0][0] if options.no_immediate_repeat else None,
+    )
+    return {"practice": practice, "main": main}
+
+
+def _first_blocks(
+    options: MagnitudeEstimation, context: Context, surfaces: int
+) -> dict[Phase, list[list[int]]]:
+    """Return the order that version 1 drew."""
+
+    def order(phase: Phase, repetitions: int, rule: Rule) -> list[list[int]]:
+        return first_orders.presentation_order(
+            surfaces,
             repetitions,
             rule,
             stream=context.stream(TASK, phase),
             row=context.row,
             no_immediate_repeat=options.no_immediate_repeat,
         )
-        return [(phase, [surfaces[place] for place in block]) for block in drawn]
 
-    practice = order("practice", options.practice) if options.practice else []
-    return practice + order("main", options.repetitions)
+    return {
+        "practice": order("practice", options.practice, "blocked"),
+        "main": order("main", options.repetitions, options.randomisation),
+    }
 
 
 def steps(options: MagnitudeEstimation, context: Context) -> Steps:

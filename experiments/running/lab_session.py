@@ -72,9 +72,15 @@ def make_plan(
     language: str | None = None,
     pilot: bool = False,
 ) -> RunPlan:
-    """Return the plan of a run as the command asks for it."""
+    """Return the plan of a run as the command asks for it.
+
+    Raises
+    ------
+    UserError
+        A label cannot be part of a file name, or the study plans other sessions.
+    """
     study, text = read_study(study_name)
-    return RunPlan(
+    plan = RunPlan(
         study_name=study_name,
         study_text=text,
         participant=participant,
@@ -84,6 +90,8 @@ def make_plan(
         language=language or study.language,
         mode="pilot" if pilot else "participant",
     )
+    plan.context()  # refuses a session that the study does not plan, before anything is written
+    return plan
 
 
 def begin(dataset: Path, plan: RunPlan, setting: Setting) -> RunOutcome:

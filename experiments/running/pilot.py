@@ -6,6 +6,7 @@ and the participant.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from experiments.dataset.bids import build_dataset, journals
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 def pilot_plans(
     study_name: str, *, participants: int | None, seed: int | None, language: str | None
 ) -> list[RunPlan]:
-    """Return the runs of a pilot.
+    """Return the runs of a pilot: of each participant every session and run that is planned.
 
     Parameters
     ----------
@@ -48,11 +49,15 @@ def pilot_plans(
             study_name=study_name,
             study_text=text,
             participant=f"{number:0{width}d}",
+            session=session,
+            run=f"{run:02d}",
             seed=study.seed if seed is None else seed,
             language=language or study.language,
             mode="pilot",
         )
         for number in range(1, count + 1)
+        for session in study.sessions or ("",)
+        for run in range(1, study.runs + 1)
     ]
 
 
@@ -121,6 +126,10 @@ def run_pilot(
     if not is_mock(spec):
         raise UserError(f"--plate {spec}: a pilot runs in virtual time; expected mock")
     claim(folder, plans)
+    begun = [read_plan(path)[0].order_version for path in journals(folder) if has_begun(path)]
+    # A pilot begun with an older rule of orders ends with it.
+    version = min(begun, default=plans[0].order_version)
+    plans = [replace(plan, order_version=version) for plan in plans]
     with signals_raise():
         for plan in plans:
             run_simulated(folder, plan, spec)
@@ -144,6 +153,7 @@ def run_simulated(folder: Path, plan: RunPlan, spec: str) -> None:
         person = SimulatedParticipant(
             seed=plan.seed,
             participant=plan.participant,
+            visit=plan.visit,
             feel=plate.vibration_um_pp,
             clock=clock,
             language=plan.language,

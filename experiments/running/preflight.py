@@ -154,6 +154,7 @@ def check_plate(planned: PlannedSession) -> Finding:
         study_name=planned.study,
         study_text=text,
         participant="01",
+        session=planned.session or (*study.sessions, "")[0],
         seed=study.seed,
         language=study.language,
         mode="pilot",

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import shlex
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from experiments.dataset.bids import write_file
+from experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from experiments.protocols.steps import Present
+from experiments.running.balance import order_balance, task_balance
 from experiments.running.dry_run import dry_run
 from experiments.study.file import read_study, study_text
 from experiments.study.run_plan import RunPlan
@@ -17,6 +20,10 @@ from stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from experiments.protocols.steps import Trial
+    from experiments.study.model import Study
+    from stimuli.surface import Surface
 
 SCHEMA_FILE = "study.schema.json"
 
@@ -42,33 +49,42 @@ def schema() -> str:
 
 def validate(name: str) -> str:
     """Return what to say of a study without fault; UserError tells every fault."""
-    study, _ = read_study(name)
+    study, text = read_study(name)
     textures = f", {len(study.textures)} textures" if study.textures else ""
-    return (
+    said = (
         f"{name}: no fault ({len(study.tasks)} tasks, {len(study.amplitudes_um_pp)} amplitudes"
         f"{textures})"
     )
+    return "\n".join([said, *balance(name, study, text)])
 
 
-def show(name: str, participant: str) -> str:
+def show(name: str, participant: str, session: str = "", run: str = "01") -> str:
     """Return what a study does, and the order in which a participant will have the surfaces.
 
     This unblinds whoever reads it: it is for planning, not for the operator of a session.
+
+    Parameters
+    ----------
+    name : str
+        A study file, or a shipped study's name.
+    participant, session, run : str
+        Whose orders; without a session the first that the study plans.
     """
     study, text = read_study(name)
-    plan = RunPlan(
-        study_name=name,
-        study_text=text,
+    plan = replace(
+        _plan(name, study, text),
         participant=participant,
-        seed=study.seed,
-        language=study.language,
-        mode="pilot",
+        session=session or _sessions(study)[0],
+        run=run,
     )
     lines = [
         f"{study.name}: {study.title}",
         f"language {study.language}, seed {study.seed}, {study.participants} participants planned",
         f"amplitudes {', '.join(f'{a:g}' for a in study.amplitudes_um_pp)} µm p-p",
     ]
+    if study.sessions or study.runs > 1:
+        sessions = f"sessions {', '.join(study.sessions)}, " if study.sessions else ""
+        lines.append(f"{sessions}{study.runs} runs in each; visits = {study.visits}")
     lines += [
         f"texture {grating.name} ({grating.label}): {grating.waveform}, "
         f"{grating.lowest_um_pp:g} to {grating.amplitude_um_pp:g} µm p-p, "
@@ -79,7 +95,14 @@ def show(name: str, participant: str) -> str:
     for protocol, options in plan.tasks():
         lines += ["", f"{protocol.title} ({protocol.task})"]
         lines += [f"  {key} = {value}" for key, value in options if key != "protocol"]
-    lines += ["", f"surfaces of participant {participant}, µm p-p (unblinds you)"]
+    lines += ["", *balance(name, study, text)]
+    which = f"session {plan.session}, " if plan.session else ""
+    place = f"place {plan.row + 1} in the counterbalancing, visit {plan.visit + 1}"
+    lines += [
+        "",
+        f"participant {participant}, {which}run {run}: {place}",
+        f"surfaces of participant {participant}, µm p-p (unblinds you)",
+    ]
     lines += [f"  {task:<22} {order}" for task, order in orders(plan).items()]
     return "\n".join(lines)
 
@@ -87,10 +110,64 @@ def show(name: str, participant: str) -> str:
 def orders(plan: RunPlan) -> dict[str, str]:
     """Return each task's surfaces in order of presentation, practice in brackets."""
     found: dict[str, list[str]] = {}
-    for step in dry_run(plan):
-        if isinstance(step, Present) and step.trial:
-            surface = step.surface
-            what = surface.name if isinstance(surface, Grating) else f"{surface.amplitude_um_pp:g}"
-            word = f"({what})" if step.trial.phase == "practice" else what
-            found.setdefault(step.trial.task, []).append(word)
+    for trial, surface in presented(plan):
+        what = _name(surface)
+        found.setdefault(trial.task, []).append(f"({what})" if trial.phase == "practice" else what)
     return {task: " ".join(order) for task, order in found.items()}
+
+
+def balance(name: str, study: Study, text: str) -> list[str]:
+    """Return how balanced a study's orders are over all its participants, a sentence a line."""
+    whole = _plan(name, study, text)
+    plans = [
+        replace(whole, participant=f"{number:02d}", session=session, run=f"{run:02d}")
+        for number in range(1, study.participants + 1)
+        for session in _sessions(study)
+        for run in range(1, study.runs + 1)
+    ]
+    said = []
+    for protocol, options in plans[0].tasks():
+        # The one protocol that knows rules of order; a descending series has none to balance.
+        if isinstance(options, MagnitudeEstimation):
+            surfaces = [_name(surface) for surface in plans[0].context().surfaces]
+            runs = [_main_blocks(plan, protocol.task) for plan in plans]
+            said.append(f"{protocol.task}, {order_balance(options, surfaces, runs)}")
+    if study.task_order == "counterbalanced" and len(study.tasks) > 1:
+        said.append(task_balance(plan.tasks()[0][0].task for plan in plans))
+    return said
+
+
+def presented(plan: RunPlan) -> list[tuple[Trial, Surface]]:
+    """Return a run's trials in their order, each with its surface."""
+    steps = (step for step in dry_run(plan) if isinstance(step, Present))
+    return [(step.trial, step.surface) for step in steps if step.trial]
+
+
+def _main_blocks(plan: RunPlan, task: str) -> list[list[str]]:
+    """Return a task's blocks of main trials, as the names of their surfaces."""
+    found: dict[object, list[str]] = {}
+    for trial, surface in presented(plan):
+        if trial.task == task and trial.phase == "main":
+            found.setdefault(trial.factors["block"], []).append(_name(surface))
+    return list(found.values())
+
+
+def _name(surface: Surface) -> str:
+    return surface.name if isinstance(surface, Grating) else f"{surface.amplitude_um_pp:g}"
+
+
+def _sessions(study: Study) -> tuple[str, ...]:
+    return study.sessions or ("",)
+
+
+def _plan(name: str, study: Study, text: str) -> RunPlan:
+    """Return the plan of the first participant's run."""
+    return RunPlan(
+        study_name=name,
+        study_text=text,
+        participant="01",
+        session=_sessions(study)[0],
+        seed=study.seed,
+        language=study.language,
+        mode="pilot",
+    )

@@ -53,6 +53,9 @@ if TYPE_CHECKING:
     from faults.toml_lines import Place
     from faults.validation import Fault
 
+# A part of file names (BIDS entity): letters and digits only.
+EntityLabel = Annotated[str, Field(strict=True, pattern="^[A-Za-z0-9]+$")]
+
 
 # Columns of participants.tsv that Slipscale fills itself.
 TAKEN = ("participant_id", "mode", "complete")
@@ -202,6 +205,22 @@ class Study(BaseModel):
         description="Order of the tasks; counterbalanced: every other participant has them in "
         "reverse.",
     )
+    sessions: tuple[EntityLabel, ...] = Field(
+        default=(),
+        description="Labels of a participant's sessions in their order, all different; left out: "
+        "one session, or sessions that are counted by the number at the end of their label.",
+    )
+    runs: AtLeastOne = Field(
+        default=1,
+        description="How many runs each session has.",
+        json_schema_extra={"unit": "runs"},
+    )
+    visits: Literal["advance", "same"] = Field(
+        default="advance",
+        description="What a further session or run does in the counterbalancing. advance: it takes "
+        "the next place (the next Williams row, the other order of tasks); same: it keeps the "
+        "participant's place. The order of the surfaces is drawn anew in both cases.",
+    )
     about_you: tuple[PersonQuestion, ...] = Field(
         default=(), description="Questions about the participant, asked before the tasks."
     )
@@ -264,6 +283,13 @@ class Study(BaseModel):
                 tasks.append(task)
         refuse(faults or _unpresented(tasks, info))
         return tasks
+
+    @field_validator("sessions")
+    @classmethod
+    def _different(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        if len({label.casefold() for label in value}) < len(value):
+            raise ValueError("expected them to be all different")
+        return value
 
     @field_validator("about_you")
     @classmethod

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from experiments.languages.texts import load_texts
-from experiments.protocols.base import Context, load_protocol
+from experiments.protocols.base import ORDER_VERSION, Context, load_protocol
 from experiments.protocols.steps import Ask, ChoiceQuestion, Instruct, Steps
 from experiments.study.file import parse_study
 from faults import UserError
@@ -31,6 +31,12 @@ def check_labels(*, participant: str, session: str, run: str) -> None:
                 f"--{name} '{value}': expected letters and digits only, such as 01 "
                 "(never a participant's name)"
             )
+
+
+def _last_number(label: str) -> int | None:
+    """Return the number that a label ends with, P01's 1; None if it ends with a letter."""
+    found = re.search(r"[0-9]{1,18}$", label)
+    return int(found[0]) if found else None
 
 
 def stem(participant: str, session: str) -> str:
@@ -60,6 +66,8 @@ class RunPlan:
         What the participant reads.
     mode : {"participant", "pilot"}
         Told in every record, so that a pilot can never pass for a person.
+    order_version : int
+        The rule that orders are drawn by; an older one only to go on with a run of its time.
     """
 
     study_name: str
@@ -70,8 +78,14 @@ class RunPlan:
     seed: int
     language: str
     mode: Mode
+    order_version: int = ORDER_VERSION
 
     def __post_init__(self) -> None:
+        if self.order_version not in range(1, ORDER_VERSION + 1):
+            raise UserError(
+                f"orders of version {self.order_version}: this Slipscale draws versions 1 to "
+                f"{ORDER_VERSION}; go on with the release that began the run"
+            )
         if self.seed < 0:
             raise UserError(f"--seed {self.seed}: expected 0 or more")
         check_labels(participant=self.participant, session=self.session, run=self.run)
@@ -83,10 +97,38 @@ class RunPlan:
 
     @property
     def row(self) -> int:
-        """The place in the counterbalancing: the participant's number, from 0."""
-        if self.participant.isdigit():
-            return max(int(self.participant) - 1, 0)
+        """The participant's place in the counterbalancing, from 0: the label's last number.
+
+        A label without a number has a place drawn from the label itself: such places are not
+        balanced.
+        """
+        numbered = self.participant.isdigit() if self.order_version == 1 else True
+        number = _last_number(self.participant) if numbered else None
+        if number is not None:
+            return max(number - 1, 0)
         return int.from_bytes(hashlib.sha256(self.participant.encode()).digest()[:4], "big")
+
+    @property
+    def visit(self) -> int:
+        """Which of the participant's runs this is, from 0, as the study plans them.
+
+        Raises
+        ------
+        UserError
+            The study plans sessions, and this is none of them.
+        """
+        study = self.study
+        if study.sessions and self.session not in study.sessions:
+            raise UserError(
+                f"--session '{self.session}': the study plans {', '.join(study.sessions)}; "
+                "expected one of them"
+            )
+        session = (
+            study.sessions.index(self.session)
+            if study.sessions
+            else max((_last_number(self.session) or 1) - 1, 0)
+        )
+        return session * study.runs + max((_last_number(self.run) or 1) - 1, 0)
 
     @property
     def stem(self) -> str:
@@ -112,13 +154,21 @@ class RunPlan:
             amplitudes_um_pp=self.study.amplitudes_um_pp,
             texts=self.texts(),
             textures=self.study.gratings,
+            visit=self.visit,
+            advance=self.study.visits == "advance",
+            session=self.session,
+            run=self.run,
+            order_version=self.order_version,
         )
 
     def tasks(self) -> list[tuple[Protocol, Options]]:
         """Return the tasks in the order in which this participant has them."""
         study = self.study
         tasks = [(load_protocol(options.protocol), options) for options in study.tasks]
-        turned = study.task_order == "counterbalanced" and self.row % 2 == 1
+        turns = self.row
+        if self.order_version > 1 and study.visits == "advance":
+            turns += self.visit
+        turned = study.task_order == "counterbalanced" and turns % 2 == 1
         return tasks[::-1] if turned else tasks
 
     def planned_trials(self) -> int:

@@ -1,0 +1,92 @@
+"""How balanced the orders of a study come out for the number of participants that it plans."""
+
+from __future__ import annotations
+
+from collections import Counter
+from itertools import chain, pairwise, permutations
+from typing import TYPE_CHECKING
+
+from experiments.protocols.williams import williams_group, williams_square
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from experiments.protocols.magnitude_estimation import MagnitudeEstimation
+
+NAMED = 8  # more transitions than that are counted, not named
+
+
+def order_balance(
+    options: MagnitudeEstimation, surfaces: Sequence[str], runs: Sequence[Sequence[Sequence[str]]]
+) -> str:
+    """Return one sentence on how often each surface follows each other one.
+
+    Parameters
+    ----------
+    options : MagnitudeEstimation
+        The task's.
+    surfaces : sequence of str
+        All surfaces, as they are to be named.
+    runs : sequence
+        For each run its blocks of main trials, each block the surfaces in their order.
+    """
+    pairs = list(permutations(surfaces, 2))
+    if not pairs:
+        return "one surface: there is no order to balance"
+    if options.randomisation != "williams":
+        follows = Counter(chain.from_iterable(pairwise(chain.from_iterable(run)) for run in runs))
+        counts = [follows[pair] for pair in pairs]
+        return (
+            f"{options.randomisation}: each order is drawn by itself, balanced on average; here "
+            f"a surface follows another {_times(min(counts), max(counts))}"
+        )
+    blocks = [block for run in runs for block in run]
+    follows = Counter(chain.from_iterable(map(pairwise, blocks)))
+    by_count: dict[int, list[str]] = {}
+    for before, after in pairs:
+        by_count.setdefault(follows[before, after], []).append(f"{before} then {after}")
+    rows = len(williams_square(len(surfaces)))
+    group = williams_group(
+        len(surfaces), options.repetitions, no_immediate_repeat=options.no_immediate_repeat
+    )
+    filled = f"{_many(len(blocks), 'block')} of {_many(len(runs), 'run')}"
+    if len(by_count) == 1:
+        each = _times(next(iter(by_count)))
+        return (
+            f"williams: {filled} are balanced over squares of {rows} rows; within blocks each "
+            f"surface follows each other one {each}"
+        )
+    usual = max(by_count, key=lambda count: (len(by_count[count]), count))
+    unequal = "; ".join(
+        f"{_listed(names)} {'come' if len(names) > 1 else 'comes'} {_times(count)}"
+        for count, names in sorted(by_count.items())
+        if count != usual
+    )
+    others = "transition" if len(by_count[usual]) == 1 else "transitions"
+    return (
+        f"williams: {filled} do not fill whole squares of {rows} rows; within blocks {unequal}; "
+        f"the other {len(by_count[usual])} {others} {_times(usual)}; "
+        f"{group} participants, or a multiple of {group}, would be balanced"
+    )
+
+
+def task_balance(first: Iterable[str]) -> str:
+    """Return one sentence on how often each task comes first; ``first`` has a task a run."""
+    counts = Counter(first)
+    each = ", ".join(f"{task} first in {_many(count, 'run')}" for task, count in counts.items())
+    even = len(counts) > 1 and len(set(counts.values())) == 1
+    return f"task order: {each}" + ("" if even else "; an even number would be balanced")
+
+
+def _times(least: int, most: int | None = None) -> str:
+    span = f"{least}" if most is None or most == least else f"{least} to {most}"
+    return f"{span} {'time' if span == '1' else 'times'}"
+
+
+def _many(count: int, thing: str) -> str:
+    return f"{count} {thing}" if count == 1 else f"{count} {thing}s"
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - NAMED
+    return ", ".join(names[:NAMED]) + (f" and {more} more" if more > 0 else "")

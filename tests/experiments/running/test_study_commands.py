@@ -1,0 +1,131 @@
+"""What ``slipscale study`` says of orders and their balance."""
+
+import pytest
+
+from experiments.protocols.magnitude_estimation import MagnitudeEstimation
+from experiments.running.balance import order_balance, task_balance
+from experiments.running.pilot import pilot_plans
+from experiments.running.study_commands import show, validate
+from faults import UserError
+from slipscale import main
+
+STUDY = """
+name = "five"
+title = "Five surfaces"
+participants = {participants}
+amplitudes_um_pp = [0.0, 0.5, 1.0, 1.5, 2.0]
+{keys}
+[[tasks]]
+protocol = "magnitude_estimation"
+randomisation = "{rule}"
+[[tasks]]
+protocol = "descending_difference"
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    def write(participants=12, rule="williams", keys=""):
+        path = tmp_path / "five.toml"
+        path.write_text(STUDY.format(participants=participants, rule=rule, keys=keys))
+        return str(path)
+
+    return write
+
+
+@pytest.mark.parametrize("say", [validate, lambda name: show(name, "01")])
+def test_rows_that_participants_do_not_fill_are_told(study, say):
+    said = say(study())
+    assert "12 blocks of 12 runs do not fill whole squares of 10 rows" in said
+    assert "10 participants, or a multiple of 10, would be balanced" in said
+
+
+def test_filled_rows_are_told(study):
+    said = validate(study(participants=20))
+    assert "20 blocks of 20 runs are balanced over squares of 10 rows" in said
+    assert "each surface follows each other one 4 times" in said  # 20 x 4 pairs, 20 transitions
+
+
+def test_unequal_transitions_are_named():
+    options = MagnitudeEstimation(protocol="magnitude_estimation", randomisation="williams")
+    said = order_balance(options, "abc", [["abc"], ["abc"], ["bca"]])
+    assert said == (
+        "williams: 3 blocks of 3 runs do not fill whole squares of 6 rows; within blocks "
+        "c then a comes 1 time; a then b comes 2 times; b then c comes 3 times; "
+        "the other 3 transitions 0 times; 6 participants, or a multiple of 6, would be balanced"
+    )
+
+
+def test_rules_that_draw_each_order_by_itself_are_balanced_on_average(study):
+    assert "blocked: each order is drawn by itself, balanced on average" in validate(
+        study(rule="blocked")
+    )
+
+
+def test_transitions_across_blocks_count_where_orders_are_drawn_by_themselves():
+    options = MagnitudeEstimation(protocol="magnitude_estimation", randomisation="blocked")
+    said = order_balance(options, "ab", [["ab", "ab"], ["ab", "ab"]])
+    assert said.endswith("a surface follows another 2 to 4 times")
+
+
+def test_one_surface_has_no_order_to_balance():
+    options = MagnitudeEstimation(protocol="magnitude_estimation")
+    assert "no order" in order_balance(options, "a", [["a"]])
+
+
+@pytest.mark.parametrize(
+    "first, said",
+    [
+        ("ab", "task order: a first in 1 run, b first in 1 run"),
+        (
+            "aba",
+            "task order: a first in 2 runs, b first in 1 run; an even number would be balanced",
+        ),
+    ],
+)
+def test_the_balance_of_task_orders_is_told(first, said):
+    assert task_balance(first) == said
+
+
+def test_show_tells_the_orders_of_a_session_and_run(study, capsys):
+    name = study(keys='sessions = ["pre", "post"]\ntask_order = "counterbalanced"')
+    drawn = []
+    for session in ("pre", "post"):
+        assert main(["study", "show", name, "--participant", "P03", "--session", session]) == 0
+        drawn.append(capsys.readouterr().out)
+    assert "session pre, run 01: place 3 in the counterbalancing, visit 1\n" in drawn[0]
+    assert "session post, run 01: place 3 in the counterbalancing, visit 2\n" in drawn[1]
+    assert drawn[0].splitlines()[-1] != drawn[1].splitlines()[-1]
+    assert main(["study", "show", name, "--participant", "P03"]) == 0
+    assert capsys.readouterr().out == drawn[0]
+
+
+def test_a_session_that_is_not_planned_has_no_orders_to_show(study):
+    with pytest.raises(UserError, match="--session 'mid'"):
+        show(study(keys='sessions = ["pre", "post"]'), "01", "mid")
+
+
+def test_a_study_whose_orders_cannot_be_drawn_is_not_valid(tmp_path):
+    path = tmp_path / "one.toml"
+    path.write_text(
+        'name = "one"\ntitle = "One"\namplitudes_um_pp = [1.0]\n'
+        '[[tasks]]\nprotocol = "magnitude_estimation"\nrepetitions = 2\n'
+    )
+    with pytest.raises(UserError, match="one surface alone"):
+        validate(str(path))
+
+
+def test_a_pilot_has_every_planned_session_and_run(study):
+    plans = pilot_plans(
+        study(participants=2, keys='sessions = ["pre", "post"]\nruns = 2'),
+        participants=None,
+        seed=None,
+        language=None,
+    )
+    assert [(p.participant, p.session, p.run) for p in plans[:5]] == [
+        ("01", "pre", "01"),
+        ("01", "pre", "02"),
+        ("01", "post", "01"),
+        ("01", "post", "02"),
+        ("02", "pre", "01"),
+    ]
