@@ -1,0 +1,188 @@
+"""Maximum likelihood difference scaling: how large differences between surfaces seem.
+
+Maloney and Yang 2003, J. Vis. 3(8):5; Knoblauch and Maloney 2008, J. Stat. Softw. 25(2): which of
+two differences is larger, as a probit model of scale values, the first of which is 0.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from analysis.preprocessing.sufficiency import FEWEST, few
+from analysis.statistics.confidence_interval import ConfidenceInterval
+from analysis.statistics.not_computed import NotComputed
+from faults import UserError
+
+Array = npt.NDArray[np.float64]
+
+#: A difference so many times the noise would never be misjudged: the data set no limit to it.
+LARGEST = 30.0
+#: Simulated data sets without a scale, of all, that an interval still stands for.
+MOST_FAILED = 0.05
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DifferenceScale:
+    """Surfaces on a scale of differences.
+
+    Parameters
+    ----------
+    values : tuple of float
+        One a surface, from 0 of the first to 1 of the last.
+    intervals : tuple of ConfidenceInterval or None
+        One a surface: bootstrap percentiles; None for the two that are fixed.
+    noise : float
+        Standard deviation of a judgement, as a part of the whole scale (sigma).
+    noise_interval : ConfidenceInterval
+        Its bootstrap percentiles, corrected for bias.
+    log_likelihood : float
+        Of the fit.
+    answers, simulations : int
+        How many.
+    """
+
+    values: tuple[float, ...]
+    intervals: tuple[ConfidenceInterval | None, ...]
+    noise: float
+    noise_interval: ConfidenceInterval
+    log_likelihood: float
+    answers: int
+    simulations: int
+
+
+def triads_as_quadruples(triads: npt.ArrayLike) -> npt.NDArray[np.int64]:
+    """Return triads (a, b, c), a-b against b-c, as quadruples (a, b, b, c)."""
+    surfaces = np.asarray(triads, int)
+    if surfaces.ndim != 2 or surfaces.shape[1] != 3:  # noqa: PLR2004 - three surfaces
+        raise UserError("triads: expected three surfaces a row")
+    return surfaces[:, [0, 1, 1, 2]]
+
+
+def difference_scale(
+    quadruples: npt.ArrayLike,
+    second_larger: npt.ArrayLike,
+    *,
+    confidence: float = 0.95,
+    simulations: int = 1000,
+    seed: int = 2008,
+) -> DifferenceScale | NotComputed:
+    """Fit a difference scale, with a parametric bootstrap.
+
+    Parameters
+    ----------
+    quadruples : array_like of int, shape (trials, 4)
+        Ranks of surfaces, 0 for the weakest: (a, b) against (c, d). Each pair is taken in rising
+        order, as on one scale the sign of a difference says nothing about its size.
+    second_larger : array_like of bool, shape (trials,)
+        Whether the difference of c and d seemed the larger.
+    simulations : int
+        Data sets simulated from the fit, and fitted anew.
+
+    Raises
+    ------
+    UserError
+        Shapes or ranks that no such experiment has.
+    """
+    surfaces, larger = np.asarray(quadruples, int), np.asarray(second_larger, float)
+    if surfaces.ndim != 2 or surfaces.shape[1] != 4 or len(surfaces) != len(larger):  # noqa: PLR2004
+        raise UserError("quadruples: expected four surfaces and one answer a trial")
+    if len(surfaces) and surfaces.min() < 0:
+        raise UserError("quadruples: surfaces are counted from 0")
+    count = int(surfaces.max(initial=0)) + 1
+    if count < FEWEST:
+        return NotComputed(few("surfaces", count))
+    if missing := sorted(set(range(count)) - set(surfaces.ravel().tolist())):
+        raise UserError(f"quadruples: surface {missing[0]} was never presented")
+    # Trials of the same four surfaces count together: a model is fitted to their proportions.
+    same, place = np.unique(_design(surfaces, count), axis=0, return_inverse=True)
+    trials = np.bincount(place).astype(float)
+    yes = np.bincount(place, weights=larger).astype(float)
+    found = _fit(same, yes, trials)
+    if isinstance(found, NotComputed):
+        return found
+    scale, share = found
+    rng = np.random.default_rng(seed)
+    again = [
+        _fit(same, rng.binomial(trials.astype(int), share).astype(float), trials)
+        for _ in range(simulations)
+    ]
+    there = np.array([one[0] for one in again if not isinstance(one, NotComputed)])
+    if len(there) < (1 - MOST_FAILED) * simulations:
+        return NotComputed(
+            f"{simulations - len(there)} of {simulations} simulated data sets have no scale: "
+            f"too few answers for intervals"
+        )
+    return _result(scale, there, (same, yes, trials, share), confidence, simulations)
+
+
+def _design(surfaces: npt.NDArray[np.int64], count: int) -> Array:
+    """Return what each trial weighs scale values with, shape (trials, surfaces - 1)."""
+    first, second = np.sort(surfaces[:, :2], axis=1), np.sort(surfaces[:, 2:], axis=1)
+    rows = np.arange(len(surfaces))
+    design = np.zeros((len(surfaces), count))
+    for column, weight in (
+        (second[:, 1], 1),
+        (second[:, 0], -1),
+        (first[:, 1], -1),
+        (first[:, 0], 1),
+    ):
+        np.add.at(design, (rows, column), weight)
+    return design[:, 1:]
+
+
+def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotComputed:
+    """Return scale values in units of the noise, and each trial's probability."""
+    import statsmodels.api as sm  # noqa: PLC0415 - a second's import
+    from statsmodels.tools.sm_exceptions import PerfectSeparationWarning  # noqa: PLC0415
+
+    if np.linalg.matrix_rank(design) < design.shape[1]:
+        return NotComputed("the differences compared do not tie all surfaces to one scale")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", PerfectSeparationWarning)
+        found = sm.GLM(
+            np.stack([yes, trials - yes], axis=1),
+            design,
+            family=sm.families.Binomial(sm.families.links.Probit()),
+        ).fit(maxiter=50)
+    values = np.append(0.0, np.asarray(found.params, float))
+    if not found.converged or np.abs(values).max() > LARGEST:
+        return NotComputed("answers without errors: the noise has no lower limit")
+    if values[-1] <= 0:
+        return NotComputed("the strongest surface seems no stronger than the weakest")
+    return values, np.asarray(found.fittedvalues, float)
+
+
+def _result(
+    scale: Array,
+    simulated: Array,
+    data: tuple[Array, Array, Array, Array],
+    confidence: float,
+    simulations: int,
+) -> DifferenceScale:
+    from scipy.special import xlogy  # noqa: PLC0415
+
+    _, yes, trials, share = data
+    tails = [50 * (1 - confidence), 50 * (1 + confidence)]
+    # A scale's own maximum is its unit, in each simulated data set as in the observed one.
+    low, high = np.percentile(simulated / simulated[:, -1:], tails, axis=0)
+    noise = 1 / scale[-1]
+    # Few answers overstate how well differences are told apart, in the simulations once more: what
+    # they gain on the fit, the fit has gained on the truth.
+    noise_low, noise_high = noise**2 / np.percentile(1 / simulated[:, -1], tails[::-1])
+    inner = [
+        ConfidenceInterval(float(a), float(b), confidence)
+        for a, b in zip(low[1:-1], high[1:-1], strict=True)
+    ]
+    return DifferenceScale(
+        values=tuple(float(value) for value in scale / scale[-1]),
+        intervals=(None, *inner, None),
+        noise=float(noise),
+        noise_interval=ConfidenceInterval(float(noise_low), float(noise_high), confidence),
+        log_likelihood=float((xlogy(yes, share) + xlogy(trials - yes, 1 - share)).sum()),
+        answers=int(trials.sum()),
+        simulations=simulations,
+    )

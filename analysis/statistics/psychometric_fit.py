@@ -1,0 +1,336 @@
+"""Psychometric functions by maximum likelihood, for many data sets at once.
+
+Fisher scoring with Levenberg's damping, each parameter held within its bounds: one pass of NumPy
+moves all data sets, so that intervals, Monte Carlo tests and simulations cost little more than one
+fit. `thresholds` is the entrance for a participant's data.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import numpy.typing as npt
+
+if TYPE_CHECKING:
+    from experiments.protocols.adaptive.curves import Curve
+
+Array = npt.NDArray[np.float64]
+Guess = Literal["fixed", "free", "equal to lapse"]
+
+#: Columns of a parameter array: coordinate of the threshold, natural logarithm of the slope.
+THRESHOLD, LOG_SLOPE, LAPSE, GUESS = range(4)
+#: Probabilities are kept this far from 0 and 1, where the likelihood has no logarithm.
+EDGE = 1e-9
+#: Where a level of 0 lies on a logarithmic axis: so far that every curve is at its asymptote.
+FAR_BELOW = -1e6
+#: Upper bound of a free guess rate.
+LARGEST_GUESS = 0.5
+ITERATIONS = 200
+#: A gain of log likelihood below this is none.
+TOLERANCE = 1e-9
+#: No step is short enough to gain.
+MOST_DAMPING = 1e10
+#: An interval's end is sought among so many values at once, and so often among those between
+#: two of them: to a 65-thousandth of the range searched.
+SECTIONS, ROUNDS = 16, 4
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """Answers of some data sets.
+
+    Parameters
+    ----------
+    u : array, shape (sets, levels)
+        Coordinates of the levels (`coordinates`).
+    correct, trials : array, shape (sets, levels)
+        Correct answers and all answers; levels without answers count for nothing.
+    """
+
+    u: Array
+    correct: Array
+    trials: Array
+
+    def __getitem__(self, sets: npt.NDArray[np.intp]) -> Counts:
+        """Return some of the data sets."""
+        return Counts(self.u[sets], self.correct[sets], self.trials[sets])
+
+    def log_likelihood(self, proportion: Array) -> Array:
+        """Return the log likelihood of each set, shape (sets,), without binomial coefficients."""
+        p = np.clip(proportion, EDGE, 1 - EDGE)
+        wrong = self.trials - self.correct
+        return np.asarray((self.correct * np.log(p) + wrong * np.log1p(-p)).sum(axis=-1))
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """Where parameters are searched, each of shape (sets, 4)."""
+
+    low: Array
+    high: Array
+
+    def __getitem__(self, sets: npt.NDArray[np.intp]) -> Bounds:
+        """Return those of some of the data sets."""
+        return Bounds(self.low[sets], self.high[sets])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Model:
+    """What is fitted.
+
+    Parameters
+    ----------
+    curve : Curve
+        The family.
+    share : float
+        The threshold is where the curve without guesses and lapses has this value.
+    guess : {"fixed", "free", "equal to lapse"}
+        Lower asymptote.
+    guess_rate : float
+        Its value where it is fixed.
+    largest_lapse : float
+        Upper bound of the lapse rate; 0 fixes it there.
+    """
+
+    curve: Curve
+    share: float = 0.5
+    guess: Guess = "fixed"
+    guess_rate: float = 0.5
+    largest_lapse: float = 0.06
+
+    @property
+    def offset(self) -> float:
+        """The curve's argument at the threshold."""
+        return float(self.curve.inverse(np.array(self.share)))
+
+    @property
+    def spread(self) -> float:
+        """Distance of the curve's arguments at 5 and 95 %."""
+        low, high = self.curve.inverse(np.array([0.05, 0.95]))
+        return float(high - low)
+
+    def proportion(self, theta: Array, u: Array) -> Array:
+        """Return the proportion correct, shape (sets, levels), as `fit` knows parameters."""
+        return self._with_share(theta, u)[0]
+
+    def _with_share(self, theta: Array, u: Array) -> tuple[Array, Array, Array]:
+        z = self.offset + np.exp(theta[:, [LOG_SLOPE]]) * (u - theta[:, [THRESHOLD]])
+        share = self.curve.distribution(z)
+        guess = theta[:, [LAPSE if self.guess == "equal to lapse" else GUESS]]
+        return guess + (1 - guess - theta[:, [LAPSE]]) * share, share, z
+
+    def with_gradient(self, theta: Array, u: Array) -> tuple[Array, Array]:
+        """Return proportions (sets, levels) and their gradients (sets, levels, 4)."""
+        proportion, share, z = self._with_share(theta, u)
+        equal = self.guess == "equal to lapse"
+        guess = theta[:, [LAPSE if equal else GUESS]]
+        rise = (1 - guess - theta[:, [LAPSE]]) * self.curve.density(z)
+        gradient = np.stack(
+            [
+                -np.exp(theta[:, [LOG_SLOPE]]) * rise,
+                (z - self.offset) * rise,
+                1 - 2 * share if equal else -share,
+                np.zeros_like(share) if equal else 1 - share,
+            ],
+            axis=2,
+        )
+        return proportion, gradient
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fits:
+    """The likeliest parameters of some data sets.
+
+    Parameters
+    ----------
+    theta : array, shape (sets, 4)
+        Columns `THRESHOLD`, `LOG_SLOPE`, `LAPSE`, `GUESS`.
+    log_likelihood : array, shape (sets,)
+        Without the binomial coefficients.
+    bounds : Bounds
+        Within which was searched.
+    """
+
+    theta: Array
+    log_likelihood: Array
+    bounds: Bounds
+
+    def at_bound(self, parameter: int) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
+        """Return whether a parameter ended on its lower and its upper bound, each (sets,)."""
+        value = self.theta[:, parameter]
+        low, high = self.bounds.low[:, parameter], self.bounds.high[:, parameter]
+        near = 1e-6 * (high - low)
+        return np.asarray(value <= low + near), np.asarray(value >= high - near)
+
+
+def coordinates(curve: Curve, levels_um_pp: Array) -> Array:
+    """Return finite coordinates of levels: 0 on a logarithmic axis lies far below."""
+    return np.maximum(curve.coordinate(levels_um_pp), FAR_BELOW)
+
+
+def search_bounds(model: Model, u: Array) -> Bounds:
+    """Return where parameters are searched.
+
+    The threshold within one range of levels beyond the outermost; slopes from a rise over twenty
+    ranges to one within a tenth of the closest levels.
+    """
+    seen = np.where(u > FAR_BELOW, u, np.nan)
+    bottom, top = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1)
+    span = np.maximum(top - bottom, EDGE)
+    steps = np.diff(np.sort(seen, axis=1), axis=1)
+    closest = np.nanmin(
+        np.where(steps > span[:, None] / 200, steps, np.inf), axis=1, initial=np.inf
+    )
+    closest = np.minimum(closest, span)
+    zeros, ones = np.zeros(len(u)), np.ones(len(u))
+    free = model.guess == "free"
+    low = [bottom - span, np.log(model.spread / (20 * span)), zeros, zeros]
+    high = [
+        top + span,
+        np.log(10 * model.spread / closest),
+        model.largest_lapse * ones,
+        LARGEST_GUESS * ones,
+    ]
+    if not free:
+        rate = 0.0 if model.guess == "equal to lapse" else model.guess_rate
+        low[GUESS] = high[GUESS] = rate * ones
+    return Bounds(np.stack(low, axis=1), np.stack(high, axis=1))
+
+
+def fit(model: Model, counts: Counts, bounds: Bounds | None = None) -> Fits:
+    """Return the likeliest parameters of each data set.
+
+    Parameters
+    ----------
+    bounds : Bounds or None
+        Where to search; equal ones hold a parameter. `search_bounds` if not given.
+    """
+    bounds = search_bounds(model, counts.u) if bounds is None else bounds
+    # Two starts: a lapse rate takes the blame for errors at high levels, or none; the likelihood
+    # can have a peak for each.
+    one, other = (
+        _climb(model, counts, _start(model, counts, bounds, lapse), bounds)
+        for lapse in (0.0, model.largest_lapse)
+    )
+    better = (other.log_likelihood > one.log_likelihood)[:, None]
+    return Fits(
+        theta=np.where(better, other.theta, one.theta),
+        log_likelihood=np.maximum(one.log_likelihood, other.log_likelihood),
+        bounds=bounds,
+    )
+
+
+def profile(
+    model: Model, counts: Counts, fits: Fits, parameter: int, *, drop: float
+) -> tuple[Array, Array]:
+    """Return where the likelihood, the other parameters refitted, has fallen by a given amount.
+
+    Parameters
+    ----------
+    parameter : int
+        `THRESHOLD` or `LOG_SLOPE`.
+    drop : float
+        Of log likelihood: half a chi-square quantile for an interval.
+
+    Returns
+    -------
+    tuple of arrays, each of shape (sets,)
+        Lower and upper end; infinite where it does not fall so far within the bounds.
+    """
+    sets = np.arange(len(fits.theta))
+
+    def fallen(values: Array) -> npt.NDArray[np.bool_]:
+        which = np.repeat(sets, values.shape[1])
+        bounds = fits.bounds[which]
+        bounds.low[:, parameter] = bounds.high[:, parameter] = values.ravel()
+        refitted = fit(model, counts[which], bounds)
+        fall = fits.log_likelihood[which] - refitted.log_likelihood
+        return np.asarray(fall > drop).reshape(values.shape)
+
+    ends = []
+    part = np.arange(1, SECTIONS + 1) / SECTIONS
+    for edge, sign in ((fits.bounds.low, -1.0), (fits.bounds.high, 1.0)):
+        inside, outside = fits.theta[:, parameter], edge[:, parameter]
+        closed = np.zeros(len(sets), dtype=bool)
+        for _ in range(ROUNDS):
+            values = inside[:, None] + (outside - inside)[:, None] * part
+            beyond = fallen(values)
+            closed |= beyond.any(axis=1)
+            first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), SECTIONS - 1)
+            outside = values[sets, first]
+            inside = np.where(first > 0, values[sets, first - 1], inside)
+        ends.append(np.where(closed, (inside + outside) / 2, sign * np.inf))
+    return ends[0], ends[1]
+
+
+def _start(model: Model, counts: Counts, bounds: Bounds, lapse: float) -> Array:
+    """Return the best parameters of a coarse grid, shape (sets, 4).
+
+    From where a curve says of an answer that it cannot be, no slope leads away: the grid begins
+    with shallow ones.
+    """
+    sets = len(counts.u)
+    seen = np.where(counts.u > FAR_BELOW, counts.u, np.nan)
+    bottom, span = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1)
+    held = bool(np.all(bounds.low[:, THRESHOLD] >= bounds.high[:, THRESHOLD]))
+    best, best_value = np.empty((sets, 4)), np.full(sets, -np.inf)
+    guess = (bounds.low + bounds.high)[:, GUESS] / 2
+    for place in [0.0] if held else np.linspace(-0.1, 1.1, 13):
+        for width in (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.1):
+            theta = np.stack(
+                [
+                    bottom + span * place,
+                    np.log(model.spread / (width * span)),
+                    np.full(sets, lapse),
+                    guess,
+                ],
+                axis=1,
+            )
+            theta = np.clip(theta, bounds.low, bounds.high)
+            value = counts.log_likelihood(model.proportion(theta, counts.u))
+            better = value > best_value
+            best[better], best_value[better] = theta[better], value[better]
+    return best
+
+
+def _climb(model: Model, counts: Counts, start: Array, bounds: Bounds) -> Fits:
+    """Return the likelihoods' peaks nearest to where the search starts."""
+    theta = start.copy()
+    value = counts.log_likelihood(model.proportion(theta, counts.u))
+    damping = np.full(len(theta), 1e-2)
+    going = np.arange(len(theta))
+    for _ in range(ITERATIONS):
+        if not len(going):
+            break
+        here, some, limits = theta[going], counts[going], bounds[going]
+        step = _step(model, some, here, limits, damping[going])
+        there = np.clip(here + step, limits.low, limits.high)
+        found = some.log_likelihood(model.proportion(there, some.u))
+        gain = found - value[going]
+        better = gain > 0
+        moved = going[better]
+        theta[moved], value[moved] = there[better], found[better]
+        damping[going] = np.where(better, np.maximum(damping[going] / 4, 1e-12), damping[going] * 8)
+        over = np.where(better, gain < TOLERANCE, damping[going] > MOST_DAMPING)
+        going = going[~over]
+    return Fits(theta=theta, log_likelihood=value, bounds=bounds)
+
+
+def _step(model: Model, counts: Counts, theta: Array, bounds: Bounds, damping: Array) -> Array:
+    """Return a damped step of Fisher scoring, along the bounds where it points beyond."""
+    p, gradient = model.with_gradient(theta, counts.u)
+    p = np.clip(p, EDGE, 1 - EDGE)
+    weight = 1 / (p * (1 - p))
+    score = np.einsum("sk,skp->sp", (counts.correct - counts.trials * p) * weight, gradient)
+    information = np.einsum("sk,skp,skq->spq", counts.trials * weight, gradient, gradient)
+    low, high = bounds.low, bounds.high
+    held = (low >= high) | ((theta <= low) & (score < 0)) | ((theta >= high) & (score > 0))
+    score = np.where(held, 0.0, score)
+    information = np.where(held[:, :, None] | held[:, None, :], 0.0, information)
+    diagonal = np.einsum("spp->sp", information)
+    # A held parameter, or one the data say nothing of, has a row of zeros: 1 keeps it solvable.
+    ridge = np.where(diagonal > 0, damping[:, None] * diagonal, 1.0) + EDGE
+    information[:, range(4), range(4)] += ridge
+    return np.asarray(np.linalg.solve(information, score[:, :, None])[:, :, 0])

@@ -1,0 +1,175 @@
+"""A fitted psychometric function, and the answers it is fitted to.
+
+Levels are µm peak to peak: an amplitude (detection) or a difference of amplitudes
+(discrimination).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from analysis.statistics.confidence_interval import ConfidenceInterval
+from experiments.protocols.adaptive.curves import CURVES
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from analysis.statistics.not_computed import NotComputed
+    from analysis.statistics.psychometric_fit import Array, Guess
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Method:
+    """How a question is asked, as far as its psychometric function depends on it.
+
+    Parameters
+    ----------
+    guess : {"fixed", "free", "equal to lapse"}
+        What is known of the lower asymptote.
+    guess_rate : float
+        Its value where it is fixed.
+    psignifit : str
+        psignifit's name of it.
+    """
+
+    guess: Guess
+    guess_rate: float
+    psignifit: str
+
+
+METHODS: dict[str, Method] = {
+    "two_interval": Method(guess="fixed", guess_rate=1 / 2, psignifit="2AFC"),
+    "three_interval": Method(guess="fixed", guess_rate=1 / 3, psignifit="3AFC"),
+    # "Was there a vibration?": yes without one is the participant's own.
+    "yes_no": Method(guess="free", guess_rate=0.0, psignifit="yes/no"),
+    # "Is the second more slippery?": a slip says either.
+    "comparison": Method(guess="equal to lapse", guess_rate=0.0, psignifit="equal asymptote"),
+}
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Answers:
+    """One participant's answers, counted by level.
+
+    Parameters
+    ----------
+    levels_um_pp : array, shape (levels,)
+        µm peak to peak, rising.
+    correct, trials : array, shape (levels,)
+        Correct (or "yes") answers, and all.
+
+    Raises
+    ------
+    UserError
+        Lengths differ, levels do not rise, or counts are impossible.
+    """
+
+    levels_um_pp: Array
+    correct: Array
+    trials: Array
+
+    def __post_init__(self) -> None:
+        levels, correct, trials = self.levels_um_pp, self.correct, self.trials
+        if not levels.shape == correct.shape == trials.shape or levels.ndim != 1:
+            raise UserError("answers: levels, correct and trials must be as many")
+        if not np.isfinite(levels).all() or np.any(np.diff(levels) <= 0):
+            raise UserError("answers: levels_um_pp must be finite and rising")
+        if np.any(trials < 1) or np.any(correct < 0) or np.any(correct > trials):
+            raise UserError("answers: each level needs a trial, and 0 to that many correct answers")
+
+    @classmethod
+    def of_trials(cls, levels_um_pp: Sequence[float], correct: Sequence[bool]) -> Answers:
+        """Return answers counted from single trials, as an adaptive track leaves them."""
+        levels, place = np.unique(np.asarray(levels_um_pp, float), return_inverse=True)
+        return cls(
+            levels_um_pp=levels,
+            correct=np.bincount(place, weights=np.asarray(correct, float)).astype(float),
+            trials=np.bincount(place).astype(float),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """A value with its interval, in the unit of the name it stands under."""
+
+    value: float
+    interval: ConfidenceInterval
+
+
+def estimate(value_and_ends: Array, confidence: float) -> Estimate:
+    """Return an estimate from a value, a lower and an upper end."""
+    value, low, high = (float(number) for number in value_and_ends)
+    return Estimate(value=value, interval=ConfidenceInterval(low, high, confidence))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PsychometricFunction:
+    """A fitted psychometric function.
+
+    Parameters
+    ----------
+    estimator : {"maximum likelihood", "psignifit"}
+        How it was found.
+    curve, method : str
+        Keys of `experiments.protocols.adaptive.curves.CURVES` and of `METHODS`.
+    share : float
+        The threshold is where the curve without guesses and lapses has this value.
+    threshold_um_pp : Estimate
+        µm peak to peak; an end is infinite, or 0 on a logarithmic curve, where the data set none.
+    slope : Estimate or NotComputed
+        Of the curve's argument: per µm, without unit on a logarithmic curve.
+    lapse, guess : float
+        1 minus the upper asymptote, and the lower one.
+    slope_value : float
+        The slope, also where it is only the steepest that was tried.
+    trials, levels : int
+        How many.
+    """
+
+    estimator: Literal["maximum likelihood", "psignifit"]
+    curve: str
+    method: str
+    share: float
+    threshold_um_pp: Estimate
+    slope: Estimate | NotComputed
+    slope_value: float
+    lapse: float
+    guess: float
+    trials: int
+    levels: int
+
+    @property
+    def proportion_at_threshold(self) -> float:
+        """Proportion correct at the threshold."""
+        return self.guess + (1 - self.guess - self.lapse) * self.share
+
+    def proportion(self, levels_um_pp: Array) -> Array:
+        """Return the proportion correct at levels, µm peak to peak."""
+        curve = CURVES[self.curve]
+        z = float(curve.inverse(np.array(self.share))) + self.slope_value * (
+            curve.coordinate(levels_um_pp) - curve.coordinate(self.threshold_um_pp.value)
+        )
+        return np.asarray(self.guess + (1 - self.guess - self.lapse) * curve.distribution(z))
+
+    def level_um_pp(self, proportion: float) -> float:
+        """Return the level of a proportion correct: the inverse of `proportion`.
+
+        Raises
+        ------
+        UserError
+            The proportion lies outside the asymptotes.
+        """
+        if not self.guess < proportion < 1 - self.lapse:
+            raise UserError(
+                f"proportion is {proportion:g}, expected between the asymptotes "
+                f"{self.guess:.3g} and {1 - self.lapse:.3g}"
+            )
+        curve = CURVES[self.curve]
+        share = (proportion - self.guess) / (1 - self.guess - self.lapse)
+        z = curve.inverse(np.array([share, self.share]))
+        u = curve.coordinate(self.threshold_um_pp.value) + (z[0] - z[1]) / self.slope_value
+        return float(curve.level_um_pp(u))

@@ -1,0 +1,272 @@
+"""Thresholds: a participant's psychometric function, its intervals and how well it fits.
+
+Levels are µm peak to peak: an amplitude (detection) or a difference of amplitudes
+(discrimination). The definitions and figures measured stand in ``docs/thresholds.md``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from analysis.statistics import psychometric_fit as likelihood
+from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.psychometric_fit import Array, Counts, Model
+from analysis.statistics.psychometric_function import (
+    METHODS,
+    Answers,
+    PsychometricFunction,
+    estimate,
+)
+from experiments.protocols.adaptive.curves import CURVES
+from faults import UserError
+
+#: Upper bound of the lapse rate (Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313).
+LARGEST_LAPSE = 0.06
+#: A fall of log likelihood that says nothing.
+NO_LESS_LIKELY = 1e-3
+
+
+def fit_threshold(
+    answers: Answers,
+    *,
+    method: str = "two_interval",
+    curve: str = "weibull",
+    share: float = 0.5,
+    largest_lapse: float = LARGEST_LAPSE,
+    confidence: float = 0.95,
+) -> PsychometricFunction | NotComputed:
+    """Fit a psychometric function by maximum likelihood, with profile likelihood intervals.
+
+    Parameters
+    ----------
+    method, curve : str
+        Keys of `METHODS` and `CURVES`.
+    share : float
+        Where the threshold is, on the curve without guesses and lapses: 0.5 is half-way between
+        the asymptotes (75 % correct of two intervals, if there are no lapses).
+    largest_lapse : float
+        Upper bound of the lapse rate; 0 for none.
+
+    Raises
+    ------
+    UserError
+        An unknown method or curve, or a number out of range.
+    """
+    model = _model(method, curve, share, largest_lapse)
+    if why := _too_little(answers, model):
+        return NotComputed(why)
+    counts = _counts(answers, model)
+    found = likelihood.fit(model, counts)
+    if found.at_bound(likelihood.LOG_SLOPE)[0][0]:
+        return NotComputed("answers do not get better as the level rises")
+    if any(at[0] for at in found.at_bound(likelihood.THRESHOLD)):
+        return NotComputed("the likeliest threshold lies far outside the levels presented")
+    theta = found.theta[0]
+    drop = _half_chi_square(confidence)
+    (low,), (high,) = likelihood.profile(model, counts, found, likelihood.THRESHOLD, drop=drop)
+    (shallow,), (steepest,) = likelihood.profile(
+        model, counts, found, likelihood.LOG_SLOPE, drop=drop
+    )
+    slope_value = float(np.exp(theta[likelihood.LOG_SLOPE]))
+    equal = model.guess == "equal to lapse"
+    return PsychometricFunction(
+        estimator="maximum likelihood",
+        curve=curve,
+        method=method,
+        share=share,
+        threshold_um_pp=estimate(
+            model.curve.level_um_pp([theta[likelihood.THRESHOLD], low, high]), confidence
+        ),
+        slope=NotComputed("the answers jump between two levels: no finite slope fits best")
+        if _jumps(model, counts, found)
+        else estimate(np.exp([theta[likelihood.LOG_SLOPE], shallow, steepest]), confidence),
+        slope_value=slope_value,
+        lapse=float(theta[likelihood.LAPSE]),
+        guess=float(theta[likelihood.LAPSE if equal else likelihood.GUESS]),
+        trials=int(answers.trials.sum()),
+        levels=len(answers.levels_um_pp),
+    )
+
+
+def fit_threshold_by_psignifit(
+    answers: Answers,
+    *,
+    method: str = "two_interval",
+    curve: str = "weibull",
+    share: float = 0.5,
+    confidence: float = 0.95,
+) -> PsychometricFunction | NotComputed:
+    """Fit a psychometric function by psignifit 4 (Schütt et al. 2016, Vision Res. 122, 105-123).
+
+    Bayesian, with overdispersion; the mode and percentiles of the posterior. Parameters and errors
+    as for `fit_threshold`; takes about a second.
+    """
+    from psignifit import psignifit  # noqa: PLC0415 - loads scipy.stats and matplotlib
+
+    model = _model(method, curve, share, LARGEST_LAPSE)
+    if why := _too_little(answers, model):
+        return NotComputed(why)
+    u = _counts(answers, model).u[0]
+    seen = u[u > likelihood.FAR_BELOW]
+    lowest, highest = float(seen.min()), float(seen.max())
+    # 0 on a logarithmic axis: as far below as psignifit's grid of widths takes as far.
+    u = np.where(u > likelihood.FAR_BELOW, u, lowest - 20 * (highest - lowest))
+    found = psignifit(
+        np.stack([u, answers.correct, answers.trials], axis=1),
+        sigmoid=_SIGMOIDS[curve],
+        experiment_type=METHODS[method].psignifit,
+        thresh_PC=share,
+        stimulus_range=(lowest, highest),
+        confP=(confidence,),
+        verbose=False,
+    )
+    value = found.get_parameter_estimate("MAP")
+    ends = {
+        name: next(iter(found.confidence_intervals[name].values()))
+        for name in ("threshold", "width")
+    }
+    return PsychometricFunction(
+        estimator="psignifit",
+        curve=curve,
+        method=method,
+        share=share,
+        threshold_um_pp=estimate(
+            model.curve.level_um_pp([value["threshold"], *ends["threshold"]]), confidence
+        ),
+        # A width is the distance of 5 and 95 %: wide is shallow.
+        slope=estimate(
+            model.spread / np.array([value["width"], *reversed(ends["width"])]), confidence
+        ),
+        slope_value=model.spread / float(value["width"]),
+        lapse=float(value["lambda"]),
+        guess=float(value["gamma"]),
+        trials=int(answers.trials.sum()),
+        levels=len(answers.levels_um_pp),
+    )
+
+
+_SIGMOIDS = {"weibull": "weibull", "logistic": "logistic", "normal": "norm"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GoodnessOfFit:
+    """How far answers lie from a fitted curve.
+
+    Parameters
+    ----------
+    deviance : float
+        Twice the log likelihood that a curve through every proportion would gain.
+    p : float
+        Share of data sets simulated from the curve, and fitted anew, with at least this deviance.
+    simulations : int
+        How many.
+    """
+
+    deviance: float
+    p: float
+    simulations: int
+
+
+def goodness_of_fit(
+    fitted: PsychometricFunction,
+    answers: Answers,
+    *,
+    largest_lapse: float = LARGEST_LAPSE,
+    simulations: int = 1000,
+    seed: int = 2001,
+) -> GoodnessOfFit | NotComputed:
+    """Test a curve by its deviance, against data sets simulated from it and fitted anew.
+
+    Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313: with few answers a level the
+    deviance is not chi-square distributed, so its distribution is simulated.
+
+    Parameters
+    ----------
+    fitted : PsychometricFunction
+        `fit_threshold`'s, with the same ``largest_lapse``.
+    """
+    repeated = int((answers.trials > 1).sum())
+    needed = FEWEST + 1
+    if repeated < needed:
+        return NotComputed(few("levels with more than one answer", repeated, needed))
+    model = _model(fitted.method, fitted.curve, fitted.share, largest_lapse)
+    counts = _counts(answers, model)
+    proportion = fitted.proportion(answers.levels_um_pp)
+    observed = float(deviance(counts, proportion[None])[0])
+    drawn = np.random.default_rng(seed).binomial(
+        answers.trials.astype(int), np.clip(proportion, 0, 1), size=(simulations, proportion.size)
+    )
+    simulated = Counts(
+        np.broadcast_to(counts.u, drawn.shape),
+        drawn.astype(float),
+        np.broadcast_to(counts.trials, drawn.shape),
+    )
+    again = model.proportion(likelihood.fit(model, simulated).theta, simulated.u)
+    # The observed data set is one of those that the curve could have given.
+    as_far = int((deviance(simulated, again) >= observed - TINY).sum())
+    return GoodnessOfFit(
+        deviance=observed, p=(1 + as_far) / (1 + simulations), simulations=simulations
+    )
+
+
+def deviance(counts: Counts, proportion: Array) -> Array:
+    """Return the deviance of answers from proportions, shape (sets,)."""
+    own = counts.log_likelihood(counts.correct / counts.trials)
+    return 2 * (own - counts.log_likelihood(proportion))
+
+
+def _model(method: str, curve: str, share: float, largest_lapse: float) -> Model:
+    if method not in METHODS:
+        raise UserError(f"method is {method!r}, expected one of {', '.join(METHODS)}")
+    if curve not in CURVES:
+        raise UserError(f"curve is {curve!r}, expected one of {', '.join(CURVES)}")
+    if not 0 < share < 1:
+        raise UserError(f"share is {share:g}, expected between 0 and 1")
+    if not 0 <= largest_lapse < 0.5:  # noqa: PLR2004 - half of the answers
+        raise UserError(f"largest_lapse is {largest_lapse:g}, expected 0 to below 0.5")
+    kind = METHODS[method]
+    return Model(
+        curve=CURVES[curve],
+        share=share,
+        guess=kind.guess,
+        guess_rate=kind.guess_rate,
+        largest_lapse=largest_lapse,
+    )
+
+
+def _counts(answers: Answers, model: Model) -> Counts:
+    """Return the answers as one data set of `psychometric_fit`."""
+    u = likelihood.coordinates(model.curve, answers.levels_um_pp)
+    return Counts(u[None], answers.correct[None], answers.trials[None])
+
+
+def _too_little(answers: Answers, model: Model) -> str | None:
+    if model.curve.logarithmic and len(answers.levels_um_pp) and answers.levels_um_pp[0] < 0:
+        raise UserError(
+            f"a level is {answers.levels_um_pp[0]:g} um_pp, expected 0 or more for a "
+            f"{model.curve.title}"
+        )
+    apart = int((model.curve.coordinate(answers.levels_um_pp) > likelihood.FAR_BELOW).sum())
+    if apart < 2:  # noqa: PLR2004 - a curve rises between two
+        return few("levels above 0" if model.curve.logarithmic else "levels", apart, 2)
+    if answers.correct.sum() in {0, answers.trials.sum()}:
+        return "every answer is the same: nothing for a curve to rise between"
+    return None
+
+
+def _jumps(model: Model, counts: Counts, found: likelihood.Fits) -> bool:
+    """Return whether the steepest slope tried is as likely as any."""
+    steepest = likelihood.Bounds(found.bounds.low.copy(), found.bounds.high)
+    steepest.low[:, likelihood.LOG_SLOPE] = found.bounds.high[:, likelihood.LOG_SLOPE]
+    held = likelihood.fit(model, counts, steepest)
+    return bool(found.log_likelihood[0] - held.log_likelihood[0] < NO_LESS_LIKELY)
+
+
+def _half_chi_square(confidence: float) -> float:
+    """Return how far the log likelihood falls from its peak to an interval's ends."""
+    from scipy import stats  # noqa: PLC0415 - half a second's import
+
+    return float(stats.chi2.ppf(confidence, 1)) / 2

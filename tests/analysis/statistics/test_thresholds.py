@@ -1,0 +1,366 @@
+"""Psychometric functions fitted to a participant's answers."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+import statsmodels.api as sm
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import optimize, stats
+
+from analysis.statistics import psychometric_fit as likelihood
+from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.population_threshold import population_threshold, weber_fraction
+from analysis.statistics.psychometric_function import Answers
+from analysis.statistics.thresholds import (
+    fit_threshold,
+    fit_threshold_by_psignifit,
+    goodness_of_fit,
+)
+from experiments.protocols.adaptive.curves import CURVES
+from faults import UserError
+
+# psignifit's example: two intervals, 90 trials a level (python-psignifit, docs/basic-usage.md).
+EXAMPLE = Answers(
+    levels_um_pp=np.array(
+        [
+            0.001,
+            0.0015,
+            0.002,
+            0.0025,
+            0.003,
+            0.0035,
+            0.004,
+            0.0045,
+            0.005,
+            0.006,
+            0.007,
+            0.008,
+            0.01,
+        ]
+    ),
+    correct=np.array([45, 50, 44, 44, 52, 53, 62, 64, 76, 79, 88, 90, 90.0]),
+    trials=np.full(13, 90.0),
+)
+# The MATLAB program's estimates of it (python-psignifit, tests/test_psignifit.py).
+PUBLISHED_THRESHOLD, PUBLISHED_WIDTH = 0.0046448472488663396, 0.004683837353547434
+FAMILIES = pytest.mark.parametrize("curve", CURVES)
+
+
+def answers(levels, correct, trials=None):
+    counts = np.full(len(levels), 20.0) if trials is None else np.asarray(trials, float)
+    return Answers(
+        levels_um_pp=np.asarray(levels, float), correct=np.asarray(correct, float), trials=counts
+    )
+
+
+def drawn(curve, truth, levels, trials, rng):
+    share = CURVES[curve].proportion(levels, **truth)
+    return answers(levels, rng.binomial(trials, share), np.full(len(levels), trials))
+
+
+def test_psignifits_example_gives_its_published_threshold_and_width():
+    found = fit_threshold_by_psignifit(EXAMPLE, curve="normal")
+    width = np.diff(stats.norm.ppf([0.05, 0.95]))[0] / found.slope.value
+    assert found.threshold_um_pp.value == pytest.approx(PUBLISHED_THRESHOLD, rel=1e-3)
+    assert width == pytest.approx(PUBLISHED_WIDTH, rel=5e-3)
+
+
+@pytest.mark.parametrize("curve", ["weibull", "logistic"])
+def test_maximum_likelihood_and_psignifit_agree_where_data_are_plenty(curve):
+    ours, theirs = (
+        fit_threshold(EXAMPLE, curve=curve),
+        fit_threshold_by_psignifit(EXAMPLE, curve=curve),
+    )
+    assert ours.threshold_um_pp.value == pytest.approx(theirs.threshold_um_pp.value, rel=2e-3)
+    assert ours.slope.value == pytest.approx(theirs.slope.value, rel=5e-3)
+    assert tuple(ours.threshold_um_pp.interval) == pytest.approx(
+        tuple(theirs.threshold_um_pp.interval), rel=0.04
+    )
+    assert tuple(theirs.slope.interval) == pytest.approx(tuple(ours.slope.interval), rel=0.15)
+
+
+@FAMILIES
+@pytest.mark.parametrize("method", ["two_interval", "yes_no", "comparison"])
+def test_no_search_finds_likelier_parameters(curve, method):
+    rng = np.random.default_rng(4)
+    guess = {"two_interval": 0.5, "yes_no": 0.1, "comparison": 0.03}[method]
+    truth = {"threshold_um_pp": 0.5, "slope": 4.0, "guess": guess, "lapse": 0.03}
+    data = drawn(curve, truth, np.linspace(0.1, 1.1, 8), 40, rng)
+    found = fit_threshold(data, curve=curve, method=method)
+    counts = likelihood.Counts(None, data.correct[None], data.trials[None])
+    best = counts.log_likelihood(found.proportion(data.levels_um_pp)[None])[0]
+
+    def minus(theta):
+        lower = {"two_interval": 0.5, "yes_no": theta[3], "comparison": theta[2]}[method]
+        share = CURVES[curve].proportion(
+            data.levels_um_pp,
+            threshold_um_pp=math.exp(theta[0]),
+            slope=math.exp(theta[1]),
+            guess=lower,
+            lapse=theta[2],
+        )
+        return -counts.log_likelihood(share[None])[0]
+
+    begun = [math.log(0.5), math.log(4.0), 0.03, 0.1]
+    searched = optimize.minimize(
+        minus, begun, method="L-BFGS-B", bounds=[(-2, 1), (0, 4), (0, 0.06), (0, 0.5)]
+    )
+    assert best >= -searched.fun - 1e-6
+
+
+def test_without_guesses_and_lapses_it_is_the_probit_model():
+    data = answers([0.2, 0.4, 0.6, 0.8, 1.0], [2, 5, 9, 16, 18])
+    found = fit_threshold(data, curve="normal", method="comparison", largest_lapse=0.0)
+    design = sm.add_constant(data.levels_um_pp)
+    model = sm.GLM(
+        np.stack([data.correct, data.trials - data.correct], axis=1),
+        design,
+        family=sm.families.Binomial(sm.families.links.Probit()),
+    ).fit(tol=1e-12)
+    intercept, slope = model.params
+    assert found.slope.value == pytest.approx(slope, rel=1e-5)
+    assert found.threshold_um_pp.value == pytest.approx(-intercept / slope, rel=1e-5)
+    # An interval's end is a slope that a likelihood ratio test just does not refuse.
+    for end in found.slope.interval:
+        held = optimize.minimize_scalar(
+            lambda a, end=end: (
+                -sum(
+                    stats.binom.logpmf(
+                        data.correct, data.trials, stats.norm.cdf(a + end * data.levels_um_pp)
+                    )
+                )
+            ),
+            bracket=(-3, 0),
+            tol=1e-12,
+        ).fun
+        best = -sum(stats.binom.logpmf(data.correct, data.trials, model.fittedvalues))
+        assert 2 * (held - best) == pytest.approx(stats.chi2.ppf(0.95, 1), rel=2e-3)
+
+
+@FAMILIES
+@given(share=st.floats(0.05, 0.95))
+def test_level_and_proportion_are_each_others_inverse(curve, share):
+    found = FITTED[curve]
+    proportion = found.guess + (1 - found.guess - found.lapse) * share
+    level = found.level_um_pp(proportion)
+    assert found.proportion(np.array([level]))[0] == pytest.approx(proportion)
+
+
+FITTED = {curve: fit_threshold(EXAMPLE, curve=curve) for curve in CURVES}
+
+
+@FAMILIES
+def test_the_threshold_is_where_the_proportion_says(curve):
+    found = fit_threshold(EXAMPLE, curve=curve, share=0.7)
+    at = found.level_um_pp(found.proportion_at_threshold)
+    assert at == pytest.approx(found.threshold_um_pp.value)
+    # The same curve, told of at another place.
+    assert FITTED[curve].level_um_pp(found.proportion_at_threshold) == pytest.approx(at, rel=1e-4)
+
+
+def test_a_level_beyond_the_asymptotes_is_refused():
+    with pytest.raises(UserError, match=r"proportion is 0.4, expected between the asymptotes 0.5"):
+        FITTED["weibull"].level_um_pp(0.4)
+
+
+RUNS = 200
+
+
+def simulated(seed, levels, trials, lapse=0.02):
+    """Data sets of a Weibull observer, half-way at 0.25 µm."""
+    rng = np.random.default_rng(seed)
+    scale = 0.25 / math.log(2) ** 0.5
+    share = CURVES["weibull"].proportion(
+        levels, threshold_um_pp=scale, slope=2.0, guess=0.5, lapse=lapse
+    )
+    correct = rng.binomial(trials, np.broadcast_to(share, (RUNS, len(levels)))).astype(float)
+    u = np.broadcast_to(np.log(levels), correct.shape)
+    return likelihood.Counts(u, correct, np.full(correct.shape, float(trials)))
+
+
+def test_truth_is_recovered_and_intervals_hold_it_as_often_as_stated():
+    """Means within 3 standard errors; of 200 intervals of 95 %, 182 to 197 hold the truth.
+
+    Right intervals fail the count once in 250 times, right estimates once in 180 (two of them);
+    the seed is fixed, so that neither does. More runs and other methods: docs/thresholds.md.
+    """
+    counts = simulated(11, np.geomspace(0.06, 1.0, 8), 120)
+    model = likelihood.Model(curve=CURVES["weibull"])
+    fits = likelihood.fit(model, counts)
+    for parameter, truth in ((likelihood.THRESHOLD, 0.25), (likelihood.LOG_SLOPE, 2.0)):
+        found = fits.theta[:, parameter]
+        error = found.std(ddof=1) / math.sqrt(RUNS)
+        assert abs(found.mean() - math.log(truth)) < 3 * error
+        # A profile interval holds the truth where the likelihood there has not fallen so far.
+        low, high = fits.bounds.low.copy(), fits.bounds.high.copy()
+        low[:, parameter] = high[:, parameter] = math.log(truth)
+        held = likelihood.fit(model, counts, likelihood.Bounds(low, high))
+        fall = fits.log_likelihood - held.log_likelihood
+        assert 182 <= np.sum(2 * fall <= stats.chi2.ppf(0.95, 1)) <= 197
+
+
+def test_many_sets_fitted_at_once_are_each_fitted_as_alone():
+    counts = simulated(12, np.geomspace(0.06, 1.0, 5), 15)
+    model = likelihood.Model(curve=CURVES["weibull"])
+    together = likelihood.fit(model, counts)
+    for one in range(0, RUNS, 40):
+        alone = likelihood.fit(model, counts[np.array([one])])
+        assert alone.log_likelihood[0] == pytest.approx(together.log_likelihood[one], abs=1e-6)
+
+
+def test_the_deviance_of_much_data_is_chi_square_distributed():
+    rng = np.random.default_rng(3)
+    truth = {"threshold_um_pp": 0.5, "slope": 6.0, "guess": 0.5, "lapse": 0.03}
+    data = drawn("normal", truth, np.linspace(0.1, 1.1, 8), 400, rng)
+    found = fit_threshold(data, curve="normal", largest_lapse=0.2)
+    fit = goodness_of_fit(found, data, largest_lapse=0.2, simulations=2000)
+    assert fit.p == pytest.approx(stats.chi2.sf(fit.deviance, 8 - 3), abs=0.03)
+
+
+def test_answers_that_no_curve_gives_are_found_out():
+    wavy = answers([0.1, 0.2, 0.3, 0.4, 0.5, 0.6], [10, 18, 9, 17, 12, 20])
+    found = fit_threshold(wavy)
+    assert goodness_of_fit(found, wavy).p < 0.01
+    assert goodness_of_fit(FITTED["weibull"], EXAMPLE).p > 0.5
+
+
+def test_single_answers_a_level_tell_nothing_of_the_fit():
+    levels = np.linspace(0.1, 1, 30)
+    data = answers(levels, np.arange(30) % 4 > 0, np.ones(30))
+    found = goodness_of_fit(fit_threshold(data), data)
+    assert found == NotComputed("levels with more than one answer: 0 (at least 4 are needed)")
+
+
+def test_trials_are_counted_by_level():
+    data = Answers.of_trials([0.3, 0.1, 0.3, 0.1, 0.3], [True, False, True, True, False])
+    assert data.levels_um_pp.tolist() == [0.1, 0.3]
+    assert data.correct.tolist() == [1, 2]
+    assert data.trials.tolist() == [2, 3]
+
+
+def test_catch_trials_of_no_vibration_tell_the_guess_rate_of_yes():
+    data = answers([0.0, 0.1, 0.2, 0.4, 0.8], [6, 6, 12, 19, 20])
+    found = fit_threshold(data, method="yes_no")
+    assert found.guess == pytest.approx(0.27, abs=0.05)
+
+
+def test_psignifit_takes_a_level_of_zero_on_a_logarithmic_axis():
+    data = answers([0.0, 0.1, 0.2, 0.4, 0.8], [10, 11, 15, 19, 20])
+    ours, theirs = fit_threshold(data), fit_threshold_by_psignifit(data)
+    assert theirs.threshold_um_pp.value == pytest.approx(ours.threshold_um_pp.value, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    "levels,correct,words",
+    [
+        ([0.1, 0.2, 0.3], [20, 20, 20], "every answer is the same"),
+        ([0.1], [12], r"levels above 0: 1 \(at least 2 are needed\)"),
+        ([0.0, 0.1], [9, 15], "levels above 0: 1"),
+        ([0.1, 0.2, 0.3, 0.4], [20, 15, 12, 9], "do not get better|far outside"),
+    ],
+)
+def test_answers_without_a_threshold_get_the_reason(levels, correct, words):
+    found = fit_threshold(answers(levels, correct))
+    assert isinstance(found, NotComputed)
+    assert re.search(words, found.reason)
+
+
+def test_a_jump_between_two_levels_has_a_threshold_but_no_slope():
+    found = fit_threshold(
+        answers([0.1, 0.2, 0.4, 0.8], [0, 0, 20, 20]), method="comparison", curve="normal"
+    )
+    assert 0.2 < found.threshold_um_pp.value < 0.4
+    assert isinstance(found.slope, NotComputed)
+
+
+def test_an_end_that_the_data_do_not_set_is_infinite_or_zero():
+    found = fit_threshold(answers([0.2, 0.4, 0.8], [2, 3, 3], [4, 4, 4]))
+    low, high = found.threshold_um_pp.interval
+    assert low == 0 or math.isinf(high)
+
+
+@pytest.mark.parametrize(
+    "options,words",
+    [
+        ({"method": "guess"}, "expected one of two_interval, three_interval, yes_no, comparison"),
+        ({"curve": "cubic"}, "expected one of weibull, logistic, normal"),
+        ({"share": 1.0}, "share is 1, expected between 0 and 1"),
+        ({"largest_lapse": 0.5}, "largest_lapse is 0.5, expected 0 to below 0.5"),
+    ],
+)
+def test_choices_that_cannot_be_are_refused(options, words):
+    with pytest.raises(UserError, match=words):
+        fit_threshold(EXAMPLE, **options)
+
+
+@pytest.mark.parametrize(
+    "levels,correct,trials,words",
+    [
+        ([0.1, 0.2], [1], [1], "as many"),
+        ([0.2, 0.1], [1, 1], [1, 1], "rising"),
+        ([0.1, math.nan], [1, 1], [1, 1], "finite"),
+        ([0.1, 0.2], [1, 3], [2, 2], "0 to that many"),
+        ([0.1, 0.2], [0, 0], [2, 0], "needs a trial"),
+    ],
+)
+def test_counts_that_cannot_be_are_refused(levels, correct, trials, words):
+    with pytest.raises(UserError, match=words):
+        answers(levels, correct, trials)
+
+
+def test_a_negative_level_has_no_logarithm():
+    with pytest.raises(UserError, match=r"a level is -0\.1 um_pp, expected 0 or more"):
+        fit_threshold(answers([-0.1, 0.1, 0.2], [5, 10, 18]))
+
+
+def test_a_difference_thresholds_weber_fraction_is_its_part_of_the_standard():
+    found = weber_fraction(FITTED["weibull"], 0.05)
+    threshold = FITTED["weibull"].threshold_um_pp
+    assert found.value == pytest.approx(threshold.value / 0.05)
+    assert tuple(found.interval) == pytest.approx(tuple(x / 0.05 for x in threshold.interval))
+
+
+def test_a_comparisons_weber_fraction_is_half_the_distance_between_its_quartiles():
+    data = answers([0.8, 0.9, 1.0, 1.1, 1.2], [1, 4, 10, 15, 19])
+    found = fit_threshold(data, method="comparison", curve="logistic", largest_lapse=0.0)
+    quartiles = found.level_um_pp(0.75) - found.level_um_pp(0.25)
+    fraction = weber_fraction(found, 1.0)
+    assert fraction.value == pytest.approx(quartiles / 2)
+    low, high = fraction.interval
+    assert low < fraction.value < high
+
+
+def test_what_has_no_weber_fraction_says_so():
+    with pytest.raises(UserError, match="standard_um_pp is 0, expected above 0"):
+        weber_fraction(FITTED["weibull"], 0.0)
+    with pytest.raises(UserError, match="yes_no asks for none"):
+        weber_fraction(fit_threshold(EXAMPLE, method="yes_no"), 1.0)
+    with pytest.raises(UserError, match="needs a curve of the amplitude itself"):
+        weber_fraction(fit_threshold(EXAMPLE, method="comparison"), 1.0)
+
+
+def test_a_population_is_the_mean_of_its_participants_logarithms():
+    rng = np.random.default_rng(8)
+    truth = {"slope": 3.0, "guess": 0.5, "lapse": 0.0}
+    levels = np.geomspace(0.05, 2, 9)
+    fits = [
+        fit_threshold(drawn("weibull", {"threshold_um_pp": x, **truth}, levels, 60, rng))
+        for x in (0.2, 0.3, 0.4, 0.5)
+    ]
+    found = population_threshold([*fits, NotComputed("ill")])
+    logs = np.log([one.threshold_um_pp.value for one in fits])
+    ends = stats.ttest_1samp(logs, 0).confidence_interval(0.95)
+    assert math.log(found.threshold_um_pp.value) == pytest.approx(logs.mean())
+    assert np.log(tuple(found.threshold_um_pp.interval)) == pytest.approx([ends.low, ends.high])
+    assert found.sd == pytest.approx(logs.std(ddof=1) / math.log(10))
+    assert (found.n, found.left_out) == (4, 1)
+
+
+def test_a_population_needs_three_thresholds_of_one_kind():
+    few = population_threshold([FITTED["weibull"]] * 2)
+    assert few == NotComputed("participants with a threshold: 2 (at least 3 are needed)")
+    with pytest.raises(UserError, match="one curve, method and share"):
+        population_threshold([FITTED["weibull"], FITTED["normal"], FITTED["normal"]])
