@@ -1,0 +1,73 @@
+"""The comparison with the paper on the terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from analysis.reproduction.comparison import Comparison, Outcome
+
+AGREES = {True: "[green]yes[/]", False: "[yellow]no[/]", None: "–"}
+
+
+def print_comparisons(comparisons: Sequence[Comparison], console: Console | None = None) -> None:
+    """Print the paper's items beside ours, then why those that differ do."""
+    target = console or Console()
+    table = Table(
+        title="The paper beside ours", title_justify="left", title_style="bold", box=box.SIMPLE_HEAD
+    )
+    table.add_column("item", no_wrap=True)
+    table.add_column("paper", justify="right")
+    table.add_column("ours", justify="right")
+    table.add_column("unit")
+    table.add_column("agrees")
+    for comparison in comparisons:
+        outcome = comparison.outcome
+        table.add_row(
+            comparison.item,
+            outcome.published or "–",
+            f"{outcome.ours:.5g}" if outcome.exact is None else f"{outcome.exact:,}",
+            outcome.unit,
+            ("by construction" if by_construction(outcome) else AGREES[outcome.agrees])
+            + (" [red]drifted[/]" if comparison.drifted else ""),
+        )
+    target.print(table)
+    reasons: dict[str, list[str]] = {}
+    for comparison in comparisons:
+        reasons.setdefault(comparison.outcome.reason, []).append(comparison.item)
+    for reason, items in reasons.items():
+        named = items[0] if len(items) == 1 else f"{items[0]} ... {items[-1]}"
+        target.print(f"[dim]{named}:[/] {reason}", highlight=False)
+    target.print(_summary(comparisons), highlight=False)
+    for comparison in comparisons:
+        if comparison.drifted:
+            target.print(
+                f"[red]{comparison.item}[/]: ours is {comparison.outcome.ours!r}, the repository "
+                f"records {comparison.recorded!r}",
+                highlight=False,
+            )
+
+
+def by_construction(outcome: Outcome) -> bool:
+    """Whether ours agrees because it was made to."""
+    return outcome.by_construction and bool(outcome.agrees)
+
+
+def _summary(comparisons: Sequence[Comparison]) -> str:
+    """Say how many items agree, and what the exit status means."""
+    outcomes = [comparison.outcome for comparison in comparisons]
+    made = sum(by_construction(outcome) for outcome in outcomes)
+    agree = sum(bool(outcome.agrees) for outcome in outcomes) - made
+    differ = sum(outcome.agrees is False for outcome in outcomes)
+    return (
+        f"{agree} items agree with the paper, {made} more by construction (ours was found from, or "
+        f"set to, what is published), {differ} do not, each with its reason above. The exit status "
+        "tells whether ours is still what the repository records and Table III's cells agree, not "
+        "whether every item meets the paper."
+    )
