@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import tomllib
 from dataclasses import dataclass
-from decimal import Decimal
+from fractions import Fraction
 from pathlib import Path
+
+from analysis.reconstruction.rounding import Printed
 
 #: Participants in the paper's Section IV-B: nine men, three women, aged between 18 and 25.
 PARTICIPANTS = 12
@@ -79,10 +81,7 @@ def agrees(published: str, ours: float) -> bool:
     >>> agrees("19.58", 235 / 12), agrees("19.58", 19.574)
     (True, False)
     """
-    printed = Decimal(published)
-    exponent = printed.as_tuple().exponent
-    if not isinstance(exponent, int):
-        raise TypeError(f"'{published}' is not a finite printed number")
-    half_unit = Decimal(5).scaleb(exponent - 1)
-    slack = Decimal("1e-12") * max(abs(printed), Decimal(1))
-    return abs(Decimal(ours) - printed) <= half_unit + slack
+    allowed = Printed(published).values("nearest")
+    # A mean of twelve floats misses a half of the last place by its rounding error.
+    slack = Fraction(1, 10**12) * max(abs(allowed.high), Fraction(1))
+    return allowed.low - slack <= Fraction(ours) <= allowed.high + slack
