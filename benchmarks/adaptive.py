@@ -144,12 +144,36 @@ def constant_stimuli(runs: int, trials: int, lapse: float, rng: np.random.Genera
     return Tracks(levels, (rng.random(levels.shape) < probability(levels, lapse)).astype(float))
 
 
-BOUNDS = {"start_um_pp": 0.8, "lowest_um_pp": 0.01, "highest_um_pp": 2.0}
+START_UM, LOWEST_UM, HIGHEST_UM = 0.8, 0.01, 2.0
 METHODS: dict[str, Callable[[int, int, float, np.random.Generator], Tracks]] = {
     "constant stimuli": constant_stimuli,
-    "2-down-1-up": up_down(staircase(steps_up=(0.3, 0.2, 0.12), down_after=2, **BOUNDS)),
-    "3-down-1-up": up_down(staircase(steps_up=(0.3, 0.2, 0.12), down_after=3, **BOUNDS)),
-    "weighted 75 %": up_down(weighted(steps_up=(0.5, 0.3), target=0.75, **BOUNDS)),
+    "2-down-1-up": up_down(
+        staircase(
+            steps_up=(0.3, 0.2, 0.12),
+            down_after=2,
+            start_um_pp=START_UM,
+            lowest_um_pp=LOWEST_UM,
+            highest_um_pp=HIGHEST_UM,
+        )
+    ),
+    "3-down-1-up": up_down(
+        staircase(
+            steps_up=(0.3, 0.2, 0.12),
+            down_after=3,
+            start_um_pp=START_UM,
+            lowest_um_pp=LOWEST_UM,
+            highest_um_pp=HIGHEST_UM,
+        )
+    ),
+    "weighted 75 %": up_down(
+        weighted(
+            steps_up=(0.5, 0.3),
+            target=0.75,
+            start_um_pp=START_UM,
+            lowest_um_pp=LOWEST_UM,
+            highest_um_pp=HIGHEST_UM,
+        )
+    ),
     "QUEST+": quest_plus,
 }
 
@@ -249,15 +273,15 @@ def scales(runs: int) -> None:
         distance = values[shown] @ [1, -1, -1, 1]
         for run in range(some):
             larger = distance + noise * rng.standard_normal(len(shown)) > 0
-            found = difference_scale(shown, larger, simulations=200, seed=run)
-            if isinstance(found, NotComputed):
+            fitted = difference_scale(shown, larger, simulations=200, seed=run)
+            if isinstance(fitted, NotComputed):
                 continue
             there += 1
             held += [
                 one is not None and one.low <= value <= one.high
-                for one, value in zip(found.intervals[1:-1], values[1:-1], strict=True)
+                for one, value in zip(fitted.intervals[1:-1], values[1:-1], strict=True)
             ]
-            low, high = found.noise_interval
+            low, high = fitted.noise_interval
             noise_held += low <= noise <= high
         print(
             f"difference scaling, {len(shown)} quadruples: values {np.mean(held) / there:.3f}, "
