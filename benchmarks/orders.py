@@ -52,7 +52,7 @@ def same_across_border(options: MagnitudeEstimation, surfaces: int) -> float:
 
 def drawn(
     options: MagnitudeEstimation, surfaces: int, participants: int, seed: int
-) -> Iterator[Counter]:
+) -> Iterator[Counter[tuple[str, object]]]:
     """Yield what is counted of each participant: (test, outcome) pairs."""
     group = 1
     if options.randomisation == "williams":

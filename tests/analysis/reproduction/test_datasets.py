@@ -2,11 +2,11 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from analysis.reconstruction.paired_statistics import paired_t, repeated_measures_f
 
 from analysis.published.biet2007 import TABLE3, agrees
 from analysis.reproduction import datasets
 from analysis.reproduction.comparison import compare
+from analysis.statistics.batched import paired_t, repeated_measures_f
 
 
 @pytest.fixture(scope="module")
