@@ -35,7 +35,10 @@ def test_an_impossible_constraint_is_refused():
     for rule in ("blocked", "williams"):
         with pytest.raises(UserError) as refusal:
             presentation_order(1, 2, rule, stream=Stream(1), row=0, no_immediate_repeat=True)
-        assert str(refusal.value) == "no_immediate_repeat: one surface alone must follow itself"
+        assert str(refusal.value) == (
+            "no_immediate_repeat: one surface alone must follow itself; use more surfaces, or "
+            "no_immediate_repeat = false"
+        )
 
 
 def test_one_item_alone_is_an_order():
