@@ -365,15 +365,24 @@ def test_a_line_that_drops_at_any_command_leaves_no_plate_on_unsaid(
     assert (said > 50) == for_good
 
 
-def test_who_interrupts_a_session_is_told_too_when_the_plate_is_out_of_reach(bench, monkeypatch):
+@pytest.mark.parametrize("within", [False, True], ids=["between commands", "within a command"])
+def test_who_interrupts_a_session_is_told_too_when_the_plate_is_out_of_reach(
+    bench, monkeypatch, within
+):
     rig = bench("keysight")
     plate = on_the_bench(rig, monkeypatch)
+
+    def interrupt():
+        rig.drop_at, rig.for_good = len(rig.lines) + 1, True
+        raise KeyboardInterrupt
 
     def interrupted():
         with plate:
             plate.present(surface(1.2))
-            rig.drop_at, rig.for_good = len(rig.lines) + 1, True
-            raise KeyboardInterrupt
+            if within:
+                monkeypatch.setattr(plate, "_read_back", interrupt)
+                plate.read_back()
+            interrupt()
 
     with pytest.raises(StillVibrating, match=r"may still vibrate.*switch the drive off by hand"):
         interrupted()
