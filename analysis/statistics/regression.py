@@ -43,10 +43,10 @@ def fit_lines(x: Array, y: Array) -> Lines:
     present = ~np.isnan(y)
     points = present.sum(axis=-1)
     xs, ys = np.where(present, x, 0.0), np.where(present, y, 0.0)
+    # Without two different x, 0 / 0: NaN.
     with np.errstate(invalid="ignore", divide="ignore"):
         x_mean, y_mean = xs.sum(axis=-1) / points, ys.sum(axis=-1) / points
         dx = np.where(present, xs - x_mean[..., None], 0.0)
         dy = np.where(present, ys - y_mean[..., None], 0.0)
         slope = (dx * dy).sum(axis=-1) / (dx**2).sum(axis=-1)
-    slope = np.where(points >= 2, slope, np.nan)  # noqa: PLR2004 - a line needs two points
     return Lines(slope=slope, intercept=y_mean - slope * x_mean, points=points)

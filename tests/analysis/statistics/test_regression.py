@@ -11,7 +11,7 @@ X = np.log([0.5, 1.2, 2.3, 4.0])
 
 def test_each_line_is_scipy_s_regression_of_the_points_there_are():
     y = np.random.default_rng(3).normal(size=(2, 5, 4))
-    y[0, 1, 2] = y[1, 4, 0] = np.nan
+    y[0, 1, 2] = y[1, 4, 0] = y[1, 0, 1] = y[1, 0, 2] = np.nan
     found = fit_lines(X, y)
     for place in np.ndindex(2, 5):
         there = ~np.isnan(y[place])
