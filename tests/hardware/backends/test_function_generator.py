@@ -206,7 +206,7 @@ def test_without_a_calibration_it_can_be_driven_but_presents_nothing():
 
 
 def test_a_gain_other_than_the_calibrations_is_the_users_fault():
-    with pytest.raises(UserError, match="gain is 5, but the calibration was made with 10"):
+    with pytest.raises(UserError, match="the SPEC says 5, the calibration was made with 10"):
         Watched(calibration=calibration(amplifier_gain=10), amplifier_gain=5)
 
 
