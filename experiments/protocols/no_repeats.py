@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import cache
-from itertools import chain, count, pairwise
+from itertools import chain, pairwise
 from typing import TYPE_CHECKING
 
 from faults import UserError
@@ -124,7 +124,7 @@ class _Counts:
         best = (min(equal, each), max(each - equal, 0))
         while ways(near := max(_ring(best, 1), key=ways)) > ways(best):
             best = near
-        for choice in chain.from_iterable(_ring(best, distance) for distance in count()):
+        for choice in chain.from_iterable(_ring(best, n) for n in range(max(equal, each) + 1)):
             if rank < ways(choice):
                 return choice
             rank -= ways(choice)
