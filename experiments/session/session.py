@@ -7,6 +7,7 @@ first answers taken from the journal.
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Literal
 
 from experiments.journal.serialisation import answer_from, answer_record, same_step, step_record
@@ -34,7 +35,7 @@ from hardware.clock import VirtualClock
 from hardware.errors import PlateFault
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from experiments.journal.journal import Journal, Record
     from experiments.languages.texts import Texts
@@ -104,6 +105,7 @@ class Session:
             unblind=unblind,
         )
         self._presented_s = 0.0  # when the wanted surface was presented, for a resumed pilot
+        self._rewinds = False  # the surface was lost because a pilot was interrupted
         self._actions: Mapping[type, Callable[[Any], Answer]] = {
             Instruct: self._show,
             Rest: self._show,
@@ -180,23 +182,35 @@ class Session:
         elif isinstance(step, Explore):
             self._surface.explored(step)
         elif isinstance(step, Silence):
-            self._surface.forget()
+            self._surface.silenced(step)
         return answer_from(done.data["answer"])
 
     def _take_up(self, step: Step) -> None:
         """Go from replay to live steps: the surface that was on the plate must be there again."""
         self._progress.replayed()
-        began_s = self._clock.now()
-        virtual = self._clock if isinstance(self._clock, VirtualClock) else None
-        self._journal.write("take_up", virtual=virtual is not None)
-        # A resumed pilot continues as if it had never stopped: there was no wait, and a texture,
-        # which changes with time, is explored at the time at which it was.
-        if virtual and self._surface.lost:
-            virtual.set(self._presented_s)
+        virtual = isinstance(self._clock, VirtualClock)
+        self._journal.write("take_up", virtual=virtual)
+        self._rewinds = virtual
         if not isinstance(step, Silence):
             self._interruptions.attempt(lambda: self._restore(step))
-        if virtual:
-            virtual.set(began_s)
+
+    @contextmanager
+    def _when_it_was_presented(self) -> Iterator[None]:
+        """Set a resumed pilot's clock to the surface's presentation, and back afterwards.
+
+        It continues as if it had never stopped: there was no wait, and a texture, which changes
+        with time, is explored at the time at which it was.
+        """
+        if not (self._rewinds and isinstance(self._clock, VirtualClock)):
+            yield
+            return
+        began_s = self._clock.now()
+        self._clock.set(self._presented_s)
+        try:
+            yield
+        finally:
+            self._clock.set(began_s)
+        self._rewinds = False
 
     # Live -----------------------------------------------------------------------------------
 
@@ -214,6 +228,7 @@ class Session:
         return self._participant.perform(step, self._interruptions.watch)
 
     def _present(self, step: Present) -> Presented:
+        self._rewinds = False
         self._noise.start()
         amplitude_um_pp = step.surface.amplitude_um_pp if self._unblind else None
         self._progress.tell("presenting", amplitude_um_pp=amplitude_um_pp)
@@ -243,8 +258,8 @@ class Session:
             raise
         return reply
 
-    def _silence(self, _step: Silence) -> None:
-        self._surface.silence()
+    def _silence(self, step: Silence) -> None:
+        self._surface.silence(step)
 
     def _end_trial(self, _step: EndTrial) -> Voided:
         self._interruptions.watch_operator()
@@ -257,10 +272,11 @@ class Session:
 
     def _restore(self, step: Step) -> None:
         """Have a lost surface presented and explored again before the step."""
-        if self._surface.lost:
+        if self._surface.must_be_felt_again(step):
             self._noise.start()
             self._progress.tell("presenting")
-            made = self._surface.restore()
+            with self._when_it_was_presented():
+                made = self._surface.restore()
             trial = step.trial.number if step.trial else None
             self._journal.write("represented", trial=trial, answer=answer_record(made))
 

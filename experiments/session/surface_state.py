@@ -3,19 +3,23 @@
 A surface that was presented stays *wanted* until the protocol silences the plate. If it is lost
 (a fault, a pause, a crash), it is presented and explored again before the participant is asked
 anything more: no rating is taken of a surface that is not there.
+
+Where the protocol silences the plate before it asks (the longest exploration is over), the surface
+is *remembered* for the questions of its trial. An interruption breaks that memory: the surface is
+then presented, explored and silenced again before the question (docs/decisions/0160).
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from experiments.protocols.steps import Presented
+from experiments.protocols.steps import Ask, Presented
 from hardware.errors import PlateFault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.protocols.steps import Explore, Present, Reply
+    from experiments.protocols.steps import Explore, Present, Reply, Silence, Step
     from hardware.clock import Clock
     from hardware.driver import PlateDriver
 
@@ -40,6 +44,9 @@ class SurfaceState:
         self._present: Present | None = None
         self._explored: Explore | None = None
         self._made = False
+        # Silenced before the questions of its trial, and whether nothing came between since.
+        self._remembered: tuple[Present, Explore | None] | None = None
+        self._fresh = False
         self._commanded_um_pp = 0.0
 
     @property
@@ -47,10 +54,14 @@ class SurfaceState:
         """The amplitude wanted (of a texture the largest), or None."""
         return self._present.surface.amplitude_um_pp if self._present else None
 
-    @property
-    def lost(self) -> bool:
-        """Whether a surface should be there and is not."""
-        return self._present is not None and not self._made
+    def must_be_felt_again(self, step: Step) -> bool:
+        """Whether a surface was lost that must be there, or be remembered, for a step."""
+        if self._present is not None:
+            return not self._made
+        asked = isinstance(step, Ask) and step.trial is not None
+        if self._remembered is None or self._fresh or not asked:
+            return False
+        return self._remembered[0].trial == step.trial
 
     def present(self, step: Present) -> Presented:
         """Make a surface, after its lead-in where the plate does not make that."""
@@ -64,25 +75,40 @@ class SurfaceState:
 
     def remember(self, present: Present) -> None:
         """Note a surface that a journal says was presented; the plate makes it no more."""
-        self._present, self._explored, self._made = present, None, False
+        self.forget()
+        self._present = present
 
     def explored(self, step: Explore) -> None:
         """Note that the participant has explored the surface."""
         self._explored = step
 
-    def restore(self) -> Presented | None:
-        """Make the wanted surface again where it is lost, and have it explored again."""
-        present, explored = self._present, self._explored
-        if present is None or self._made:
-            return None
+    def restore(self) -> Presented:
+        """Make the lost surface again and have it explored again, as far as it was.
+
+        To be called where `must_be_felt_again` says so. A surface that the protocol had silenced is
+        silenced again.
+        """
+        remembered = self._remembered
+        present, explored = remembered or (self._present, self._explored)
+        if present is None:
+            raise ValueError("there is no surface to restore: none was presented")
         try:
             made = self.present(present)
             if explored:
                 self._explore(explored)
+            if remembered:
+                self._plate.silence()
         except BaseException:
-            self._present, self._explored, self._made = present, explored, False
+            self.forget()
+            if remembered:
+                self._remembered = remembered
+            else:
+                self._present, self._explored = present, explored
             raise
         self._explored = explored
+        if remembered:
+            self.forget()
+            self._remembered, self._fresh = remembered, True
         return made
 
     def confirm(self) -> None:
@@ -104,18 +130,28 @@ class SurfaceState:
         if self._made:
             self._plate.check()
 
-    def silence(self) -> None:
-        """Silence the plate; no surface is wanted any more."""
+    def silence(self, step: Silence) -> None:
+        """Silence the plate as the protocol asks for it; no surface is wanted there any more."""
         self._plate.silence()
+        self.silenced(step)
+
+    def silenced(self, step: Silence) -> None:
+        """Note that the protocol silenced the plate; questions of its trial may follow."""
+        if self._present is None:
+            return
+        felt, fresh = (self._present, self._explored), self._made
         self.forget()
+        if step.trial is not None and felt[0].trial == step.trial:
+            self._remembered, self._fresh = felt, fresh
 
     def forget(self) -> None:
-        """Note that no surface is wanted."""
+        """Note that no surface is wanted, nor remembered."""
         self._present, self._explored, self._made = None, None, False
+        self._remembered, self._fresh = None, False
 
     def interrupt(self) -> None:
-        """Note that the surface is about to be lost, or is; it stays wanted."""
-        self._made = False
+        """Note that the surface is about to be lost, or is; it stays wanted, or remembered."""
+        self._made, self._fresh = False, False
 
     def shut_down(self) -> None:
         """Silence the plate, whatever state the line is in: at the end, or after a fault."""

@@ -147,6 +147,8 @@ class Keyboard:
         self._poll_s = clock.now()
         self._activated = True
         self._stamps = self._find_stamps() if precise_times else None
+        if sys.platform.startswith("linux"):
+            self._hear_keys_where_accents_are_composed()
         handle.push_handlers(
             on_text=self._on_text,
             on_text_motion=self._on_text_motion,
@@ -209,6 +211,19 @@ class Keyboard:
         ]
         self._typed, self._presses, self._fresh, self._poll_s = [], 0, None, now_s
         return typed
+
+    def _hear_keys_where_accents_are_composed(self) -> None:
+        """Have X11 tell the window itself of keys, not the child window that is drawn on.
+
+        X11 tells the smallest window under the pointer that listens to keys. pyglet has its child
+        listen too, but Xlib composes (dead keys, Compose) only keys of the window that the input
+        context was made for: with the pointer inside, ^ e was heard as e (docs/decisions/0161).
+        """
+        xlib, handle = self._pyglet.libs.x11.xlib, self._handle
+        everything_else = handle._default_event_mask & ~(  # noqa: SLF001  pyglet offers no other way
+            xlib.KeyPressMask | xlib.KeyReleaseMask
+        )
+        xlib.XSelectInput(handle._x_display, handle._view, everything_else)  # noqa: SLF001  as above
 
     def _find_stamps(self) -> Stamps | None:
         try:

@@ -1,0 +1,215 @@
+"""A study with every option, interrupted everywhere: no answer differs, nothing unfelt is rated."""
+
+import os
+
+import pytest
+
+from experiments.dataset.schema import columns
+from experiments.dataset.trials import gather
+from experiments.journal.run_record import read_plan
+from experiments.participants.simulated import SimulatedParticipant
+from experiments.protocols.steps import Ask, Explore
+from experiments.session.operator import Request, UnattendedOperator
+
+EVERY_OPTION = """
+name = "everything"
+title = "Every option"
+seed = 5
+participants = 4
+amplitudes_um_pp = [0.0, 1.2]
+task_order = "counterbalanced"
+sessions = ["1", "2"]
+runs = 2
+visits = "same"
+
+[[textures]]
+name = "fine"
+spatial_period_mm = 2.5
+mean_um_pp = 1.2
+depth_um_pp = 0.8
+finger_speed_mm_s = 50.0
+
+[[tasks]]
+protocol = "descending_difference"
+series = 1
+catch_steps = 1
+start_um_pp = 2.0
+confidence = true
+exploration_minimum_s = 0.5
+exploration_maximum_s = 2.0
+response_time_limit_s = 3.0
+rest_minimum_s = 1.0
+
+[[tasks]]
+protocol = "magnitude_estimation"
+repetitions = 1
+practice = 1
+randomisation = "williams"
+no_immediate_repeat = true
+scale_top = "declared"
+standard_um_pp = 2.0
+modulus = 10.0
+repeat_timed_out = true
+rest_every_trials = 2
+exploration_minimum_s = 0.5
+exploration_maximum_s = 2.0
+response_time_limit_s = 1.9
+rest_minimum_s = 1.0
+
+[[about_you]]
+name = "handedness"
+options = ["left", "right"]
+
+[masking_noise]
+level_db = -30.0
+"""
+RATED = ("estimate", "difference_felt")
+# Mean and swing of what may be felt of each surface, µm peak to peak; a texture has phases.
+FELT = {"S1": (0.0, 0.05), "S2": (1.2, 0.05), "S0": (2.0, 0.05), "T1": (1.2, 0.8)}
+
+
+@pytest.fixture(autouse=True)
+def _no_waiting_for_the_disk(monkeypatch):
+    """Hundreds of runs, and no machine loses its power in them."""
+    monkeypatch.setattr(os, "fsync", lambda _descriptor: None)
+
+
+class Feeling(SimulatedParticipant):
+    """Notes of each rating what was felt last, by this very person since they sat down."""
+
+    def __init__(self, rated, **about):
+        super().__init__(**about)
+        self.rated = rated
+        self.last = None
+
+    def perform(self, step, watch):
+        if isinstance(step, Ask) and step.name in RATED:
+            rating = (step.trial.task, step.trial.number, step.name)
+            self.rated.setdefault(rating, set()).add((self.last, round(self._feel(), 1)))
+        reply = super().perform(step, watch)
+        if isinstance(step, Explore):
+            self.last = round(self._felt[1], 1)
+        return reply
+
+    def hold(self, text, until):
+        self.last = None  # the finger is off the plate, and the surface forgotten
+        super().hold(text, until)
+
+
+@pytest.fixture
+def sit_down(laboratory):
+    """Return a function that runs a plan and tells what was felt at each rating."""
+
+    def run(plan, **about):
+        rated = {}
+
+        def person(plan):
+            return Feeling(
+                rated,
+                seed=plan.seed,
+                participant=plan.participant,
+                visit=plan.visit,
+                feel=laboratory.plate.vibration_um_pp,
+                clock=laboratory.clock,
+            )
+
+        assert laboratory.run(plan, person=person, **about) == "complete"
+        return rated
+
+    return run
+
+
+def rows(laboratory, plan, leave_out=()):
+    """Return all that a run's journal says of trials and person, as the tables have it."""
+    gathered = gather(read_plan(plan.journal_path(laboratory.folder))[1])
+    tables = {
+        protocol.task: [
+            {
+                name: column.value(trial)
+                for name, column in columns(protocol).items()
+                if name not in leave_out
+            }
+            for trial in gathered.trials[protocol.task]
+        ]
+        for protocol, _ in plan.tasks()
+    }
+    return tables, gathered.person
+
+
+@pytest.fixture(params=["01", "02"], ids=["first order", "other order"])
+def everything(request, plan):
+    """A run of the study, in each order of its tasks."""
+    return plan(EVERY_OPTION, participant=request.param, session="1", run="01")
+
+
+def test_the_study_has_what_it_claims(laboratory, sit_down, everything):
+    sit_down(everything)
+    tables, person = rows(laboratory, everything)
+    trials = [row for table in tables.values() for row in table]
+    assert person["handedness"] in ("left", "right")
+    assert any("timed_out" in (row["flag"] or "") for row in trials)
+    assert any(row["repeats"] for row in trials)
+    estimates = tables["magnitudeestimation"]
+    assert {row["phase"] for row in estimates} == {"practice", "main"}
+    assert {row["surface"] for row in estimates} == {"S1", "S2", "T1"}
+    assert all(row["scale_top"] and row["modulus"] == 10.0 for row in estimates)
+    assert {row["confidence"] for row in tables["descendingdifference"]} - {None}
+
+
+def test_wherever_a_run_is_cut_every_row_comes_out_the_same_and_was_felt(
+    laboratory, sit_down, everything, tmp_path
+):
+    laboratory.folder = tmp_path / "whole"
+    felt = sit_down(everything)
+    expected = rows(laboratory, everything)
+    assert all(len(each) == 1 for each in felt.values())
+    lines = everything.journal_path(laboratory.folder).read_bytes().splitlines(keepends=True)
+    for kept in range(1, len(lines)):
+        laboratory.folder = tmp_path / f"cut{kept}"
+        path = everything.journal_path(laboratory.folder)
+        path.parent.mkdir(parents=True)
+        path.write_bytes(b"".join(lines[:kept]))
+        again = sit_down(everything)
+        assert again == {rating: felt[rating] for rating in again}, f"cut after {kept - 1}"
+        assert rows(laboratory, everything) == expected, f"cut after record {kept - 1}"
+
+
+class PausesAt(UnattendedOperator):
+    """Pauses at one poll, and goes on."""
+
+    def __init__(self, poll):
+        super().__init__()
+        self.left = poll
+
+    def poll(self):
+        if self._state == "paused":
+            return Request(what="go_on")
+        self.left -= 1
+        return Request(what="pause") if self.left == 0 else super().poll()
+
+
+def test_whenever_the_operator_pauses_what_is_rated_was_felt_and_the_trial_says_so(
+    laboratory, sit_down, plan, tmp_path
+):
+    everything = plan(EVERY_OPTION, participant="01", session="1", run="01")
+    laboratory.folder = tmp_path / "whole"
+    felt = sit_down(everything)
+    poll, paused = 1, True
+    while paused:
+        laboratory.folder = tmp_path / f"pause{poll}"
+        again = sit_down(everything, operator=PausesAt(poll))
+        paused = bool(laboratory.records(everything, kind="pause"))
+        assert set(again) == set(felt)
+        again_felt = laboratory.records(everything, kind="represented")
+        tables, _ = rows(laboratory, everything)
+        trials = [(task, row) for task, table in tables.items() for row in table]
+        flagged = {row["trial"] for _, row in trials if "represented" in (row["flag"] or "")}
+        assert flagged == {record.data["trial"] for record in again_felt} - {None}
+        surfaces = {(task, row["trial"]): row["surface"] for task, row in trials}
+        for (task, trial, name), each in again.items():
+            # A question that was interrupted is asked twice, of the same surface each time.
+            mean, swing = FELT[surfaces[task, trial]]
+            assert [last for last, _ in each] == pytest.approx([mean] * len(each), abs=swing)
+            if name == "difference_felt":  # an estimate is asked for once the plate is silent
+                assert [now for _, now in each] == pytest.approx([mean] * len(each), abs=swing)
+        poll += 1
