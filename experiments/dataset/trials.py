@@ -64,6 +64,8 @@ def gather(records: list[Record]) -> Gathered:
             _answer(gathered, current, step, record)
             if step["type"] == "EndTrial":
                 current = None
+        elif record.kind == "answered_again":
+            _answer(gathered, None, record.data["what"], record)
         elif record.kind == "void":
             gathered.voided.append(
                 (record.data["task"], record.data["trial"], record.data["reason"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, Self
 
 if TYPE_CHECKING:
@@ -18,6 +19,22 @@ Watch = Callable[[], None]
 Kind = Literal["person", "simulated", "scripted"]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unfinished:
+    """What was typed of an answer when something interrupted it.
+
+    Parameters
+    ----------
+    entry : str
+        What stood in the place for the answer.
+    rejected : tuple of str
+        Entries before it that were not an answer.
+    """
+
+    entry: str = ""
+    rejected: tuple[str, ...] = ()
+
+
 class StopRequested(Exception):
     """The participant pressed Escape and confirmed, or the operator stopped the session."""
 
@@ -26,6 +43,9 @@ class Participant(Protocol):
     """A person at a screen, or a stand-in. A context manager: entering opens the window."""
 
     kind: ClassVar[Kind]
+    # Set before a question is asked: what to offer as typed already. Where `perform` raises, it
+    # says what was typed by then.
+    unfinished: Unfinished
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Carry out one step and return what the participant did.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, Self
 
+from experiments.participants.base import Unfinished
 from experiments.protocols.steps import Ask, Reply
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ class ScriptedParticipant:
     """
 
     kind: ClassVar[Kind] = "scripted"
+    unfinished = Unfinished()
 
     def __init__(
         self,

@@ -10,6 +10,7 @@ import math
 from statistics import fmean
 from typing import TYPE_CHECKING, ClassVar, Self
 
+from experiments.participants.base import Unfinished
 from experiments.participants.population import Population, mean_sensation, sensation
 from experiments.protocols.randomisation import Stream
 from experiments.protocols.steps import (
@@ -81,6 +82,7 @@ class SimulatedParticipant:
     """
 
     kind: ClassVar[Kind] = "simulated"
+    unfinished = Unfinished()
 
     def __init__(
         self,

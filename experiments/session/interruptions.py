@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from experiments.journal.journal import Journal, Record
     from experiments.participants.base import Participant
-    from experiments.protocols.steps import Answer
+    from experiments.protocols.steps import Answer, Ask
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator, Request, State
     from experiments.session.progress import Progress
@@ -30,6 +30,12 @@ RECONNECT_WAIT_S = 0.5
 
 class _Paused(Exception):
     """The operator asked for a pause in the middle of a step."""
+
+
+def stop_of(request: Request) -> StopRequested:
+    """Return what ends a session that the operator stops, with the reason where one was given."""
+    reason = f": {request.reason}" if request.reason else ""
+    return StopRequested(f"asked by the operator{reason}")
 
 
 class Interruptions:
@@ -70,6 +76,7 @@ class Interruptions:
         self._hold_text = hold_text
         self._unblind = unblind
         self._voids = _pending_voids(journal.records)
+        self._questions: list[Ask] = []
 
     def attempt(self, action: Callable[[], Answer]) -> Answer:
         """Carry out an action, again and again until no fault and no pause interrupts it."""
@@ -81,7 +88,8 @@ class Interruptions:
                     paused = False
                 return action()
             except PlateFault as fault:
-                self._recover(fault)
+                with self._progress.away():
+                    self._recover(fault)
             except _Paused:
                 paused = True
 
@@ -97,15 +105,22 @@ class Interruptions:
             return
         if request.what == "void":
             self._void(request)
+        elif request.what == "ask_again":
+            self._ask_again(request)
         elif request.what == "pause":
             raise _Paused
         elif request.what == "stop":
-            raise StopRequested("asked by the operator")
+            raise stop_of(request)
 
     def take_voids(self) -> Voided:
         """Return the trials voided since the last call, and forget them."""
         voided, self._voids = Voided(trials=tuple(self._voids)), []
         return voided
+
+    def take_questions(self) -> list[Ask]:
+        """Return the questions to be asked again, and forget them."""
+        questions, self._questions = self._questions, []
+        return questions
 
     def await_reason(self) -> None:
         """Have the participant wait while the operator types why a trial is to be voided."""
@@ -133,6 +148,15 @@ class Interruptions:
             self._progress.void()
             self._progress.say(f"trial {trial.number} will be repeated")
 
+    def _ask_again(self, request: Request) -> None:
+        """Note that a question about the run or the participant is to be asked again."""
+        question = request.question
+        if question is None or not self._progress.was_asked(question):
+            self._progress.say("there is no such question to ask again")
+        elif question not in self._questions:
+            self._questions.append(question)
+            self._progress.say(f"'{question.name}' will be asked again after the trial")
+
     def _voided(self) -> list[tuple[str, int]]:
         """Return all trials voided in this run, by task and number."""
         voids = [record.data for record in self._journal.records if record.kind == "void"]
@@ -140,11 +164,12 @@ class Interruptions:
 
     def _hold(self) -> None:
         """Pause: silence, wait for the operator, let the step begin anew."""
-        self._surface.interrupt()
-        self._plate.silence()
-        self._journal.write("pause")
-        self._wait_for("paused", "go_on")
-        self._journal.write("go_on")
+        with self._progress.away():
+            self._surface.interrupt()
+            self._plate.silence()
+            self._journal.write("pause")
+            self._wait_for("paused", "go_on")
+            self._journal.write("go_on")
 
     def _recover(self, fault: PlateFault) -> None:
         """Silence, write down, ask whether to retry, reconnect."""
@@ -157,7 +182,8 @@ class Interruptions:
             told = fault if self._unblind else fault.blinded()
             try:
                 self._wait_for("fault", "retry", str(told))
-            except StopRequested:
+            except StopRequested as stopped:
+                self._journal.write("given_up", reason=str(stopped))
                 raise told from None
             try:
                 self._plate.connect()
@@ -174,9 +200,11 @@ class Interruptions:
         def answered() -> bool:
             request = self._operator.poll()
             if request is not None and request.what == "stop":
-                raise StopRequested("asked by the operator")
+                raise stop_of(request)
             if request is not None and request.what == "void":
                 self._void(request)
+            if request is not None and request.what == "ask_again":
+                self._ask_again(request)
             return request is not None and request.what == wanted
 
         if not answered():

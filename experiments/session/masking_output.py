@@ -13,10 +13,12 @@ from stimuli.masking_noise import pink_noise, ramp
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from experiments.session.masking import NoiseState
+
 REMEDY = "plug in headphones and choose them as the system's output, or turn masking off"
 COMMON_RATE_HZ = 48_000.0
 CHANNELS = 2
-STOP_S = 1.0  # how long after its fade a device may take to end
+STALL_S = 1.0  # how long after its fade a device may take to be through with it
 
 
 def check_device() -> str | None:
@@ -61,6 +63,7 @@ class Playback:
         self._gain = 0.0
         self.target = 0.0
         self.silent = threading.Event()
+        self.level = threading.Event()
 
     def fill(self, block: NDArray[np.float32]) -> None:
         """Write the next samples into ``block``, shape (samples, channels)."""
@@ -70,8 +73,8 @@ class Playback:
         block[:] = (self._noise[places] * gains)[:, None]
         self._position = int((self._position + samples) % self._noise.size)
         self._gain = float(gains[-1]) if samples else self._gain
-        if self._gain == 0.0 and self.target == 0.0:
-            self.silent.set()
+        if self._gain == self.target:
+            (self.silent if self.target == 0.0 else self.level).set()
 
 
 class MaskingNoise:
@@ -101,13 +104,20 @@ class MaskingNoise:
         self._stream: Any = None
         self._playback: Playback
 
+    @property
+    def state(self) -> NoiseState:
+        """Whether the noise plays now."""
+        return "silent" if self._stream is None else "playing"
+
     def start(self) -> None:
-        """Fade the noise in; nothing happens when it plays already.
+        """Fade the noise in and wait until it is at its level; nothing happens when it plays.
+
+        The plate may move after that: a sound of its own must not be heard through half a fade.
 
         Raises
         ------
         RigError
-            There is nothing to play it on.
+            There is nothing to play it on, or the device does not play.
         """
         if self._stream is not None:
             return
@@ -131,6 +141,9 @@ class MaskingNoise:
         except sounddevice.PortAudioError as error:
             raise RigError(f"masking noise: {error}: {REMEDY}") from None
         self._playback, self._stream = playback, stream
+        if not playback.level.wait(self._fade_s + STALL_S):
+            self.stop()
+            raise RigError(f"masking noise: the sound device does not play: {REMEDY}")
 
     def stop(self) -> None:
         """Fade the noise out and let go of the device; nothing happens when it is silent."""
@@ -138,6 +151,6 @@ class MaskingNoise:
             return
         self._playback.silent.clear()
         self._playback.target = 0.0
-        self._playback.silent.wait(self._fade_s + STOP_S)
+        self._playback.silent.wait(self._fade_s + STALL_S)
         stream, self._stream = self._stream, None
         stream.close()

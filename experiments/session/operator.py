@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Protocol
 
 if TYPE_CHECKING:
-    from experiments.protocols.steps import Trial
+    from experiments.protocols.steps import Ask, Trial
+    from experiments.session.masking import NoiseState
+    from experiments.session.surface_state import PlateState
 
 State = Literal["showing", "presenting", "waiting", "paused", "fault", "done"]
 
@@ -26,14 +28,24 @@ class SessionStatus:
         Trial k of n within the task; 0 before the first.
     voidable : Trial or None
         The trial that would be voided now: the one in progress, or the last.
+    answered : Trial or None
+        The trial before the one in progress: it can be voided too (a slip of the finger is seen
+        when the answer is given, and the next surface is there already).
+    asked : tuple of Ask
+        The questions about the run and the participant so far: each can be asked again.
     done, planned : int
         Trials over and planned in the whole session.
     elapsed_s : float
-        Time since the session began (or was resumed).
+        Time since the session began (or was resumed), without faults and pauses.
     time_left_s : float or None
-        At the pace so far; None before the first trial is over.
+        At the pace so far, faults and pauses left out; None before the first trial is over.
     faults, voided : int
         How many so far.
+    noise : str
+        Whether the masking noise is "playing", "silent" or "absent".
+    plate : str
+        What the plate does by its own reading: "silent", "as commanded", "not measured" (it has no
+        sensor, or none that answered), "lost".
     message : str
         A fault's or a refusal's sentence.
     amplitude_um_pp : float or None
@@ -45,27 +57,33 @@ class SessionStatus:
     trial: int = 0
     total: int = 0
     voidable: Trial | None = None
+    answered: Trial | None = None
+    asked: tuple[Ask, ...] = ()
     done: int = 0
     planned: int = 0
     elapsed_s: float = 0.0
     time_left_s: float | None = None
     faults: int = 0
     voided: int = 0
+    noise: NoiseState = "absent"
+    plate: PlateState = "silent"
     message: str = ""
     amplitude_um_pp: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
-    """What the operator asks for: to pause or go on, void a trial, retry, or stop.
+    """What the operator asks for: to pause or go on, void a trial, ask again, retry, or stop.
 
     ``trial`` is the one to be voided, None the one that is `SessionStatus.voidable` now: while a
-    reason is typed the session may have come to the next.
+    reason is typed the session may have come to the next. ``question`` is the one to be asked
+    again, of `SessionStatus.asked`.
     """
 
-    what: Literal["pause", "go_on", "void", "retry", "stop"]
+    what: Literal["pause", "go_on", "void", "ask_again", "retry", "stop"]
     reason: str = ""
     trial: Trial | None = None
+    question: Ask | None = None
 
 
 class Operator(Protocol):

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from experiments.protocols.steps import EndBlock, EndTrial, Present
+from experiments.protocols.steps import Ask, EndBlock, EndTrial, Present
 from experiments.session.operator import SessionStatus
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from experiments.protocols.steps import Step, Trial
+    from experiments.session.masking import Noise
     from experiments.session.operator import Operator, State
+    from experiments.session.surface_state import SurfaceState
     from hardware.clock import Clock
 
 
@@ -21,20 +26,35 @@ class Progress:
     ----------
     operator : Operator
     clock : Clock
+    noise, surface
+        The session's, to tell what they do.
     planned : int
         How many trials the whole session is expected to have.
     voided : int
         How many trials were voided before the session was resumed; each is repeated.
     """
 
-    def __init__(self, operator: Operator, clock: Clock, planned: int, voided: int = 0) -> None:
+    def __init__(
+        self,
+        operator: Operator,
+        clock: Clock,
+        *,
+        noise: Noise,
+        surface: SurfaceState,
+        planned: int,
+        voided: int = 0,
+    ) -> None:
         self._operator = operator
         self._clock = clock
+        self._noise = noise
+        self._surface = surface
         self._status = SessionStatus(state="showing", planned=planned + voided, voided=voided)
         self._begun_s = clock.now()
+        self._away_s = 0.0  # faults and pauses
         self._done_before = 0
         self._trial: Trial | None = None  # the last whose surface was presented
         self._over = False
+        self._before: Trial | None = None  # the last that is over while another is in progress
         self._closing = False  # the protocol can still repeat a trial that is over
 
     @property
@@ -43,6 +63,25 @@ class Progress:
         trial = self._trial
         ended = trial and self._over and trial.number >= trial.total and not self._closing
         return None if ended else trial
+
+    @property
+    def answered(self) -> Trial | None:
+        """The trial before the one in progress, while the protocol can still repeat it."""
+        before, now = self._before, self.voidable
+        return before if before and now and before.task == now.task else None
+
+    def was_asked(self, question: Ask) -> bool:
+        """Whether a question was asked, and can be asked again."""
+        return question in self._status.asked
+
+    @contextmanager
+    def away(self) -> Iterator[None]:
+        """Leave a fault or a pause out of the time that the session takes."""
+        began_s = self._clock.now()
+        try:
+            yield
+        finally:
+            self._away_s += self._clock.now() - began_s
 
     def replayed(self) -> None:
         """Note that what follows is live: the pace is reckoned from here."""
@@ -63,10 +102,13 @@ class Progress:
         """Note what is over with a step."""
         self.begins(step)
         self._closing = False
-        if isinstance(step, Present) and step.trial:
+        if isinstance(step, Ask) and not step.trial and not self.was_asked(step):
+            self._status = replace(self._status, asked=(*self._status.asked, step))
+        elif isinstance(step, Present) and step.trial:
+            self._before = self._trial if self._over else None
             self._trial, self._over = step.trial, False
         elif isinstance(step, EndTrial):
-            self._trial, self._over = step.trial, True
+            self._trial, self._over, self._before = step.trial, True, None
             self._status = replace(self._status, done=self._status.done + 1)
 
     def fault(self) -> None:
@@ -86,7 +128,7 @@ class Progress:
         self, state: State, *, message: str = "", amplitude_um_pp: float | None = None
     ) -> None:
         """Tell the operator the state."""
-        elapsed_s = self._clock.now() - self._begun_s
+        elapsed_s = self._clock.now() - self._begun_s - self._away_s
         done = self._status.done - self._done_before
         left = max(self._status.planned - self._status.done, 0)
         self._status = replace(
@@ -94,6 +136,9 @@ class Progress:
             state=state,
             message=message,
             voidable=self.voidable,
+            answered=self.answered,
+            noise=self._noise.state,
+            plate=self._surface.state,
             elapsed_s=elapsed_s,
             time_left_s=elapsed_s / done * left if done else None,
             amplitude_um_pp=amplitude_um_pp,

@@ -8,10 +8,11 @@ first answers taken from the journal.
 from __future__ import annotations
 
 from contextlib import contextmanager
+from functools import partial
 from typing import TYPE_CHECKING, Any, Literal
 
 from experiments.journal.serialisation import answer_from, answer_record, same_step, step_record
-from experiments.participants.base import StopRequested
+from experiments.participants.base import StopRequested, Unfinished
 from experiments.protocols.steps import (
     Answer,
     Ask,
@@ -91,7 +92,14 @@ class Session:
         self._unblind = unblind
         self._surface = SurfaceState(plate, clock, self._feel)
         voided = sum(record.kind == "void" for record in journal.records)
-        self._progress = Progress(operator, clock, planned, voided)
+        self._progress = Progress(
+            operator,
+            clock,
+            noise=self._noise,
+            surface=self._surface,
+            planned=planned,
+            voided=voided,
+        )
         self._interruptions = Interruptions(
             plate=plate,
             surface=self._surface,
@@ -165,6 +173,8 @@ class Session:
                 answer = self._live(step, number)
             self._progress.ends(step)
             number += 1
+            if step.trial is None or isinstance(step, EndTrial):
+                self._ask_again()
 
     # From the journal -----------------------------------------------------------------------
 
@@ -222,6 +232,24 @@ class Session:
         self._journal.write("done", step=number, answer=answer_record(answer))
         return answer
 
+    def _ask_again(self) -> None:
+        """Ask again what the operator wants to be: the new answer takes the old one's place.
+
+        The protocol is not told: what it has asked for since stays as it is (docs/decisions/0162).
+        """
+        for question in self._interruptions.take_questions():
+            reply = self._interruptions.attempt(partial(self._ask_apart, question))
+            self._journal.write(
+                "answered_again", what=step_record(question), answer=answer_record(reply)
+            )
+
+    def _ask_apart(self, question: Ask) -> Reply:
+        """Ask a question with the plate silent; a surface that stood there is lost."""
+        self._surface.hush()
+        self._noise.stop()
+        self._wait()
+        return self._answer(question)
+
     def _show(self, step: Instruct | Rest) -> Reply:
         self._noise.stop()
         self._progress.tell("showing")
@@ -249,7 +277,7 @@ class Session:
     def _ask(self, step: Ask) -> Reply:
         self._restore(step)
         self._wait()
-        reply = self._participant.perform(step, self._interruptions.watch)
+        reply = self._answer(step)
         try:
             self._surface.confirm()
         except PlateFault:
@@ -257,6 +285,27 @@ class Session:
             self._journal.write("discarded", name=step.name, answer=answer_record(reply))
             raise
         return reply
+
+    def _answer(self, step: Ask) -> Reply:
+        """Have a question answered; what is typed when something interrupts it is kept."""
+        begun = last_unfinished(self._journal.records, step)
+        self._participant.unfinished = begun
+        try:
+            return self._participant.perform(step, self._interruptions.watch)
+        except UserError:
+            raise  # the journal itself, as a rule: there is nowhere to write
+        except BaseException:
+            left = self._participant.unfinished
+            if left != begun:
+                trial = step.trial.number if step.trial else None
+                self._journal.write(
+                    "unfinished",
+                    name=step.name,
+                    trial=trial,
+                    entry=left.entry,
+                    rejected=left.rejected,
+                )
+            raise
 
     def _silence(self, step: Silence) -> None:
         self._surface.silence(step)
@@ -284,6 +333,18 @@ class Session:
         """Tell the operator that the participant is at work."""
         amplitude_um_pp = self._surface.amplitude_um_pp if self._unblind else None
         self._progress.tell("waiting", amplitude_um_pp=amplitude_um_pp)
+
+
+def last_unfinished(records: list[Record], step: Ask) -> Unfinished:
+    """Return what the journal says was typed of an answer when it was interrupted."""
+    trial = step.trial.number if step.trial else None
+    for record in reversed(records):
+        if record.kind in ("done", "answered_again"):
+            break
+        data = record.data
+        if record.kind == "unfinished" and (data["name"], data["trial"]) == (step.name, trial):
+            return Unfinished(entry=data["entry"], rejected=tuple(data["rejected"]))
+    return Unfinished()
 
 
 def _past(records: list[Record]) -> list[tuple[Record, Record]]:

@@ -11,7 +11,7 @@ then presented, explored and silenced again before the question (docs/decisions/
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from experiments.protocols.steps import Ask, Presented
 from hardware.errors import PlateFault
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from experiments.protocols.steps import Explore, Present, Reply, Silence, Step
     from hardware.clock import Clock
     from hardware.driver import PlateDriver
+
+
+PlateState = Literal["silent", "as commanded", "not measured", "lost"]
+MEASURED = ("measured", "applied")
 
 
 class SurfaceState:
@@ -48,6 +52,16 @@ class SurfaceState:
         self._remembered: tuple[Present, Explore | None] | None = None
         self._fresh = False
         self._commanded_um_pp = 0.0
+        self._measured = False
+
+    @property
+    def state(self) -> PlateState:
+        """What the plate does, by its last reading; it tells no amplitude."""
+        if self._present is None:
+            return "silent"
+        if not self._made:
+            return "lost"
+        return "as commanded" if self._measured else "not measured"
 
     @property
     def amplitude_um_pp(self) -> float | None:
@@ -122,7 +136,8 @@ class SurfaceState:
             return
         self._plate.check()
         told = self._plate.read_back()
-        if told.kind in ("measured", "applied") and told.amplitude_um_pp is not None:
+        self._measured = told.kind in MEASURED and told.amplitude_um_pp is not None
+        if told.kind in MEASURED and told.amplitude_um_pp is not None:
             self._plate.limits.check_reached(self._commanded_um_pp, told.amplitude_um_pp)
 
     def check(self) -> None:
@@ -152,6 +167,11 @@ class SurfaceState:
     def interrupt(self) -> None:
         """Note that the surface is about to be lost, or is; it stays wanted, or remembered."""
         self._made, self._fresh = False, False
+
+    def hush(self) -> None:
+        """Silence the plate for something apart; the surface that stood there is lost."""
+        self.interrupt()
+        self._plate.silence()
 
     def shut_down(self) -> None:
         """Silence the plate, whatever state the line is in: at the end, or after a fault."""

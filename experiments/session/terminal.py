@@ -1,4 +1,4 @@
-"""The operator's terminal: a few live lines, and keys to pause, void the last trial, retry or stop.
+"""The operator's terminal: a few live lines, and keys to pause, void, ask again, retry or stop.
 
 Keys are read without waiting, at every frame of the participant's screen, so the terminal never
 holds the session up; a reason for voiding is typed letter by letter while the session continues.
@@ -12,7 +12,8 @@ import re
 import sys
 from collections import deque
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Self, TextIO
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Self, TextIO
 
 from rich.live import Live
 from rich.text import Text
@@ -20,12 +21,12 @@ from rich.text import Text
 from experiments.session.operator import Request, SessionStatus
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
     from types import TracebackType
 
     from rich.console import Console
 
-    from experiments.protocols.steps import Trial
+    from experiments.protocols.steps import Ask, Trial
     from experiments.session.operator import State
 
 ENTER, ESCAPE, BACKSPACE = "\r\n", "\x1b", "\x7f\b"
@@ -41,7 +42,7 @@ STATES: dict[State, tuple[str, str]] = {
     "done": ("done", "bold green"),
 }
 
-# What each key asks for, in each state, at once; v asks for a reason first, s whether it was meant.
+# What a key asks for at once, in each state; v, b, a and s have something typed first.
 KEYS: dict[State, dict[str, Request]] = {
     "paused": {"p": Request(what="go_on")},
     "fault": {"r": Request(what="retry")},
@@ -49,11 +50,56 @@ KEYS: dict[State, dict[str, Request]] = {
 }
 RUNNING = {"p": Request(what="pause")}
 HELP: dict[State, str] = {
-    "paused": "p go on · v void last trial · s stop",
+    "paused": "p go on · v void trial · b void the one before · a ask again · s stop",
     "fault": "r retry · s stop",
     "done": "",
 }
-RUNNING_HELP = "p pause · v void last trial · s stop"
+RUNNING_HELP = "p pause · v void trial · b void the one before · a ask again · s stop"
+
+
+@dataclass(slots=True)
+class Prompt:
+    """Something that the operator types; Enter hands it in, Escape takes it all back.
+
+    Parameters
+    ----------
+    label : str
+        What is typed, and what Enter does.
+    request : callable
+        Makes a request of what was typed; None where that is none.
+    """
+
+    label: str
+    request: Callable[[str], Request | None]
+    typed: str = ""
+
+
+def void_prompt(trial: Trial) -> Prompt:
+    """Return the prompt for the reason why a trial is voided: one is needed."""
+
+    def request(reason: str) -> Request | None:
+        return Request(what="void", reason=reason, trial=trial) if reason else None
+
+    return Prompt(f"void trial {trial.number} because (Enter to void, Esc not to)", request)
+
+
+def stop_prompt() -> Prompt:
+    """Return the prompt for the reason why the session is stopped; it may be left out."""
+    return Prompt(
+        "stop the session because (Enter to stop, Esc to go on)",
+        lambda reason: Request(what="stop", reason=reason),
+    )
+
+
+def question_prompt(asked: tuple[Ask, ...]) -> Prompt:
+    """Return the prompt for the question that is asked again, by its number."""
+
+    def request(number: str) -> Request | None:
+        known = number.isdecimal() and 1 <= int(number) <= len(asked)
+        return Request(what="ask_again", question=asked[int(number) - 1]) if known else None
+
+    listed = ", ".join(f"{number} {ask.name}" for number, ask in enumerate(asked, start=1))
+    return Prompt(f"ask again (number and Enter, Esc for none): {listed}", request)
 
 
 def clock_face(seconds: float | None) -> str:
@@ -65,6 +111,37 @@ def clock_face(seconds: float | None) -> str:
     if seconds is None:
         return "–:––"
     return f"{int(seconds // 60)}:{int(seconds % 60):02d}"
+
+
+class PromptKey(NamedTuple):
+    """A key that has something typed.
+
+    Parameters
+    ----------
+    states : tuple of str
+        Where the key does that.
+    open : callable
+        Returns the prompt, None where there is nothing to type about.
+    without : Request or None
+        What is asked for in that case: the session says why it cannot be.
+    """
+
+    states: tuple[State, ...]
+    open: Callable[[SessionStatus], Prompt | None]
+    without: Request | None = None
+
+
+IN_STEPS: tuple[State, ...] = ("showing", "presenting", "waiting", "paused")
+PROMPTS: Mapping[str, PromptKey] = {
+    "v": PromptKey(
+        IN_STEPS, lambda s: void_prompt(s.voidable) if s.voidable else None, Request(what="void")
+    ),
+    "b": PromptKey(IN_STEPS, lambda s: void_prompt(s.answered) if s.answered else None),
+    "a": PromptKey(
+        IN_STEPS, lambda s: question_prompt(s.asked) if s.asked else None, Request(what="ask_again")
+    ),
+    "s": PromptKey((*IN_STEPS, "fault"), lambda _: stop_prompt()),
+}
 
 
 class TerminalOperator:
@@ -85,18 +162,18 @@ class TerminalOperator:
         self._read_key = read_key
         self._retries = retries
         self._status = SessionStatus(state="showing")
-        self._reason: str | None = None  # being typed
-        self._voiding: Trial | None = None  # the trial that it is about
-        self._stopping = False  # asked for, not yet confirmed
+        self._prompt: Prompt | None = None  # being typed
         self._live = Live(console=console, auto_refresh=False, transient=False)
 
     @property
     def busy(self) -> bool:
-        """Whether a reason is being typed."""
-        return self._reason is not None
+        """Whether something is being typed."""
+        return self._prompt is not None
 
     def tell(self, status: SessionStatus) -> None:
-        """Show the state."""
+        """Show the state; a fault rings the bell, once."""
+        if self._console.is_terminal and status.state == "fault" != self._status.state:
+            self._console.bell()
         self._status = status
         self._draw()
 
@@ -104,46 +181,33 @@ class TerminalOperator:
         """Return what the keys ask for."""
         key = self._read_key()
         state = self._status.state
-        if self._reason is not None:
-            return self._type(key)
+        if self._prompt is not None:
+            return self._type(self._prompt, key)
         if state == "fault" and self._retries > 0:
             self._retries -= 1
             return Request(what="retry")
-        if self._stopping:
-            return self._confirm(key)
-        if key == "v" and state not in ("fault", "done"):
-            if self._status.voidable is None:
-                return Request(what="void")  # the session says why not
-            self._reason, self._voiding = "", self._status.voidable
-        elif key == "s" and state != "done":
-            self._stopping = True
-        else:
-            return KEYS.get(state, RUNNING).get(key)
-        self._draw()
-        return None
+        if key in PROMPTS and state in PROMPTS[key].states:
+            self._prompt = PROMPTS[key].open(self._status)
+            if self._prompt is None:
+                return PROMPTS[key].without
+            self._draw()
+            return None
+        return KEYS.get(state, RUNNING).get(key)
 
-    def _confirm(self, key: str) -> Request | None:
-        """Take the answer to whether to stop: a stray s must not end a session."""
+    def _type(self, prompt: Prompt, key: str) -> Request | None:
+        """Take a letter of what is typed."""
         if not key:
             return None
-        self._stopping = False
-        self._draw()
-        return Request(what="stop") if key == "y" else None
-
-    def _type(self, key: str) -> Request | None:
-        """Take a letter of the reason for voiding a trial."""
-        reason = self._reason or ""
-        if not key:
-            return None
-        if key in ENTER and reason.strip():
-            self._reason = None
-            return Request(what="void", reason=reason.strip(), trial=self._voiding)
+        if key in ENTER:
+            request = prompt.request(prompt.typed.strip())
+            self._prompt = None if request else prompt
+            return request
         if key == ESCAPE:
-            self._reason = None
+            self._prompt = None
         elif key in BACKSPACE:
-            self._reason = reason[:-1]
+            prompt.typed = prompt.typed[:-1]
         elif key.isprintable():
-            self._reason = reason + key
+            prompt.typed += key
         self._draw()
         return None
 
@@ -156,21 +220,21 @@ class TerminalOperator:
         if status.trial:
             text.append(f"{status.task}  trial {status.trial} of {status.total}")
         text.append(f"\n  session {status.done} of {status.planned}", style="dim")
+        text.append(f"  elapsed {clock_face(status.elapsed_s)}", style="dim")
         text.append(f"  left {clock_face(status.time_left_s)}", style="dim")
         if status.amplitude_um_pp is not None:
             text.append(f"  {status.amplitude_um_pp:g} µm p-p", style="magenta")
+        text.append(f"\n  plate {status.plate}", "red" if status.plate == "lost" else "dim")
+        text.append(f"  noise {status.noise}", style="dim")
         if status.faults:
             text.append(f"  faults {status.faults}", style="red")
         if status.voided:
             text.append(f"  voided {status.voided}", style="yellow")
         if status.message:
             text.append(f"\n  {status.message}", style=style)
-        if self._reason is not None:
-            which = self._voiding.number if self._voiding else 0
-            text.append(f"\n  void trial {which} because (Enter to void, Esc not to): ", "bold")
-            text.append(f"{self._reason}▏")
-        elif self._stopping:
-            text.append("\n  stop the session? y stops, any other key goes on", "bold")
+        if self._prompt is not None:
+            text.append(f"\n  {self._prompt.label}: ", "bold")
+            text.append(f"{self._prompt.typed}▏")
         else:
             text.append(f"\n  {HELP.get(status.state, RUNNING_HELP)}", style="dim")
         return text

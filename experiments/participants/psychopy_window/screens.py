@@ -54,6 +54,13 @@ class Screen(Protocol):
     def erase(self) -> None:
         """Take back the last character."""
 
+    @property
+    def typed(self) -> str:
+        """What has been typed and not handed in."""
+
+    def offer(self, typed: str) -> None:
+        """Show what was typed already, before the screen was interrupted."""
+
     def expire(self, elapsed_s: float) -> ScreenResult | None:
         """Return the outcome if the time alone ended the screen."""
 
@@ -62,6 +69,7 @@ class Waiting:
     """What the screens that wait for the space bar share."""
 
     single_key = True
+    typed = ""
 
     def __init__(self, minimum_s: float = 0.0, maximum_s: float | None = None) -> None:
         self.rejected: list[str] = []
@@ -76,6 +84,9 @@ class Waiting:
 
     def erase(self) -> None:
         """Nothing is typed here."""
+
+    def offer(self, typed: str) -> None:
+        """Nothing was typed here."""
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
         """End when the maximum is over."""
@@ -201,6 +212,16 @@ class Asking:
         """Take back the last character."""
         self._notice = ""
         self._entry.erase()
+
+    @property
+    def typed(self) -> str:
+        """What stands in the place for the answer."""
+        return self._entry.content
+
+    def offer(self, typed: str) -> None:
+        """Put back what was typed, character by character as a hand would."""
+        for character in typed:
+            self._entry.press(character)
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
         """End when the time limit is over."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, ClassVar, Self
 
-from experiments.participants.base import Kind, StopRequested, Watch
+from experiments.participants.base import Kind, StopRequested, Unfinished, Watch
 from experiments.participants.psychopy_window import scene
 from experiments.participants.psychopy_window.display import Display
 from experiments.participants.psychopy_window.entry import ENTER
@@ -57,6 +57,7 @@ class PsychoPyWindow:
     """
 
     kind: ClassVar[Kind] = "person"
+    unfinished = Unfinished()
 
     def __init__(
         self,
@@ -120,6 +121,17 @@ class PsychoPyWindow:
             The participant pressed Escape and confirmed.
         """
         screen = screen_for(step, self._texts)
+        begun, self.unfinished = self.unfinished, Unfinished()
+        screen.offer(begun.entry)
+        screen.rejected.extend(begun.rejected)
+        try:
+            return self._perform(screen, watch)
+        except BaseException:
+            self.unfinished = Unfinished(entry=screen.typed, rejected=tuple(screen.rejected))
+            raise
+
+    def _perform(self, screen: Screen, watch: Watch) -> Reply:
+        """Show a screen until it is over."""
         onset_s = self._show_first(screen, watch)
         away_s = 0.0
         while True:

@@ -45,6 +45,15 @@ def test_noise_fades_in_loops_without_a_gap_and_fades_out():
     assert np.all(fading[:99] > 0)
 
 
+def test_noise_says_when_it_is_at_its_level():
+    playback = Playback(np.ones(70, dtype=np.float32), fade_samples=100)
+    playback.target = 1.0
+    block_of(playback, 99)
+    assert not playback.level.is_set()
+    assert block_of(playback, 1)[-1, 0] == 1.0
+    assert playback.level.is_set()
+
+
 def test_a_level_that_would_clip_is_refused_before_anything_plays():
     with pytest.raises(UserError, match="level_db"):
         MaskingNoise(level_db=0.0, fade_s=0.1, seed=1)
@@ -92,18 +101,36 @@ print(check_device())
 def test_noise_plays_on_a_real_stream_and_ends_silent(tmp_path):
     (tmp_path / ".asoundrc").write_text(NULL_DEVICE)
     program = """
-import time
 from experiments.session.masking_output import MaskingNoise, check_device
 print(check_device())
 masking = MaskingNoise(level_db=-20.0, fade_s=0.05, seed=1)
 for _ in range(2):
     masking.start()
     masking.start()
-    time.sleep(0.1)
-    print(masking._stream.active, masking._playback.silent.is_set())
+    print(masking._playback._gain == 1.0, masking._stream.active, masking.state)
     masking.stop()
     masking.stop()
-    print(masking._stream, masking._playback.silent.is_set())
+    print(masking._stream, masking._playback.silent.is_set(), masking.state)
 """
     result = run(program, HOME=str(tmp_path))
-    assert result.stdout.split() == ["None", *["True", "False", "None", "True"] * 2], result.stderr
+    played = ["True", "True", "playing", "None", "True", "silent"]
+    assert result.stdout.split() == ["None", *played * 2], result.stderr
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="ALSA's null device is Linux's")
+def test_a_device_that_takes_nothing_is_told_before_the_plate_moves(tmp_path):
+    (tmp_path / ".asoundrc").write_text(NULL_DEVICE)
+    program = """
+from experiments.session import masking_output
+from faults import RigError
+masking_output.STALL_S = 0.1
+masking_output.Playback.fill = lambda *_: None
+masking = masking_output.MaskingNoise(level_db=-20.0, fade_s=0.05, seed=1)
+try:
+    masking.start()
+except RigError as error:
+    print(error, masking.state)
+"""
+    result = run(program, HOME=str(tmp_path))
+    assert "does not play" in result.stdout, result.stderr
+    assert result.stdout.strip().endswith("silent")

@@ -4,7 +4,7 @@ import pytest
 
 from experiments.dataset.bids import build_dataset
 from experiments.journal.journal import Journal
-from experiments.participants.base import StopRequested
+from experiments.participants.base import StopRequested, Unfinished
 from experiments.participants.scripted import ScriptedParticipant
 from experiments.protocols.steps import Ask, Explore, NumberQuestion, TextQuestion, YesNoQuestion
 from experiments.session.operator import Request, UnattendedOperator
@@ -407,3 +407,162 @@ def test_a_step_voided_between_two_series_belongs_to_its_own(laboratory, plan):
     rows = trials_of(laboratory.folder, DESCENT)
     assert [row["series"] for row in rows] == ["1"] * 5 + ["2"] * 4
     assert rows[4]["repeats"] == "4"
+
+
+class Watching(UnattendedOperator):
+    """Asks once for what ``wish`` makes of a status."""
+
+    def __init__(self, wish):
+        super().__init__()
+        self.wish, self.wanted, self.asked, self.told = wish, None, False, []
+
+    def tell(self, status):
+        super().tell(status)
+        self.told.append(status)
+        if self.wanted is None and not self.asked:
+            self.wanted = self.wish(status)
+
+    def poll(self):
+        if self._state == "paused":
+            return Request(what="go_on")
+        request, self.wanted = self.wanted, None
+        self.asked = self.asked or request is not None
+        return request or super().poll()
+
+
+def test_the_trial_just_answered_can_be_voided_while_the_next_is_in_progress(laboratory):
+    def wish(status):
+        before = status.answered
+        if before and (before.task, before.number) == (ESTIMATES, 5):
+            return Request(what="void", reason="a slip of the finger", trial=before)
+        return None
+
+    laboratory.run(operator=Watching(wish))
+    build_dataset(laboratory.folder)
+    rows = trials_of(laboratory.folder, ESTIMATES)
+    assert [row["trial"] for row in rows if row["flag"] == "voided"] == ["5"]
+    assert [row["repeats"] for row in rows if row["repeats"] != "n/a"] == ["5"]
+
+
+def test_the_trial_answered_last_in_another_task_is_not_offered(laboratory):
+    operator = Watching(lambda _: None)
+    laboratory.run(operator=operator)
+    for status in operator.told:
+        assert not status.answered or status.answered.task == status.voidable.task
+
+
+@pytest.mark.parametrize("name, column", [("scale_top", "scale_top"), ("gender", None)])
+def test_an_answer_about_the_run_can_be_asked_again_and_the_new_one_counts(
+    laboratory, tmp_path, plan, name, column
+):
+    """Also where the run is cut at any record after that, and gone on with."""
+    given = []
+
+    def answer(step):
+        if step.name != name:
+            return sensible(step)
+        given.append(77.0 if column else step.question.options[len(given)][0])
+        return 123.0 if column and len(given) == 1 else given[-1]
+
+    def wish(status):
+        far = status.task == ESTIMATES and status.trial == 3 and status.state == "waiting"
+        question = next((ask for ask in status.asked if ask.name == name), None)
+        return Request(what="ask_again", question=question) if far and question else None
+
+    def told():
+        build_dataset(laboratory.folder)
+        rows = trials_of(laboratory.folder, ESTIMATES)
+        people = (laboratory.folder / "participants.tsv").read_text()
+        return {row["scale_top"] for row in rows}, people
+
+    script = lambda _: ScriptedParticipant(answer, laboratory.clock)  # noqa: E731
+    whole = laboratory.folder = tmp_path / "whole"
+    assert laboratory.run(person=script, operator=Watching(wish)) == "complete"
+    assert len(given) == 2
+    scale_tops, people = told()
+    assert scale_tops == ({"77"} if column else {"42"})
+    assert column or given[1] in people
+    (again,) = laboratory.records(kind="answered_again")
+    assert again.data["what"]["name"] == name
+    lines = plan().journal_path(whole).read_bytes().splitlines(keepends=True)
+    for kept in range(again.number + 1, len(lines), 7):
+        laboratory.folder = tmp_path / f"cut{kept}"
+        path = plan().journal_path(laboratory.folder)
+        path.parent.mkdir(parents=True)
+        path.write_bytes(b"".join(lines[:kept]))
+        assert laboratory.run(person=script) == "complete"
+        assert told() == (scale_tops, people)
+
+
+def test_a_question_is_asked_again_with_the_plate_silent_and_the_surface_before_felt_anew(
+    laboratory,
+):
+    still = []
+
+    def answer(step):
+        if step.name == "gender":
+            still.append(laboratory.plate.twin.drive.target_um_pp)
+        return sensible(step)
+
+    def wish(status):
+        far = status.task == DESCENT and status.trial == 2 and status.state == "waiting"
+        return Request(what="ask_again", question=status.asked[1]) if far else None
+
+    laboratory.run(
+        person=lambda _: ScriptedParticipant(answer, laboratory.clock), operator=Watching(wish)
+    )
+    assert len(still) == 2
+    assert still[1] in (None, 0.0)
+    seen = laboratory.person.seen
+    again = max(n for n, step in enumerate(seen) if getattr(step, "name", "") == "gender")
+    # The descent goes on from the step before: that surface is felt again, then the next.
+    assert [type(step) for step in seen[again + 1 : again + 3]] == [Explore, Explore]
+
+
+def test_a_stop_tells_its_reason_in_the_journal(laboratory):
+    wish = lambda status: Request(what="stop", reason="the fire alarm") if status.done else None  # noqa: E731
+    assert laboratory.run(operator=Watching(wish)) == "stopped"
+    assert laboratory.records(kind="stop")[0].data["reason"].endswith(": the fire alarm")
+
+
+def test_faults_and_pauses_are_no_part_of_the_time_that_is_told(laboratory):
+    class Slow(Watching):
+        def poll(self):
+            if self._state == "paused":
+                laboratory.clock.sleep(500.0)
+            return super().poll()
+
+    quick, slow = Watching(lambda _: None), Slow(
+        lambda status: Request(what="pause") if status.done == 3 else None
+    )  # fmt: skip
+    laboratory.run(operator=quick)
+    laboratory.folder /= "slow"
+    laboratory.run(operator=slow)
+    spent = slow.told[-1].elapsed_s - quick.told[-1].elapsed_s
+    assert 0 <= spent < 60  # the surface that was felt again, not the pause
+
+
+def test_what_was_typed_when_something_came_is_journaled_offered_again_and_kept_on_resume(
+    laboratory,
+):
+    """The participant has typed half an answer when the operator pauses, then stops."""
+    offered = []
+
+    class Typing(ScriptedParticipant):
+        def perform(self, step, watch):
+            if getattr(step, "name", "") != "estimate":
+                return super().perform(step, watch)
+            offered.append(self.unfinished)
+            if len(offered) < 4:
+                self.unfinished = Unfinished(entry="1234"[: len(offered)], rejected=("x",))
+                raise (PlateFault("gone") if len(offered) < 3 else StopRequested)
+            return super().perform(step, watch)
+
+    script = lambda _: Typing(sensible, laboratory.clock)  # noqa: E731
+    assert laboratory.run(person=script) == "stopped"
+    assert laboratory.run(person=script) == "complete"
+    typed = [Unfinished(), *(Unfinished(entry=e, rejected=("x",)) for e in ("1", "12", "123"))]
+    assert offered[:4] == typed
+    assert set(offered[4:]) == {Unfinished()}  # the next trials begin with nothing
+    kept = [(r.data["entry"], r.data["name"]) for r in laboratory.records(kind="unfinished")]
+    assert kept == [(entry, "estimate") for entry in ("1", "12", "123")]

@@ -7,7 +7,7 @@ import sys
 import pytest
 from rich.console import Console
 
-from experiments.protocols.steps import Trial
+from experiments.protocols.steps import Ask, NumberQuestion, Trial
 from experiments.session.operator import Request, SessionStatus
 from experiments.session.terminal import Keys, TerminalOperator
 
@@ -52,8 +52,9 @@ def test_the_first_fault_is_retried_by_itself():
 
 @pytest.mark.parametrize("state", [*BEFORE, "paused", "fault"])
 def test_s_stops_only_when_it_is_confirmed(state):
-    assert asked(state, "s", "y") == [Request(what="stop")]
-    assert asked(state, "s", "n", "y") == []
+    assert asked(state, "s", "\r") == [Request(what="stop")]
+    assert asked(state, "s", *"smoke", "\r") == [Request(what="stop", reason="smoke")]
+    assert asked(state, "s", "y", "\x1b") == []
     assert asked(state, "s", "s") == []
 
 
@@ -85,10 +86,10 @@ def test_a_fault_does_not_swallow_the_reason_being_typed():
     who.poll()
     who.poll()
     who.tell(SessionStatus(state="fault", message="unplugged"))
-    assert "ab" not in who.lines().plain
+    assert "ab▏" not in who.lines().plain
     who.poll()
     assert "unplugged" in who.lines().plain
-    assert "ab" in who.lines().plain
+    assert "ab▏" in who.lines().plain
     assert who.poll() == Request(what="void", reason="ab", trial=THIRD)
 
 
@@ -109,6 +110,55 @@ def test_where_nothing_can_be_voided_no_reason_is_asked_for():
     who.tell(SessionStatus(state="showing"))
     assert who.poll() == Request(what="void")
     assert who.poll() == Request(what="pause")
+
+
+def test_b_voids_the_trial_before_the_one_in_progress():
+    who, _ = operator("b", "a", "\r")
+    who.tell(SessionStatus(state="presenting", voidable=FOURTH, answered=THIRD))
+    who.poll()
+    assert "void trial 3 because" in who.lines().plain
+    who.poll()
+    assert who.poll() == Request(what="void", reason="a", trial=THIRD)
+    assert asked("waiting", "b", "x", "\r") == []  # there is none before
+
+
+QUESTIONS = tuple(
+    Ask(name=name, question=NumberQuestion(prompt="?")) for name in ("age_years", "scale_top")
+)
+
+
+@pytest.mark.parametrize("typed, question", [("1", QUESTIONS[0]), ("2", QUESTIONS[1])])
+def test_a_asks_a_question_of_the_run_again_by_its_number(typed, question):
+    who, _ = operator("a", "3", "\r", "\x7f", typed, "\r")
+    who.tell(SessionStatus(state="waiting", asked=QUESTIONS))
+    requests = [who.poll() for _ in range(6)]
+    assert requests[:5] == [None] * 5  # there is no third
+    assert requests[5] == Request(what="ask_again", question=question)
+
+
+def test_the_questions_that_can_be_asked_again_are_listed():
+    who, _ = operator("a")
+    who.tell(SessionStatus(state="waiting", asked=QUESTIONS))
+    who.poll()
+    assert "1 age_years, 2 scale_top" in who.lines().plain
+
+
+def test_a_fault_rings_the_bell_once_and_only_in_a_terminal():
+    for terminal, rings in ((True, 1), (False, 0)):
+        who, shown = operator(terminal=terminal)
+        with who:
+            who.tell(SessionStatus(state="waiting"))
+            assert "\a" not in shown.getvalue()
+            who.tell(SessionStatus(state="fault"))
+            who.tell(SessionStatus(state="fault", message="still"))
+        assert shown.getvalue().count("\a") == rings
+
+
+def test_the_lines_tell_noise_plate_and_time_without_an_amplitude():
+    who, _ = operator()
+    who.tell(SessionStatus(state="waiting", noise="playing", plate="as commanded", elapsed_s=65.0))
+    for said in ("noise playing", "plate as commanded", "elapsed 1:05"):
+        assert said in who.lines().plain
 
 
 def test_the_lines_tell_what_goes_on_and_what_the_keys_do():

@@ -12,7 +12,7 @@ import time
 import pytest
 
 from experiments.languages.texts import load_texts
-from experiments.participants.base import StopRequested
+from experiments.participants.base import StopRequested, Unfinished
 from experiments.participants.psychopy_window import PsychoPyWindow
 from experiments.protocols.steps import (
     Ask,
@@ -90,6 +90,7 @@ def _no_key_stays_down(request):
     if "window" in request.fixturenames:
         opened = request.getfixturevalue("window")
         opened._await_release(lambda: None)
+        opened.unfinished = Unfinished()
 
 
 @pytest.mark.parametrize(
@@ -193,8 +194,8 @@ def test_the_question_whether_to_stop_costs_no_time(window):
     assert reply.response_time_s < 1.5
 
 
-def test_what_watch_raises_passes_and_the_step_can_be_performed_anew(window):
-    hand = Hand("key 9 9 9")
+def test_what_watch_raises_passes_and_what_was_typed_is_offered_when_performed_anew(window):
+    hand = Hand("key 8 x Return", "key 9 1 comma")
 
     class Faulted(Exception):
         pass
@@ -206,6 +207,11 @@ def test_what_watch_raises_passes_and_the_step_can_be_performed_anew(window):
 
     with pytest.raises(Faulted):
         window.perform(NUMBER, watch)
+    assert window.unfinished == Unfinished(entry="91,", rejected=("8x",))
+    window.perform(Explore(text="Stroke again.", maximum_s=0.1), lambda: None)
+    window.unfinished = Unfinished(entry="91,", rejected=("8x",))  # as the session hands it back
+    reply = window.perform(NUMBER, Hand("key BackSpace 5 Return"))
+    assert (reply.value, reply.rejected) == (915.0, ("8x",))
     assert window.perform(NUMBER, Hand("key 5 Return")).value == 5.0
 
 
