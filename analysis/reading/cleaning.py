@@ -12,8 +12,16 @@ import numpy as np
 import pandas as pd
 
 from analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE, Problems, Source
-from analysis.reading.trial_tables import DIFFERENCE, ESTIMATION, IDENTITY, STEP_AMPLITUDES
+from analysis.reading.trial_tables import (
+    BLOCK,
+    DIFFERENCE,
+    ESTIMATION,
+    IDENTITY,
+    SERIES,
+    STEP_AMPLITUDES,
+)
 from experiments.dataset.schema import MAIN, PARTICIPANT, PRACTICE, VOIDED
+from faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,6 +32,11 @@ TRUE, FALSE = {"yes", "true", "1", "1.0"}, {"no", "false", "0", "0.0"}
 PHASES = (MAIN, PRACTICE)
 #: Characters of a cell in a message.
 LONGEST_CELL = 60
+#: A block's number is its name: it may be a word.
+ESTIMATION_NUMBERS = tuple(name for name in ESTIMATION.numbers if name != BLOCK)
+#: Columns without which a trial is lost; so many wrong cells in one, and it is misread.
+NEEDED = (*ESTIMATION.required, *STEP_AMPLITUDES)
+FEW, FEW_SHARE = 3, 0.05
 #: A number above this is a slip, and its square no longer one.
 LARGEST = 1e100
 
@@ -44,12 +57,13 @@ def clean_estimates(
     for column in ESTIMATION.required:
         clean[column] = numbers(frame, column, sources, problems, minimum=0.0)
     clean["amplitude_um_pp"] = clean["amplitude_um_pp"].round(DECIMALS)
-    for column in ESTIMATION.numbers:
+    for column in ESTIMATION_NUMBERS:
         clean[column] = _optional_numbers(frame, column, sources, problems, minimum=0.0)
+    clean[BLOCK] = _labels(frame, BLOCK, "")
     clean["phase"] = _phases(frame, problems)
     clean["flag"] = _labels(frame, "flag", "")
     clean["texture"] = _labels(frame, "texture", "")
-    return _without_doubles(clean, sources, problems)
+    return _without_doubles(clean, clean[BLOCK], sources, problems)
 
 
 def clean_differences(
@@ -79,7 +93,7 @@ def clean_differences(
     clean["verbal_report"] = _labels(frame, "verbal_report", "")
     clean["phase"] = _phases(frame, problems)
     clean["flag"] = _labels(frame, "flag", "")
-    return _without_doubles(clean, sources, problems)
+    return _without_doubles(clean, _labels(frame, SERIES, ""), sources, problems)
 
 
 def places(rows: pd.DataFrame, sources: Sequence[Source]) -> list[str]:
@@ -115,6 +129,8 @@ def numbers(
     text = values.isna() & raw.notna()
     if text.any():
         text[text] = ~raw[text].str.strip().isin(NOT_AVAILABLE)
+    if column in NEEDED:
+        _refuse_many(frame, column, text, sources, problems)
     outside = values.notna() & ~((values >= minimum) & (values <= LARGEST))
     for bad, expected in (
         (text, "a number"),
@@ -123,14 +139,40 @@ def numbers(
         shown = frame[bad].head(LISTED_PROBLEMS)
         problems.add_many(
             [
-                f"{place}, column {column}: '{cell(value)}' where {expected}{_hint(value)} was "
-                f"expected; {lost} is left out"
+                f"{place}, column {problems.title(column)}: '{cell(value)}' where "
+                f"{expected}{_hint(value)} was expected; {lost} is left out"
                 for place, value in zip(places(shown, sources), shown[column], strict=True)
             ],
-            f"column {column}",
+            f"column {problems.title(column)}",
             int(bad.sum()),
         )
     return values.mask(outside)
+
+
+def _refuse_many(
+    frame: pd.DataFrame,
+    column: str,
+    wrong: pd.Series[bool],
+    sources: Sequence[Source],
+    problems: Problems,
+) -> None:
+    """Raise a `UserError` where so many cells are no numbers that the column is misread.
+
+    Signs without a letter or digit (``-``, ``.``, ``?``) stand for a missing number and do not
+    count.
+    """
+    if not wrong.any():
+        return
+    cells = frame.loc[wrong, column].astype("str")
+    cells = cells[cells.str.contains(r"\w", regex=True)]
+    if len(cells) <= max(FEW, FEW_SHARE * len(frame)):
+        return
+    first = frame.loc[cells.index[:1]]
+    raise UserError(
+        f"{places(first, sources)[0]}, column {problems.title(column)}: "
+        f"'{cell(first[column].iloc[0])}' and {len(cells) - 1} more of {len(frame)} cells are no "
+        "numbers; expected numbers written alike in the whole file, and n/a for a missing one"
+    )
 
 
 def cell(value: object) -> str:
@@ -222,13 +264,16 @@ def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
 
 
 def _without_doubles(
-    clean: pd.DataFrame, sources: Sequence[Source], problems: Problems
+    clean: pd.DataFrame, part: pd.Series[Any], sources: Sequence[Source], problems: Problems
 ) -> pd.DataFrame:
-    """Drop and name rows that give the same trial of the same run once more."""
+    """Drop and name rows that give the same trial of the same part of a run once more.
+
+    ``part`` is the block or series: there trials may be numbered anew.
+    """
     if clean["trial"].isna().all():
         return clean
-    key = [*IDENTITY, "phase", "trial"]
-    doubled = clean["trial"].notna() & clean.duplicated(key, keep="first")
+    key = clean[[*IDENTITY, "phase", "trial"]].assign(part=part)
+    doubled = clean["trial"].notna() & key.duplicated(keep="first")
     doubled &= ~clean["flag"].astype(str).str.contains(VOIDED) if doubled.any() else doubled
     shown = clean[doubled].head(LISTED_PROBLEMS)
     problems.add_many(
@@ -247,7 +292,8 @@ def _without_doubles(
 def empty_estimates() -> pd.DataFrame:
     """Return the columns of `clean_estimates`, without a row."""
     return _empty(
-        (*IDENTITY, "phase", "flag", "texture"), (*ESTIMATION.numbers, *ESTIMATION.required)
+        (*IDENTITY, BLOCK, "phase", "flag", "texture"),
+        (*ESTIMATION_NUMBERS, *ESTIMATION.required),
     )
 
 

@@ -23,7 +23,7 @@ from faults.toml_lines import Lines as TomlLines
 from faults.validation import faults_in, sentences
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Mapping, Sequence
     from pathlib import Path
 
     from pydantic import ValidationError
@@ -47,6 +47,12 @@ class Problems:
     """Sentences on what is wrong with the data; long lists are cut, and say so."""
 
     sentences: list[str] = field(default_factory=list)
+    #: What the file calls a column, where it is another name than ours.
+    titles: Mapping[str, str] = field(default_factory=dict)
+
+    def title(self, column: str) -> str:
+        """Return what the file calls a column."""
+        return self.titles.get(column, column)
 
     def add(self, sentence: str) -> None:
         """Note one sentence."""
@@ -96,7 +102,6 @@ def read_tables(
     root: Path,
     *,
     separator: str = "\t",
-    decimal: str = ".",
     required: Sequence[str] = (),
     columns: Sequence[str] = (),
     problems: Problems | None = None,
@@ -109,8 +114,8 @@ def read_tables(
         The files, with a header line each; columns may differ between files.
     root : Path
         The data set's folder; files are named relative to it.
-    separator, decimal : str
-        One character each.
+    separator : str
+        One character.
     required : sequence of str
         Columns that every file must have.
     columns : sequence of str
@@ -140,7 +145,7 @@ def read_tables(
         sources.append(source)
         lines = split(content, path, separator)
         if lines.names not in checked:
-            _check_names(lines.names, path, required)
+            check_names(lines.names, path, required)
             checked.add(lines.names)
         if problems is not None:
             for phrase in lines.left_out:
@@ -149,8 +154,7 @@ def read_tables(
         alone = str(number).encode() if b'"' in lines.body else b""
         groups.setdefault(lines.header + b"\n" + alone, []).append((number, lines))
     frames = [
-        _read_group(group, paths, separator=separator, decimal=decimal, columns=columns)
-        for group in groups.values()
+        _read_group(group, paths, separator=separator, columns=columns) for group in groups.values()
     ]
     frames = [frame for frame in frames if len(frame)] or frames[:1]
     everything = pd.concat(frames, ignore_index=True) if len(frames) > 1 else frames[0]
@@ -164,16 +168,13 @@ def _read_group(
     paths: Sequence[Path],
     *,
     separator: str,
-    decimal: str,
     columns: Sequence[str],
 ) -> pd.DataFrame:
     """Read files with the same header, joined; every row with its file and line."""
     first, sample = group[0]
     text = b"".join([sample.header, b"\n", *(lines.body for _, lines in group)])
     try:
-        frame = _parse(
-            sample, text, paths[first], separator=separator, decimal=decimal, columns=columns
-        )
+        frame = parse(sample, text, paths[first], separator=separator, columns=columns)
     except UserError:
         for number, lines in group:
             complain(lines, paths[number], separator)
@@ -191,7 +192,8 @@ def _name(path: Path, root: Path) -> str:
     return path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name
 
 
-def _check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> None:
+def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> None:
+    """Raise a `UserError` where a required column is absent or a column is there twice."""
     if doubled := sorted({name for name in names if name and names.count(name) > 1}):
         raise UserError(f"{path}: column {', '.join(doubled)} is there twice; expected it once")
     if missing := [name for name in required if name not in names]:
@@ -207,18 +209,28 @@ def _cut(names: Sequence[str]) -> str:
     return listed if len(listed) <= LONGEST_LIST else f"{listed[:LONGEST_LIST]} ..."
 
 
-def _parse(
-    lines: Lines, text: bytes, path: Path, *, separator: str, decimal: str, columns: Sequence[str]
+def parse(
+    lines: Lines,
+    text: bytes,
+    path: Path,
+    *,
+    separator: str,
+    columns: Sequence[str],
+    words: Collection[str] = TEXT,
+    as_written: Collection[str] = (),
 ) -> pd.DataFrame:
-    """Return the rows of a text with the header of ``lines``; only ``columns``, if any given."""
+    """Return the rows of a text with the header of ``lines``; only ``columns``, if any given.
+
+    Columns in ``words`` and ``as_written`` stay text; of ``words`` only an empty cell and
+    BIDS's word are missing.
+    """
     names = [name or f"unnamed {place}" for place, name in enumerate(lines.names)]
     missing = {name: NOT_AVAILABLE if name in columns else MISSING for name in names}
-    missing |= dict.fromkeys(TEXT, MISSING)
+    missing |= dict.fromkeys(words, MISSING)
     try:
         frame = pd.read_csv(
             io.BytesIO(text),
             sep=separator,
-            decimal=decimal,
             header=0,
             names=names,
             na_values={name: list(missing[name]) for name in names},
@@ -226,7 +238,7 @@ def _parse(
             # 'a, "b"' is a habit of hands.
             skipinitialspace=separator.encode() + b" " in text,
             low_memory=False,
-            dtype=dict.fromkeys(TEXT, "str"),
+            dtype=dict.fromkeys([*words, *as_written], "str"),
         )
     except (pd.errors.ParserError, ValueError) as error:
         raise UserError(f"{path}: not a table that can be read ({error})") from error

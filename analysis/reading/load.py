@@ -15,16 +15,16 @@ import pandas as pd
 
 from analysis.reading import metadata
 from analysis.reading.cleaning import (
+    ESTIMATION_NUMBERS,
     clean_differences,
     clean_estimates,
     empty_differences,
     empty_estimates,
-    tidied,
 )
 from analysis.reading.dataset import Dataset
-from analysis.reading.delimited import Problems, Source, read_bytes, read_tables
-from analysis.reading.rows import listed_lines
-from analysis.reading.trial_tables import DIFFERENCE, ESTIMATION, IDENTITY, STEP_AMPLITUDES
+from analysis.reading.delimited import Problems, Source, read_tables
+from analysis.reading.table_by_hand import read_text_table
+from analysis.reading.trial_tables import BLOCK, DIFFERENCE, ESTIMATION, IDENTITY, STEP_AMPLITUDES
 from experiments.dataset.schema import (
     FAULT,
     FLAG_SEPARATOR,
@@ -42,10 +42,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from analysis.reading.trial_tables import TrialTable
-
-#: Separators of a tidy table, tried in this order on its header line.
-SEPARATORS = ("\t", ";", ",")
-HEAD_BYTES = 2**20  # in which the header line ends
 
 
 def load(path: str | Path) -> Dataset:
@@ -118,26 +114,16 @@ def _load_folder(folder: Path) -> Dataset:
 
 
 def _load_table(path: Path) -> Dataset:
-    text = read_bytes(path, HEAD_BYTES).lstrip(b"\r\n").replace(b"\r", b"\n")
-    header = text.partition(b"\n")[0].decode("utf-8", "replace")
-    separator = next((mark for mark in SEPARATORS if mark in header), ",")
     problems = Problems()
-    # Excel in French or German writes semicolons between cells and commas inside numbers.
-    frame, sources = read_tables(
-        [path],
-        path.parent,
-        separator=separator,
-        decimal="," if separator == ";" else ".",
+    frame, source = read_text_table(
+        path,
         required=(PARTICIPANT, *ESTIMATION.required),
-        columns=ESTIMATION.columns,
+        numbers=(*ESTIMATION.required, *ESTIMATION_NUMBERS),
+        words=(*IDENTITY, *ESTIMATION.words, BLOCK),
+        identifier=PARTICIPANT,
         problems=problems,
     )
-    frame[PARTICIPANT] = tidied(frame[PARTICIPANT])
-    unnamed = frame[PARTICIPANT].isna()
-    if unnamed.any():
-        lines = listed_lines(frame.loc[unnamed, "line"].tolist())
-        problems.add(f"{path.name}, {lines}: no participant_id; left out")
-        frame = frame[~unnamed].reset_index(drop=True)
+    sources = [source]
     answers_read = clean_estimates(frame, sources, problems)
     counts: dict[str, int] = {}
     main = _keep_main_trials(answers_read, counts)

@@ -58,7 +58,7 @@ def split(content: bytes, path: Path, separator: str) -> Lines:
         The content is no UTF-8 text or empty, has a line with too few or many cells, or a
         quotation mark that is not closed.
     """
-    text = _plain(content, path)
+    text = _checked(content, path)
     unpadded = text.lstrip(NEWLINE)
     first = 1 + len(text) - len(unpadded)
     header, _, body = unpadded.partition(NEWLINE)
@@ -80,8 +80,8 @@ def complain(lines: Lines, path: Path, separator: str) -> None:
     _row_by_row(lines.header, lines.body, lines.names, separator=separator, first=first, path=path)
 
 
-def _plain(content: bytes, path: Path) -> bytes:
-    """Return UTF-8 text without byte-order mark, with plain line ends."""
+def _checked(content: bytes, path: Path) -> bytes:
+    """Return a file's content as `plain` text; refuse what is none."""
     try:
         content.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -93,6 +93,11 @@ def _plain(content: bytes, path: Path) -> bytes:
     if b"\x00" in content:
         line = content.count(NEWLINE, 0, content.index(b"\x00")) + 1
         raise UserError(f"{path}: line {line} holds a null byte; expected a text table")
+    return plain(content)
+
+
+def plain(content: bytes) -> bytes:
+    """Return UTF-8 text without byte-order mark, with plain line ends."""
     return content.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", NEWLINE).replace(b"\r", NEWLINE)
 
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 #: Whose trial it is: told by a file's name in a data set, by columns in a table made by hand.
 IDENTITY = (PARTICIPANT, "session", "run")
+#: Trials may be numbered anew in each block, and in each series of steps.
+BLOCK, SERIES = "block", "series"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +84,7 @@ ESTIMATION = trial_table(
     magnitude_estimation.PROTOCOL,
     required=("amplitude_um_pp", "estimate"),
     optional=(
-        *("trial", "block", "response_time", "scale_top", "modulus"),
+        *("trial", BLOCK, "response_time", "scale_top", "modulus"),
         *("phase", "flag", "texture"),
     ),
 )
@@ -90,7 +92,7 @@ DIFFERENCE = trial_table(
     descending_difference.PROTOCOL,
     required=("amplitude_before_um_pp", "amplitude_um_pp", "difference_felt"),
     optional=(
-        *("trial", "series", "step", "confidence", "response_time"),
+        *("trial", SERIES, "step", "confidence", "response_time"),
         *("phase", "flag", "catch", "verbal_report"),
     ),
 )

@@ -35,7 +35,7 @@ def test_a_file_without_a_required_column_is_named_among_files_that_have_it(data
     "text,words",
     [
         ("participant_id,amplitude_um_pp,estimate,estimate\na,0,1,2\n", "estimate is there twice"),
-        (TIDY.replace(",", "\t") + "a\t0,5\t1,5\n", "'0,5' where a number with a decimal point"),
+        (TIDY.replace(",", "\t") + "a\t0,5\t1.5\n", "are there as often; expected one of them"),
         ("{" + "x" * 5000 + "}\n1\n", r"xxx \.\.\.\. Expected at least participant_id"),
     ],
 )

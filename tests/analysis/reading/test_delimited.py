@@ -31,11 +31,6 @@ def test_what_programs_write_for_a_missing_number_is_a_missing_number(table_by_h
     assert data.problems == ()
 
 
-def test_a_participant_called_na_is_somebody(table_by_hand):
-    data = load(table_by_hand(HEADER + ROWS.replace("a,", "NA,").replace("b,", "nan,")))
-    assert sorted(data.estimates["participant_id"].unique()) == ["NA", "nan"]
-
-
 def test_a_data_set_that_went_through_r_reads_as_before(dataset):
     folder = dataset(participants=3)
     before = load(folder)
@@ -155,11 +150,6 @@ def test_a_cell_in_a_message_is_short_and_on_one_line(table_by_hand):
     assert "'five or xxx" in sentence
     assert "\n" not in sentence
     assert len(sentence) < 200
-
-
-def test_thousands_between_dots_are_spoken_of(table_by_hand):
-    text = (HEADER + "a,1,0,10\n").replace(",", ";") + "a;2;0,5;1.234,5\n"
-    assert "without marks between thousands" in load(table_by_hand(text)).problems[0]
 
 
 def test_phases_other_than_practice_count_as_main_and_are_named(table_by_hand):

@@ -92,7 +92,7 @@ def test_a_truncated_file_is_refused_with_its_line(dataset):
     "content, message",
     [
         (b"", "the file is empty"),
-        (TIDY.encode() + b"1,0,caf\xe9\n", "line 2 is not UTF-8"),
+        (TIDY.encode() + b"1,0,caf\x81\n", "line 2 is not UTF-8"),
         (TIDY.encode() + b"1,0,\x00\n", "line 2 holds a null byte"),
         (b"subject,amplitude,rating\n1,0,3\n", "no column participant_id, amplitude_um_pp"),
         (TIDY.encode() + b"1,0\n", "line 2 has 2 cells, expected 3"),

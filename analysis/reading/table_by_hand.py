@@ -1,0 +1,175 @@
+"""A table that a person or another program made: text, Excel or SPSS, read with its lines."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from analysis.reading.cleaning import tidied
+from analysis.reading.delimited import MISSING, NOT_AVAILABLE, check_names, parse, read_source
+from analysis.reading.dialect import FALLBACK, Dialect, decimal_of, decoded, separator_of
+from analysis.reading.rows import complain, listed_lines, plain, split
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from analysis.reading.delimited import Problems, Source
+    from analysis.reading.dialect import Decimal
+    from analysis.reading.rows import Lines
+
+#: Identifiers that are none, as programs write them; BIDS's word and blanks are missing anyhow.
+NO_IDENTIFIER = tuple(name for name in NOT_AVAILABLE if name not in MISSING)
+
+
+def read_text_table(
+    path: Path,
+    *,
+    required: Sequence[str],
+    numbers: Sequence[str],
+    words: Sequence[str],
+    identifier: str,
+    problems: Problems,
+    decimal: Decimal | None = None,
+) -> tuple[pd.DataFrame, Source]:
+    """Read a text table whose encoding, separator and decimal mark are its own.
+
+    Parameters
+    ----------
+    required : sequence of str
+        Columns that the file must have.
+    numbers, words : sequence of str
+        Columns to return where there: those of numbers, with decimal points and without marks
+        between thousands (cells that are no numbers as they are), and those of text.
+    identifier : str
+        The column that tells who it is; ``NA`` and its like are missing there, unless quoted.
+    decimal : str, optional
+        The decimal mark, where it is known; default: decided from all numbers of the file.
+
+    Returns
+    -------
+    frame : DataFrame
+        All rows, with the columns ``file`` (0) and ``line`` (1 is the first of the file).
+    source : Source
+
+    Raises
+    ------
+    UserError
+        See `analysis.reading.delimited.read_tables` and `analysis.reading.dialect.decimal_of`.
+    """
+    raw, source = read_source(path, path.parent)
+    text, encoding = decoded(raw, path)
+    if encoding == FALLBACK:
+        problems.add(f"{path.name}: not UTF-8; read as Windows-1252: look at names with accents")
+    separator = separator_of(text.lstrip(b"\r\n").replace(b"\r", b"\n").partition(b"\n")[0])
+    lines = split(text, path, separator)
+    check_names(lines.names, path, required)
+    for phrase in lines.left_out:
+        problems.add(f"{path.name}, {phrase}")
+    # Only quotes let a comma into a cell between commas.
+    commas = b"," in lines.body if separator != "," else b'"' in lines.body
+    there = [name for name in numbers if name in lines.names]
+    frame = _parsed(lines, path, separator, numbers, words, as_written=there if commas else ())
+    # TRUE and FALSE count as numbers here; what cleans the columns refuses them.
+    written = {name: frame[name] for name in there if pd.api.types.is_string_dtype(frame[name])}
+    if decimal is None:
+        decimal = decimal_of(
+            {
+                name: {str(cell): int(count) for cell, count in cells.value_counts().items()}
+                for name, cells in written.items()
+            },
+            name=path.name,
+        )
+    dialect = Dialect(separator=separator, decimal=decimal)
+    for name, cells in written.items():
+        frame[name] = cells.map({cell: dialect.number(cell) for cell in cells.dropna().unique()})
+    frame["file"] = 0
+    frame["line"] = lines.places
+    quoted = _quoted_identifiers(frame, identifier, text)
+    return only_named(frame, identifier, problems, path.name, quoted=quoted), source
+
+
+def only_named(
+    frame: pd.DataFrame,
+    identifier: str,
+    problems: Problems,
+    name: str,
+    *,
+    quoted: NDArray[np.bool_] | None = None,
+) -> pd.DataFrame:
+    """Return the rows that tell who it is, and name the lines of the others.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        With the columns ``identifier`` and ``line``.
+    name : str
+        The file's, for messages.
+    quoted : bool array, shape (rows,), optional
+        Where the file puts an identifier in quotation marks: there ``NA`` is a name.
+    """
+    tidy = tidied(frame[identifier])
+    absent = tidy.isna().to_numpy()
+    words = _are_no_identifier(tidy)
+    if quoted is not None:
+        words &= ~quoted
+    if absent.any():
+        lines = listed_lines(frame.loc[absent, "line"].tolist())
+        problems.add(f"{name}, {lines}: no {identifier}; left out")
+    if words.any():
+        said = ", ".join(sorted({f"'{who}'" for who in tidy[words]}))
+        lines = listed_lines(frame.loc[words, "line"].tolist())
+        problems.add(
+            f"{name}, {lines}: {identifier} is {said}, as programs write a missing one; left out "
+            "(somebody's name: put it in quotation marks)"
+        )
+    kept = ~(absent | words)
+    frame = frame.assign(**{identifier: tidy})
+    return frame if kept.all() else frame[kept].reset_index(drop=True)
+
+
+def _are_no_identifier(names: pd.Series[Any]) -> NDArray[np.bool_]:
+    return names.isin(NO_IDENTIFIER).to_numpy(bool, copy=True)
+
+
+def _quoted_identifiers(frame: pd.DataFrame, identifier: str, text: bytes) -> NDArray[np.bool_]:
+    """Tell in which rows the file quotes an identifier that reads like a missing one."""
+    found = np.zeros(len(frame), bool)
+    suspects = np.flatnonzero(_are_no_identifier(tidied(frame[identifier])))
+    if not len(suspects) or b'"' not in text:
+        return found
+    written = plain(text).split(b"\n")
+    for row in suspects:
+        name = str(frame[identifier].iloc[row]).strip().encode()
+        found[row] = b'"' + name + b'"' in written[int(frame["line"].iloc[row]) - 1]
+    return found
+
+
+def _parsed(
+    lines: Lines,
+    path: Path,
+    separator: str,
+    numbers: Sequence[str],
+    words: Sequence[str],
+    *,
+    as_written: Sequence[str],
+) -> pd.DataFrame:
+    text = b"".join([lines.header, b"\n", lines.body])
+    try:
+        return parse(
+            lines,
+            text,
+            path,
+            separator=separator,
+            columns=(*words, *numbers),
+            words=words,
+            as_written=as_written,
+        )
+    except UserError:
+        complain(lines, path, separator)
+        raise
