@@ -74,6 +74,10 @@ class Schedule:
         later = self._counts[injection.phase] + injection.n
         self._injections.append(Injection(injection.fault, injection.phase, later))
 
+    def clear(self) -> None:
+        """Forget what is on order."""
+        self._injections.clear()
+
     def due(self, phase: str, *, everywhere: bool = True) -> list[str]:
         """Count a command of a phase (``everywhere``: also of all) and return its faults."""
         counted = [phase, EVERY] if everywhere else [phase]

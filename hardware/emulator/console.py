@@ -5,6 +5,7 @@ Each line there is answered with one line of JSON, the state after it:
 ==================  ==============================================================
 ``state``           only tell, see `Emulator.state`
 ``fault NAME``      at the next command; ``NAME@PHASE/N`` as with ``--fault``
+``no faults``       forget those that are on order
 ``unplug``          now
 ``finger``          put a finger on the plate that lowers its Q from 60 to 50
 ``no finger``       take it away
@@ -30,6 +31,7 @@ FINGER = FingerLoad(loss=1 / 300)  # Q from 60 to 50
 
 ACTS: dict[str, Callable[[Emulator], None]] = {
     "state": lambda _: None,
+    "no faults": lambda emulator: emulator.cancel(),
     "unplug": lambda emulator: emulator.unplug(),
     "finger": lambda emulator: emulator.touch(FINGER),
     "no finger": lambda emulator: emulator.touch(),

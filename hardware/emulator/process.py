@@ -42,6 +42,10 @@ class EmulatorProcess:
         """Order a fault: NAME at the next command, or NAME@PHASE/N from now."""
         return self._tell(f"fault {order}")
 
+    def no_faults(self) -> dict[str, Any]:
+        """Forget the faults on order."""
+        return self._tell("no faults")
+
     def unplug(self) -> dict[str, Any]:
         """Pull the plug now."""
         return self._tell("unplug")

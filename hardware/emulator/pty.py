@@ -160,6 +160,10 @@ class Emulator:
         for each in parse_injections(text, faults=(*ANSWER_FAULTS, *COMMAND_FAULTS), phases=PHASES):
             self._schedule.add(each)
 
+    def cancel(self) -> None:
+        """Forget the faults that are on order and did not come up."""
+        self._schedule.clear()
+
     def touch(self, finger: FingerLoad = NO_FINGER) -> None:
         """Put a finger on the plate, or take it away."""
         self._twin.amplitude_um_pp(self._now())  # until now it was another plate

@@ -8,6 +8,9 @@ from serial.tools.list_ports_common import ListPortInfo
 import slipscale
 from hardware.cli.plate import SUBCOMMANDS
 from hardware.cli.ports import as_text, listing
+from hardware.clock import SystemClock
+from hardware.registry import open_plate
+from stimuli.surface import VirtualSurface
 
 
 def port(device, description, serial_number):
@@ -81,3 +84,12 @@ def test_the_emulator_is_controlled_line_by_line(emulate):
     with pytest.raises(ValueError, match="expected FAULT"):
         board.fault("gremlin")
     assert board.unplug()["plugged"] is False
+
+
+def test_faults_on_order_can_be_forgotten(emulate):
+    board = emulate()
+    board.fault("unplug@present")
+    board.no_faults()
+    with open_plate(f"serial:{board.port}", clock=SystemClock()) as plate:
+        plate.present(VirtualSurface(amplitude_um_pp=1.0))
+    assert board.state()["presented_um_pp"] == [1.0]

@@ -98,6 +98,28 @@ def test_the_firmware_follows_the_documented_transcript(firmware):
     assert firmware(told(lines)) == answers(lines)
 
 
+SANITIZERS = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+
+
+def has_sanitizers(folder):
+    program = [COMPILER, *SANITIZERS, "-x", "c++", "-", "-o", folder / "none"]
+    done = subprocess.run(program, input=b"int main() {}", capture_output=True, check=False)
+    return done.returncode == 0
+
+
+@needs_compiler
+def test_the_firmware_breaks_no_rule_whatever_comes(tmp_path):
+    if not has_sanitizers(tmp_path):
+        pytest.skip("no sanitizers on this machine")
+    folder = FIRMWARE / "slipscale_plate"
+    sources = [FIRMWARE / "host" / "fuzz.cpp", *folder.glob("*.cpp")]
+    build = [COMPILER, *FLAGS, "-O1", *SANITIZERS, "-I", folder, *sources]
+    subprocess.run([*build, "-o", tmp_path / "fuzz"], check=True)
+    program = [tmp_path / "fuzz", "5000"]
+    done = subprocess.run(program, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (0, "5000 inputs, no finding\n"), done.stderr
+
+
 BODIES = """*IDN? | *RST | SYST:ERR? | LIM? | AMPL 0 | AMPL 0.5 | AMPL 1.2 | AMPL 2.3 | AMPL 2.5
 AMPL 2.51 | AMPL -1 | AMPL +1 | AMPL 1. | AMPL .5 | AMPL 1e0 | AMPL nan | AMPL | AMPL 1,2
 AMPL 00000001 | AMPL 0.1234567 | DRIV 30500,3 | DRIV 24999,3 | DRIV 30500 | DRIV 30500,17

@@ -1,0 +1,264 @@
+"""Whole sessions on a board that fails at random: what hangs, what is attributed wrongly.
+
+    python benchmarks/fault_sessions.py [--sessions 1000] [--first 0] [--firmware-share 0.5]
+
+Each session presents three amplitudes and two textures over a pseudo-terminal while one to three
+faults come up, drawn from the session's number: which fault, at which command of which phase. The
+participant answers what the simulated plate truly does at that moment, so that an estimate that
+does not fit its row was given to another surface. A session counts as
+
+- **hanging** when it has not ended after `HANGS_S`;
+- **given up** when the operator's retries did not suffice: it ends with a fault, resumable;
+- with **wrong attributions** when a row's estimate or readback is not that of its surface;
+- with a **plate left vibrating** when the output is on after the session has ended.
+
+The exit status is 1 if anything hung, was attributed wrongly or was left vibrating. The sessions
+alternate between the emulated board and the compiled firmware, by the share wanted.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import random
+import signal
+import tempfile
+import time
+from collections import Counter
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from experiments.dataset.bids import build_dataset
+from experiments.journal.journal import Journal
+from experiments.journal.run_record import read_plan
+from experiments.participants.scripted import ScriptedParticipant
+from experiments.running.run import run_plan
+from experiments.session.operator import UnattendedOperator
+from experiments.study.run_plan import RunPlan
+from hardware.clock import VirtualClock
+from hardware.emulator.process import EmulatorProcess
+from hardware.emulator.response_faults import ANSWER_FAULTS, COMMAND_FAULTS, EMULATED_ONLY
+from hardware.errors import PlateFault
+from hardware.registry import open_plate
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from experiments.participants.base import Watch
+    from experiments.protocols.steps import ParticipantStep, Reply
+    from experiments.session.operator import Request
+
+STUDY = """
+name = "campaign"
+title = "Faults at random"
+authors = ["A. Test"]
+language = "en"
+seed = 1
+participants = 1
+amplitudes_um_pp = [0.5, 1.2, 2.3]
+
+[[textures]]
+name = "ridges"
+waveform = "square"
+spatial_period_mm = 2.5
+mean_um_pp = 1.4
+depth_um_pp = 0.4
+finger_speed_mm_s = 50.0
+
+[[textures]]
+name = "waves"
+spatial_period_mm = 5.0
+mean_um_pp = 0.9
+depth_um_pp = 0.9
+finger_speed_mm_s = 50.0
+
+[[tasks]]
+protocol = "magnitude_estimation"
+repetitions = 1
+practice = 0
+randomisation = "blocked"
+scale_top = "declared"
+"""
+MEANS_UM_PP = {"ridges": 1.4, "waves": 0.9}
+SURFACES = 5
+OF_A_TEXTURE = 100  # added to the estimates of a texture
+
+BACK_S = 0.1  # a board that went away comes back
+DWELL_S = 0.15  # at each step of the participant: some heartbeats
+HANGS_S = 120.0
+ESTIMATE_OFF, READBACK_OFF_UM = 0.1, 0.05
+# How many commands of each phase a session without faults gives, about.
+COMMANDS = {"present": 5, "play": 4, "read": 25, "silence": 6, "connect": 4}
+FAULTS = sorted({*ANSWER_FAULTS, *COMMAND_FAULTS})
+
+
+class HangsError(Exception):
+    """The session has not ended in time."""
+
+
+class Participant(ScriptedParticipant):
+    """Answers ten times what the plate truly does, and takes some time for every step."""
+
+    def __init__(self, board: EmulatorProcess, clock: VirtualClock) -> None:
+        super().__init__(lambda _: self.feel(), clock, step_s=0.01)
+        self.board = board
+
+    def feel(self) -> float:
+        """Return ten times what the plate does now, of a texture by its mean."""
+        state = self.board.state()
+        if state["state"] == "LIST":  # somewhere in its swing
+            return round(OF_A_TEXTURE + 10 * float(state["target_um_pp"]), 1)
+        return round(10 * float(state["amplitude_um_pp"]), 1)
+
+    def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
+        """Dwell, watching the plate, then do the step."""
+        end_s = time.monotonic() + DWELL_S
+        while time.monotonic() < end_s:
+            watch()
+            time.sleep(0.005)
+        return super().perform(step, watch)
+
+
+class PatientOperator(UnattendedOperator):
+    """Plugs the board in again before retrying."""
+
+    def __init__(self) -> None:
+        super().__init__(retries=12)
+
+    def poll(self) -> Request | None:
+        """Retry after a while."""
+        if self._state == "fault":
+            time.sleep(1.2 * BACK_S)
+        return super().poll()
+
+
+@contextmanager
+def no_longer_than(limit_s: float) -> Iterator[None]:
+    def ends(*_: object) -> None:
+        raise HangsError
+
+    before = signal.signal(signal.SIGALRM, ends)
+    signal.setitimer(signal.ITIMER_REAL, limit_s)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def orders(number: int, *, firmware: bool) -> list[str]:
+    """Return the faults of a session."""
+    chance = random.Random(number)
+    known = [each for each in FAULTS if not (firmware and each in EMULATED_ONLY)]
+    drawn = []
+    for _ in range(chance.randint(1, 3)):
+        phase = chance.choice(sorted(COMMANDS))
+        drawn.append(f"{chance.choice(known)}@{phase}/{chance.randint(1, COMMANDS[phase])}")
+    return drawn
+
+
+def session(board: EmulatorProcess, number: int, faults: list[str], folder: Path) -> str:
+    """Run a session; return how it ended."""
+    plan = RunPlan(
+        study_name="campaign", study_text=STUDY, participant="01", seed=number,
+        language="en", mode="pilot",
+    )  # fmt: skip
+    clock = VirtualClock()
+    path = plan.journal_path(folder)
+    spec = f"serial:{board.port}"
+    plate = open_plate(spec, clock=clock)
+    try:
+        with no_longer_than(HANGS_S), Journal.create(path, clock) as journal, plate:
+            for each in faults:
+                board.fault(each)
+            outcome = run_plan(
+                plan, spec=spec, plate=plate, participant=Participant(board, clock),
+                journal=journal, clock=clock, operator=PatientOperator(),
+            )  # fmt: skip
+    except HangsError:
+        return "hanging"
+    except PlateFault:
+        return "given up"
+    return outcome
+
+
+def rows_of(folder: Path) -> list[dict[str, str]]:
+    build_dataset(folder)
+    rows: list[dict[str, str]] = []
+    for table in folder.glob("sub-01/beh/*_task-magnitudeestimation_*_beh.tsv"):
+        with table.open(encoding="utf-8", newline="") as file:
+            rows += csv.DictReader(file, delimiter="\t")
+    return rows
+
+
+def is_wrong(row: dict[str, str]) -> bool:
+    """Return whether a row tells of another surface than its own; unanswered ones tell nothing."""
+    if "n/a" in (row["estimate"], row["amplitude_readback_um_pp"]):
+        return False
+    mean_um_pp = MEANS_UM_PP.get(row["texture"], float(row["amplitude_um_pp"]))
+    felt = 10 * mean_um_pp + (OF_A_TEXTURE if row["texture"] in MEANS_UM_PP else 0)
+    return (
+        abs(float(row["estimate"]) - felt) > ESTIMATE_OFF + 1e-9
+        or abs(float(row["amplitude_readback_um_pp"]) - mean_um_pp) > READBACK_OFF_UM
+    )
+
+
+def one(board: EmulatorProcess, number: int, *, firmware: bool) -> Counter[str]:
+    """Return the counts of one session; print what is not as it should be."""
+    counts: Counter[str] = Counter(sessions=1)
+    faults = orders(number, firmware=firmware)
+    with tempfile.TemporaryDirectory(prefix="slipscale-campaign-") as name:
+        folder = Path(name)
+        outcome = session(board, number, faults, folder)
+        counts[outcome] += 1
+        rows = rows_of(folder)
+        (journal,) = folder.glob("sourcedata/sub-01/**/*_journal.jsonl")
+        counts["faults"] += sum(r.kind == "fault" for r in read_plan(journal)[1])
+    counts["rows"] += len(rows)
+    wrong = [row for row in rows if is_wrong(row)]
+    counts["wrong attributions"] += len(wrong)
+    counts["rows missing"] += outcome == "complete" and SURFACES - len(rows)
+    counts["plates left vibrating"] += board.state()["vibrates"]
+    board.no_faults()
+    if wrong or outcome != "complete" or counts["plates left vibrating"]:
+        print(f"session {number}, {'firmware' if firmware else 'emulated'}: {outcome}, {faults}")
+        for row in wrong:
+            print(f"  {row}")
+    time.sleep(1.5 * BACK_S)  # whatever is away comes back
+    return counts
+
+
+TOLD = (
+    "sessions", "complete", "given up", "hanging", "faults", "rows", "rows missing",
+    "wrong attributions", "plates left vibrating",
+)  # fmt: skip
+NEVER = ("hanging", "rows missing", "wrong attributions", "plates left vibrating")
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--sessions", type=int, default=1000)
+    parser.add_argument("--first", type=int, default=0, metavar="NUMBER")
+    parser.add_argument("--firmware-share", type=float, default=0.5, metavar="SHARE")
+    wanted = parser.parse_args()
+    options = ("--back-after", str(BACK_S), "--noise", "0")
+    totals = {False: Counter[str](), True: Counter[str]()}
+    with ExitStack() as stack:
+        boards: dict[bool, EmulatorProcess] = {}
+        for number in range(wanted.first, wanted.first + wanted.sessions):
+            share = wanted.firmware_share
+            firmware = int((number + 1) * share) > int(number * share)
+            if firmware not in boards:
+                more = ("--firmware",) if firmware else ()
+                boards[firmware] = stack.enter_context(EmulatorProcess(*options, *more))
+            totals[firmware] += one(boards[firmware], number, firmware=firmware)
+    print(f"{'':<24}{'emulated':>10}{'firmware':>10}{'both':>10}")
+    for each in TOLD:
+        emulated, compiled = totals[False][each], totals[True][each]
+        print(f"{each:<24}{emulated:>10}{compiled:>10}{emulated + compiled:>10}")
+    return int(any(count[each] for count in totals.values() for each in NEVER))
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
