@@ -25,7 +25,9 @@ from analysis.reading.dataset import Dataset
 from analysis.reading.delimited import Problems, Source, read_tables
 from analysis.reading.table_by_hand import read_text_table
 from analysis.reading.trial_tables import BLOCK, DIFFERENCE, ESTIMATION, IDENTITY, STEP_AMPLITUDES
+from experiments.dataset.runs import journals
 from experiments.dataset.schema import (
+    DAMAGED,
     FAULT,
     FLAG_SEPARATOR,
     PARTICIPANT,
@@ -35,6 +37,7 @@ from experiments.dataset.schema import (
     TIMED_OUT,
     VOIDED,
 )
+from experiments.dataset.verification import verify
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -74,6 +77,10 @@ def _load_folder(folder: Path) -> Dataset:
             files[match["task"]].append((path, match))
         elif match is None:
             problems.add(f"{path.relative_to(folder)}: not a name of the BIDS form; not read")
+    if not any(files.values()) and journals(folder):
+        raise UserError(
+            f"{folder}: holds journals and no tables; slipscale data build {folder} makes them"
+        )
     if not any(files.values()):
         raise UserError(
             f"{folder}: no data found; expected files like "
@@ -89,6 +96,9 @@ def _load_folder(folder: Path) -> Dataset:
         frame, read_sources = _read_task(table, files[table.task], folder, problems)
         sources += read_sources
         read[table.task] = frame
+    # What the journals say and the tables do not: rows edited by hand, runs without tables.
+    differences = [str(problem) for problem in verify(folder)] if journals(folder) else []
+    problems.add_many(differences, "slipscale data verify tells all")
     main = _keep_main_trials(read[ESTIMATION.task], counts)
     answers, textures = _part_textures(main, counts, problems)
     participants = metadata.participants(folder, sources, problems)
@@ -182,12 +192,12 @@ def _has_flag(frame: pd.DataFrame, *codes: str) -> pd.Series[bool]:
 
 
 def _keep_main_trials(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
-    """Return main trials that were not voided, marked by what happened in them."""
+    """Return main trials that were not voided or damaged, marked by what happened in them."""
     counts["estimation_rows"] = len(frame)
     practice = frame["phase"].astype(str) == PRACTICE if len(frame) else np.array([], bool)
     counts["practice"] = int(np.sum(practice))
     main = frame[~practice]
-    voided = _has_flag(main, VOIDED)
+    voided = _has_flag(main, VOIDED, DAMAGED)
     counts["voided"] = int(voided.sum())
     main = main[~voided].reset_index(drop=True)
     main["timed_out"] = _has_flag(main, TIMED_OUT)
@@ -234,7 +244,7 @@ def _keep_steps(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
     if not len(frame):
         return frame
     practice = frame["phase"].astype(str) == PRACTICE
-    voided = _has_flag(frame, VOIDED) & ~practice
+    voided = _has_flag(frame, VOIDED, DAMAGED) & ~practice
     counts["difference_practice"] = int(practice.sum())
     counts["difference_voided"] = int(voided.sum())
     kept = frame[~practice & ~voided]

@@ -128,7 +128,8 @@ def run_resume(args: Namespace) -> int:
 
         folder = dataset_of(args.journal, plan)
         run_simulated(folder, plan, plate)
-        build_dataset(folder)
+        for problem in build_dataset(folder):
+            print(f"the data set: {problem}", file=sys.stderr)
         return _end("complete", args.journal)
     from experiments.running.lab_session import Setting, go_on  # noqa: PLC0415
 

@@ -28,7 +28,7 @@ PARTICIPANT, MODE, COMPLETE = TAKEN
 PRACTICE, MAIN = "practice", "main"
 
 VOIDED, TIMED_OUT, FAULT, PAUSED = "voided", "timed_out", "fault", "paused"
-REPRESENTED, RESUMED = "represented", "resumed"
+REPRESENTED, RESUMED, DAMAGED = "represented", "resumed", "damaged"
 FLAGS: Mapping[str, str] = {
     VOIDED: "voided by the operator; not to be analysed",
     TIMED_OUT: "the time limit ran out before an answer",
@@ -36,6 +36,7 @@ FLAGS: Mapping[str, str] = {
     PAUSED: "the operator paused in this trial",
     REPRESENTED: "the surface was presented and explored again before the answer",
     RESUMED: "the run was interrupted in this trial and taken up again",
+    DAMAGED: "a record of this trial or next to it is damaged in the journal; not to be analysed",
 }
 # Between the flags of a trial.
 FLAG_SEPARATOR = ";"
@@ -55,7 +56,10 @@ NOTES: Mapping[str, str] = {
     "plate": "what the plate says of itself, its calibration included",
     "software": "versions of all that the data can depend on",
     "started_utc": "when the run began; n/a for a pilot",
+    "resumes": "each time the run was gone on with: when, plate, noise, software; n/a for a pilot",
     "voided": "each voided trial and the operator's reason",
+    "damaged": "what of the journal could not be used, by line",
+    "journal": "the journal's number of records and their running hash; n/a for a pilot",
 }
 
 TABLE_NAME = re.compile(

@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from experiments.dataset.schema import FAULT, PAUSED, REPRESENTED, RESUMED, TIMED_OUT, VOIDED
-from experiments.journal.serialisation import surface_from, trial_from
+from experiments.dataset.schema import (
+    DAMAGED,
+    FAULT,
+    PAUSED,
+    REPRESENTED,
+    RESUMED,
+    TIMED_OUT,
+    VOIDED,
+)
+from experiments.journal import reading
+from experiments.journal.serialisation import answer_from, surface_from, trial_from
 from experiments.protocols.base import TrialRecord
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.journal.journal import Record
+    from experiments.journal.record import Record
     from experiments.protocols.steps import Value
 
 # What an event between a trial's beginning and its end leaves on its row. A pilot that was taken
@@ -51,32 +60,54 @@ def gather(records: list[Record]) -> Gathered:
     """Return a run's trials and answers from its journal's records, in order.
 
     A trial without its end (the run was interrupted there) is not a trial yet and is left out.
+    Where a record is damaged, the trial in progress and the one that follows are flagged: which of
+    them it belonged to is not known.
     """
     gathered = Gathered()
     current: TrialRecord | None = None
     step: dict[str, Any] = {}
-    virtual = False
+    virtual = damage = False
     for record in records:
         if record.kind == "begin":
             step = record.data["what"]
-            current = _trial(step, current, record.time_s)
+            before, current = current, _trial(step, current, record.time_s)
+            _flag_damaged(gathered, before, current, damage=damage, time_s=record.time_s)
+            damage = damage and current is None
         elif record.kind == "done":
             _answer(gathered, current, step, record)
             if step["type"] == "EndTrial":
                 current = None
         elif record.kind == "answered_again":
             _answer(gathered, None, record.data["what"], record)
-        elif record.kind == "void":
-            gathered.voided.append(
-                (record.data["task"], record.data["trial"], record.data["reason"])
-            )
+        elif record.kind == reading.DAMAGED:
+            damage = True
         elif record.kind in EVENT_FLAGS:
             # "represented" that follows a virtual "take_up" belongs to it.
             virtual = record.data.get("virtual", virtual and record.kind == "represented")
             if current and not virtual:
                 _flag(current, EVENT_FLAGS[record.kind])
+    voids = [record.data for record in records if record.kind == "void"]
+    gathered.voided += [(void["task"], void["trial"], void["reason"]) for void in voids]
     _flag_voided(gathered)
     return gathered
+
+
+def _flag_damaged(
+    gathered: Gathered,
+    before: TrialRecord | None,
+    current: TrialRecord | None,
+    *,
+    damage: bool,
+    time_s: float,
+) -> None:
+    """Flag the trials on both sides of damage; one whose end is lost in it ends here."""
+    if not damage:
+        return
+    if current:
+        _flag(current, DAMAGED)
+    if before and before is not current:
+        _flag(before, DAMAGED)
+        _end(gathered, before, time_s)
 
 
 def _flag_voided(gathered: Gathered) -> None:
@@ -105,20 +136,26 @@ def _answer(
     gathered: Gathered, row: TrialRecord | None, step: dict[str, Any], record: Record
 ) -> None:
     """Put a step's answer where it belongs."""
-    answer = record.data["answer"] or {}
+    made = answer_from(record.data["answer"])  # with what an older journal does not name
+    answer = asdict(made) if made else {}
     if row is not None:
         take = TAKERS.get(step["type"])
         if take:
             take(row, step, answer)
         if step["type"] == "EndTrial":
-            task = row.trial.task
-            row.end_s = record.time_s
-            row.run_answers = gathered.run_answers.get(task, {})
-            gathered.trials.setdefault(task, []).append(row)
+            _end(gathered, row, record.time_s)
     elif step["type"] == "Ask" and step["task"]:
         gathered.run_answers.setdefault(step["task"], {})[step["name"]] = answer["value"]
     elif step["type"] == "Ask":
         gathered.person[step["name"]] = answer["value"]
+
+
+def _end(gathered: Gathered, row: TrialRecord, time_s: float) -> None:
+    """Put a trial that is over among the others of its task."""
+    task = row.trial.task
+    row.end_s = time_s
+    row.run_answers = gathered.run_answers.get(task, {})
+    gathered.trials.setdefault(task, []).append(row)
 
 
 def _take_presented(row: TrialRecord, step: dict[str, Any], answer: dict[str, Any]) -> None:

@@ -1,124 +1,35 @@
 """The journal: an append-only record of every step and response, on disk before the next step.
 
-One JSON object a line. Each holds its number ``n``, the session's time ``t`` in seconds, what it
-is (``kind``) and a checksum ``crc`` of the rest, so that a torn or altered line is noticed:
-a torn last line (the machine died while writing) is cut off on resume, anything else is refused.
+How a line looks, and what proves it, is `experiments.journal.record`; how a journal is read is
+`experiments.journal.reading`: a torn last line (the machine died while writing) is cut off on
+resume, anything else that is not whole is refused.
 
-One writer at a time: the open journal is locked, and the lock goes with the process.
+One writer at a time: see `experiments.journal.locks`. A journal that disappears under its writer
+(removed, renamed, its disk unmounted) is written anew, whole, in a fallback folder.
 """
 
 from __future__ import annotations
 
-import json
 import os
-import zlib
+import sys
+import tempfile
 from contextlib import suppress
-from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-import portalocker
-
+from experiments.journal import locks
+from experiments.journal.reading import read_records
+from experiments.journal.record import FORMAT, UNCHAINED, Record, chained, encode
 from faults import UserError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from io import FileIO
-    from pathlib import Path
     from types import TracebackType
 
     from hardware.clock import Clock
 
-FORMAT = 1
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Record:
-    """One line of a journal."""
-
-    number: int
-    time_s: float
-    kind: str
-    data: dict[str, Any]
-
-
-def encode(record: Record) -> bytes:
-    """Return a record as a line, with its checksum."""
-    fields = {"n": record.number, "t": record.time_s, "kind": record.kind, **record.data}
-    body = json.dumps(fields, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    return f'{body[:-1]},"crc":"{zlib.crc32(body.encode()):08x}"}}\n'.encode()
-
-
-def decode(line: bytes, number: int) -> Record:
-    """Return the record that a line holds.
-
-    Raises
-    ------
-    ValueError
-        The line is not a whole record, its checksum does not fit, or its number is not
-        ``number``.
-    """
-    body, mark, tail = line.decode().rpartition(',"crc":"')
-    if not mark or tail[8:] != '"}\n' or f"{zlib.crc32((body + '}').encode()):08x}" != tail[:8]:
-        raise ValueError("the checksum does not fit")
-    fields = json.loads(body + "}")
-    if fields.pop("n") != number:
-        raise ValueError(f"expected record {number}")
-    return Record(number=number, time_s=fields.pop("t"), kind=fields.pop("kind"), data=fields)
-
-
-def has_begun(path: Path) -> bool:
-    """Return whether a journal holds anything; UserError where that cannot be found out."""
-    try:
-        return path.stat().st_size > 0
-    except (FileNotFoundError, NotADirectoryError):
-        return False
-    except OSError as error:
-        raise UserError(f"journal {path}: {error.strerror}") from None
-
-
-def is_being_written(path: Path) -> bool:
-    """Return whether a session writes a journal now; False where there is none to be seen."""
-    try:
-        with path.open("rb") as stream:
-            portalocker.lock(stream, portalocker.LOCK_SH | portalocker.LOCK_NB)
-    except portalocker.LockException:
-        return True
-    except OSError:
-        return False
-    return False
-
-
-def read_records(path: Path, most: int | None = None) -> tuple[list[Record], int]:
-    """Return a journal's records and the length in bytes of what is whole.
-
-    A torn last line is left out; the length tells where it begins. With ``most``, no line
-    further on is looked at.
-
-    Raises
-    ------
-    UserError
-        The file cannot be read, is not a journal, or is damaged before its end.
-    """
-    try:
-        lines = path.read_bytes().splitlines(keepends=True)[:most]
-    except OSError as error:
-        raise UserError(f"journal {path}: {error.strerror}") from None
-    records: list[Record] = []
-    length = 0
-    for place, line in enumerate(lines):
-        try:
-            record = decode(line, place)
-        except (ValueError, KeyError) as error:
-            if place == len(lines) - 1 and not line.endswith(b"\n"):
-                break
-            raise UserError(
-                f"journal {path}, line {place + 1}: damaged or not a journal ({error}); "
-                "expected one record of JSON a line, as the session wrote it"
-            ) from None
-        records.append(record)
-        length += len(line)
-    if records and (records[0].kind != "header" or records[0].data.get("format") != FORMAT):
-        raise UserError(f"journal {path}: expected a Slipscale journal of format {FORMAT}")
-    return records, length
+OWNER_ONLY = 0o600
 
 
 class Journal:
@@ -135,19 +46,30 @@ class Journal:
     ------
     UserError
         The file exists already (`create`), does not (`reopen`), or another session writes it.
+
+    Attributes
+    ----------
+    path : Path
+        Where it is written now: another place than at first once that has gone.
+    lost : Path or None
+        Where it was written at first, if that has gone.
+    tell : callable
+        Told a sentence when that happens.
     """
 
     def __init__(self, path: Path, clock: Clock, *, stream: FileIO, records: list[Record]) -> None:
         self.path = path
         self.records = records
+        self.lost: Path | None = None
+        self.tell: Callable[[str], None] = _tell_on_standard_error
         self._clock = clock
         self._stream = stream
         self._unfinished = False  # a record is being written, or a signal came while it was
         try:
-            portalocker.lock(stream, portalocker.LOCK_EX | portalocker.LOCK_NB)
-        except portalocker.LockException:
+            locks.take(stream, path)
+        except UserError:
             stream.close()
-            raise UserError(f"journal {path}: another session is writing it") from None
+            raise
 
     @classmethod
     def create(cls, path: Path, clock: Clock) -> Self:
@@ -183,7 +105,7 @@ class Journal:
         try:
             journal._take_stock()
         except UserError:
-            stream.close()
+            journal._let_go()
             raise
         return journal
 
@@ -194,16 +116,17 @@ class Journal:
         """
         if self._unfinished:
             self._take_stock()
+        if not self._in_place():
+            self._move()
         self._unfinished = True
         number = len(self.records)
         record = Record(number=number, time_s=self._clock.now(), kind=kind, data=data)
-        line = encode(record)
+        first = self.records[0].data if self.records else data
+        if first.get("format", FORMAT) > UNCHAINED:
+            record = chained(record, self.records[-1].hash if self.records else "")
         whole = self._stream.tell()
         try:
-            # Unbuffered: what a full disk refused must not come again at the next try or the end.
-            while line:
-                line = line[self._stream.write(line) :]
-            os.fsync(self._stream.fileno())
+            self._put(encode(record))
         except OSError as error:
             # A half-written line would make the file unreadable for whatever follows it.
             with suppress(OSError):
@@ -214,10 +137,58 @@ class Journal:
             ) from None
         self.records.append(record)
         self._unfinished = False
+        locks.refresh(self.path)
         return record
+
+    def _put(self, line: bytes) -> None:
+        """Write bytes to the disk; OSError where they do not all get there."""
+        # Unbuffered: what a full disk refused must not come again at the next try or the end.
+        while line:
+            line = line[self._stream.write(line) :]
+        os.fsync(self._stream.fileno())
+
+    def _in_place(self) -> bool:
+        """Return whether the open file is still the one that the path names."""
+        if os.name != "posix":  # an open file cannot be removed or renamed there
+            return True
+        try:
+            there = self.path.stat()
+            ours = os.fstat(self._stream.fileno())
+        except OSError:
+            return False
+        return ours.st_nlink > 0 and (there.st_dev, there.st_ino) == (ours.st_dev, ours.st_ino)
+
+    def _move(self) -> None:
+        """Go on in the fallback folder, with all records until now."""
+        gone, self.lost = self.path, self.lost or self.path
+        self._stream.close()
+        for folder in fallback_folders():
+            path = folder.joinpath(*gone.parts[-3:])
+            try:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                stream = path.open("xb", buffering=0)
+                self._stream, self.path = stream, path
+                locks.take(stream, path)
+                self._put(b"".join(encode(record) for record in self.records))
+                _sync_folder(path.parent)
+            except OSError:
+                continue
+            break
+        else:
+            raise UserError(
+                f"journal {gone}: it has been removed or renamed, or its disk is gone, and no "
+                f"other place can be written; {len(self.records)} records were in it"
+            )
+        self.tell(
+            f"THE JOURNAL HAS GONE: {gone} was removed or renamed, or its disk is gone. "
+            f"All until now and what follows is in {self.path}"
+        )
 
     def _take_stock(self) -> None:
         """Find out what reached the disk, and continue after it."""
+        if not self._in_place():
+            self._unfinished = False
+            return
         self.records[:], length = read_records(self.path)
         self._cut(length)
 
@@ -227,9 +198,13 @@ class Journal:
         self._stream.seek(length)
         self._unfinished = False
 
+    def _let_go(self) -> None:
+        self._stream.close()
+        locks.release(self.path)
+
     def close(self) -> None:
         """Close the file and give up the lock; a journal that never began leaves no file."""
-        self._stream.close()
+        self._let_go()
         if not self.records:
             with suppress(OSError):
                 self.path.unlink()
@@ -245,6 +220,23 @@ class Journal:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+
+def fallback_folders() -> list[Path]:
+    """Return where a journal is written whose place has gone, in order: new folders of their own.
+
+    Each has the form of a data set, so that `slipscale resume` and `slipscale data` work there.
+    """
+    found = []
+    for parent in (Path.home() / "slipscale-kept", Path(tempfile.gettempdir()) / "slipscale-kept"):
+        with suppress(OSError):
+            parent.mkdir(parents=True, exist_ok=True)
+            found.append(Path(tempfile.mkdtemp(prefix="", dir=parent)))
+    return found
+
+
+def _tell_on_standard_error(sentence: str) -> None:
+    print(sentence, file=sys.stderr)
 
 
 def _sync_folder(folder: Path) -> None:

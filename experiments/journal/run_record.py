@@ -3,39 +3,20 @@
 from __future__ import annotations
 
 import platform
-from dataclasses import asdict
-from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from experiments.journal.journal import FORMAT, read_records
-from experiments.study.file import study_hash
+from experiments.journal.reading import damaged, read_records, read_whole
+from experiments.journal.record_shapes import checked
 from experiments.study.run_plan import RunPlan
 from faults import UserError
 
 if TYPE_CHECKING:
-    from experiments.journal.journal import Record
-    from hardware.driver import PlateDriver
+    from experiments.journal.reading import Damage, Reading
+    from experiments.journal.record import Record
 
 PACKAGES = ("slipscale", "numpy", "psychopy")
-
-
-def header(
-    plan: RunPlan, plate: PlateDriver, spec: str, answered_by: str, masking: str
-) -> dict[str, Any]:
-    """Return the journal's first record: all that is needed to resume or to analyse."""
-    return {
-        "format": FORMAT,
-        **asdict(plan),
-        "answered_by": answered_by,
-        "masking_noise": masking,
-        "study_hash": study_hash(plan.study_text),
-        "plate_spec": spec,
-        "plate": plate.describe(),
-        "software": software(),
-        "started_utc": datetime.now(UTC).isoformat(timespec="seconds"),
-    }
 
 
 def software() -> dict[str, str]:
@@ -61,7 +42,32 @@ def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
     records, _ = read_records(path)
     if not records:
         raise UserError(f"journal {path}: holds nothing; begin the run anew with slipscale run")
+    _, damage = checked(records)
+    if damage:
+        raise damaged(path, damage[0])
     return plan_from(records[0]), records
+
+
+def read_usable(path: Path, most: int | None = None) -> tuple[RunPlan | None, Reading]:
+    """Return what is whole of a run's journal, and its plan; None where the header is not whole.
+
+    With ``most``, no line further on is looked at.
+
+    Raises
+    ------
+    UserError
+        The file cannot be read, or its header is whole and yet no run's.
+    """
+    reading = read_whole(path, most)
+    records, more = checked(reading.records)
+    reading.records = records
+    reading.damage = sorted([*reading.damage, *more], key=_line)
+    usable = bool(records) and records[0].kind == "header"
+    return plan_from(records[0]) if usable else None, reading
+
+
+def _line(damage: Damage) -> int:
+    return damage.line
 
 
 def dataset_of(path: Path, plan: RunPlan) -> Path:
@@ -100,6 +106,11 @@ def answered_by(records: list[Record]) -> str:
 def elapsed_s(records: list[Record]) -> float:
     """Return how far a run had come: the session's time at its last step."""
     return max((r.time_s for r in records if r.kind in ("header", "begin", "done")), default=0.0)
+
+
+def latest_s(records: list[Record]) -> float:
+    """Return the latest session time that a journal holds: none goes back behind it."""
+    return max((record.time_s for record in records), default=0.0)
 
 
 def is_complete(records: list[Record]) -> bool:

@@ -11,14 +11,15 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from experiments.dataset.bids import build_dataset, mode_of
+from experiments.dataset.bids import build_dataset
+from experiments.dataset.runs import mode_of
 from experiments.journal.journal import Journal
 from experiments.journal.run_record import (
     dataset_of,
-    elapsed_s,
     is_complete,
     is_mock,
     last_plate,
+    latest_s,
     read_plan,
 )
 from experiments.participants.psychopy_window import PsychoPyWindow
@@ -141,7 +142,7 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
         )
     began = datetime.fromisoformat(records[0].data["started_utc"])
     # The session's time counts from its beginning, the interruption included.
-    clock = SystemClock(max((datetime.now(UTC) - began).total_seconds(), elapsed_s(records)))
+    clock = SystemClock(max((datetime.now(UTC) - began).total_seconds(), latest_s(records)))
     return _conduct(dataset, plan, setting, Journal.reopen(path, clock), clock)
 
 
@@ -199,8 +200,15 @@ def _leave(
     """Build the data set; after an error say how to resume, and do not hide that error."""
     if not journal.records:
         return
+    if journal.lost:
+        print(
+            f"The journal's own place has gone ({journal.lost}): this run is whole in "
+            f"{journal.path}. Copy it back there once the disk or folder is back.",
+            file=sys.stderr,
+        )
     try:
-        build_dataset(dataset)
+        for problem in build_dataset(dataset):
+            print(f"the data set: {problem}", file=sys.stderr)
     except UserError as fault:
         if error is None:
             raise

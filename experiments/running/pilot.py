@@ -9,8 +9,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from experiments.dataset.bids import build_dataset, journals
-from experiments.journal.journal import Journal, has_begun
+from experiments.dataset.bids import build_dataset
+from experiments.dataset.runs import journals
+from experiments.journal.journal import Journal
+from experiments.journal.reading import has_begun
 from experiments.journal.run_record import elapsed_s, is_complete, is_mock, read_plan
 from experiments.participants.simulated import SimulatedParticipant
 from experiments.running.run import run_plan

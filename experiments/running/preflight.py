@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 from statistics import stdev
 from typing import TYPE_CHECKING
 
-from experiments.dataset.bids import mode_of
+from experiments.dataset.runs import mode_of, read_runs
+from experiments.journal.locks import has_locks
 from experiments.journal.run_record import is_mock
 from experiments.running.dry_run import check_supported, surfaces
 from experiments.running.run_state import check_alike, participants, remedy, run_state
@@ -86,9 +87,10 @@ def check_folder(planned: PlannedSession) -> Finding:
     folder = planned.out
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder) as trial:
+        with tempfile.TemporaryFile(dir=folder, buffering=0) as trial:
             trial.write(b"trial")
             os.fsync(trial.fileno())
+            locked = has_locks(trial)
         free_mb = shutil.disk_usage(folder).free // 1_000_000
     except OSError as error:
         return Finding(
@@ -113,7 +115,42 @@ def check_folder(planned: PlannedSession) -> Finding:
             detail=f"{folder}: holds {held} data, and this would be a {wanted}'s",
             remedy="choose another folder with --out",
         )
-    return Finding(name="folder", passed=True, detail=f"{folder}: {free_mb / 1000:.0f} GB free")
+    notes = list(_notes(planned, locked=locked))
+    return Finding(
+        name="folder",
+        passed=None if notes else True,
+        detail=f"{folder}: {free_mb / 1000:.0f} GB free",
+        remedy="; ".join(notes),
+    )
+
+
+def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
+    """Yield what should be known of the folder and its journals; no reason not to begin."""
+    if not locked:
+        yield (
+            "its file system has no locks: only a lock file keeps a second session from the same "
+            "run; better record to a local disk and copy afterwards"
+        )
+    runs, problems = read_runs(planned.out)
+    if problems:
+        files = ", ".join(sorted({problem.file for problem in problems}))
+        yield f"damaged: {files}; slipscale data verify {planned.out} says where"
+    try:
+        study, text = read_study(planned.study)
+    except UserError:
+        return  # the check of the study says it
+    changed = sorted(
+        {
+            run.plan.stem
+            for run in runs
+            if run.plan.study.name == study.name and run.plan.study_text != text
+        }
+    )
+    if changed:
+        yield (
+            f"the study '{study.name}' has changed since {', '.join(changed)}: give the new one "
+            "another name or another folder, unless the change is meant"
+        )
 
 
 def check_participant(planned: PlannedSession) -> Finding:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from experiments.journal.run_record import header, software
+from experiments.journal.header import header, resume_data
 from experiments.session.session import Session
 
 if TYPE_CHECKING:
@@ -43,13 +43,7 @@ def run_plan(
     if not journal.records:
         journal.write("header", **header(plan, plate, spec, participant.kind, masking))
     else:
-        journal.write(
-            "resume",
-            plate_spec=spec,
-            plate=plate.describe(),
-            masking_noise=masking,
-            software=software(),
-        )
+        journal.write("resume", **resume_data(plate, spec, masking))
     session = Session(
         steps=plan.steps(),
         plate=plate,

@@ -5,14 +5,15 @@ from __future__ import annotations
 import shlex
 from typing import TYPE_CHECKING, Literal
 
-from experiments.journal.journal import has_begun, is_being_written
-from experiments.journal.run_record import is_complete, read_plan
+from experiments.journal.locks import is_being_written
+from experiments.journal.reading import has_begun
+from experiments.journal.run_record import is_complete, read_usable
 from faults import UserError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-RunState = Literal["free", "running now", "interrupted", "complete"]
+RunState = Literal["free", "running now", "interrupted", "complete", "damaged"]
 
 
 def run_state(path: Path) -> RunState:
@@ -21,7 +22,12 @@ def run_state(path: Path) -> RunState:
         return "running now"
     if not has_begun(path):
         return "free"
-    return "complete" if is_complete(read_plan(path)[1]) else "interrupted"
+    _, reading = read_usable(path)
+    if not reading.records:
+        return "free"  # the machine died while writing its first record: it holds nothing
+    if reading.damage:
+        return "damaged"
+    return "complete" if is_complete(reading.records) else "interrupted"
 
 
 def participants(dataset: Path) -> list[str]:
@@ -54,6 +60,7 @@ def remedy(path: Path, state: RunState) -> str:
         "running now": f"end it where it runs, or {another}",
         "interrupted": how_to_resume(path),
         "complete": another,
+        "damaged": f"slipscale data verify says where; what is whole of it is used; {another}",
     }
     return remedies[state]
 

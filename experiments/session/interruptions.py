@@ -15,7 +15,8 @@ from hardware.errors import PlateFault
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.journal.journal import Journal, Record
+    from experiments.journal.journal import Journal
+    from experiments.journal.record import Record
     from experiments.participants.base import Participant
     from experiments.protocols.steps import Answer, Ask
     from experiments.session.masking import Noise

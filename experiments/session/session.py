@@ -38,7 +38,8 @@ from hardware.errors import PlateFault
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from experiments.journal.journal import Journal, Record
+    from experiments.journal.journal import Journal
+    from experiments.journal.record import Record
     from experiments.languages.texts import Texts
     from experiments.participants.base import Participant
     from experiments.protocols.steps import Step, Steps
@@ -100,6 +101,7 @@ class Session:
             planned=planned,
             voided=voided,
         )
+        journal.tell = self._progress.say
         self._interruptions = Interruptions(
             plate=plate,
             surface=self._surface,

@@ -86,3 +86,15 @@ def laboratory(tmp_path):
 @pytest.fixture
 def plan():
     return make_plan
+
+
+@pytest.fixture(scope="session")
+def record_runs():
+    """Return a function that records whole runs in a folder, for tests that share them."""
+
+    def record(folder, *participants, **changes):
+        for participant in participants:
+            Laboratory(folder).run(make_plan(participant=participant, **changes))
+        return folder
+
+    return record

@@ -8,7 +8,7 @@ from statistics import fmean, stdev
 import pytest
 
 import slipscale
-from experiments.dataset.bids import journals
+from experiments.dataset.runs import journals
 from experiments.running import pilot
 
 STUDY = """

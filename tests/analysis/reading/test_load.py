@@ -11,6 +11,8 @@ from analysis.pipeline import analyse
 from analysis.reading.delimited import read_tables
 from analysis.reading.load import load
 from analysis.statistics.verbal_coding import SHIPPED
+from experiments.dataset.bids import build_dataset
+from experiments.running.pilot import pilot_plans, run_pilot
 from faults import UserError
 
 TIDY = "participant_id,amplitude_um_pp,estimate\n"
@@ -185,3 +187,46 @@ def test_any_bytes_read_or_are_refused_in_a_sentence(tmp_path_factory, content):
         load(path)
     except UserError as error:
         assert str(path) in str(error)  # noqa: PT017 - whether it raises is not the point
+
+
+@pytest.fixture(scope="module")
+def piloted(tmp_path_factory):
+    """A data set as a pilot leaves it: journals and tables."""
+    folder = tmp_path_factory.mktemp("pilot") / "data"
+    plans = pilot_plans("biet2007", participants=2, seed=1, language=None)
+    run_pilot(folder, plans, tell=lambda _: None)
+    return folder
+
+
+def test_journals_without_tables_and_rows_edited_by_hand_are_named(piloted, tmp_path):
+    folder = shutil.copytree(piloted, tmp_path / "data")
+    assert not [each for each in load(folder).problems if "journal" in each]
+    shutil.rmtree(folder / "sub-02")
+    (table,) = folder.glob("sub-01/beh/*magnitude*.tsv")
+    table.write_text(table.read_text().replace("\tmain\t", "\tpractice\t", 1))
+    problems = load(folder).problems
+    assert (  # row 1 is the header, rows 2 to 5 are practice
+        f"{table.relative_to(folder).as_posix()}: row 6: phase is 'practice'; "
+        "the journal says 'main'"
+    ) in problems
+    assert sum("sub-02" in each and "data build writes it" in each for each in problems) == 4
+
+
+def test_a_damaged_trial_is_left_out_and_its_journal_named(piloted, tmp_path):
+    folder = shutil.copytree(piloted, tmp_path / "data")
+    whole = load(folder)
+    (journal,) = folder.glob("sourcedata/sub-01/*.jsonl")
+    lines = journal.read_bytes().splitlines(keepends=True)
+    place = max(i for i, line in enumerate(lines) if b'"name":"estimate"' in line) + 1
+    lines[place] = lines[place].replace(b'"Reply"', b'"Rep1y"')
+    journal.write_bytes(b"".join(lines))
+    build_dataset(folder)
+    data = load(folder)
+    assert data.counts["analysed"] == whole.counts["analysed"] - 1
+    assert any(f"line {place + 1}: damaged" in each for each in data.problems)
+
+
+def test_journals_with_no_table_at_all_say_how_to_make_them(piloted, tmp_path):
+    shutil.copytree(piloted / "sourcedata", tmp_path / "data" / "sourcedata")
+    with pytest.raises(UserError, match="no tables; slipscale data build"):
+        load(tmp_path / "data")

@@ -7,7 +7,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from experiments.dataset.bids import build_dataset, mode_of
+from experiments.dataset.bids import build_dataset
+from experiments.dataset.runs import mode_of
 from experiments.dataset.tsv import cell
 from experiments.participants.scripted import ScriptedParticipant
 from experiments.protocols.steps import NumberQuestion, TextQuestion, YesNoQuestion
@@ -119,5 +120,6 @@ def test_a_damaged_journal_does_not_keep_the_next_participant_waiting(laboratory
     path = plan().journal_path(laboratory.folder)
     path.write_bytes(path.read_bytes().replace(b'"end"', b'"and"'))
     assert mode_of(laboratory.folder) == "pilot"
-    with pytest.raises(UserError, match="damaged"):
-        build_dataset(laboratory.folder)
+    (problem,) = build_dataset(laboratory.folder)
+    assert problem.file == "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
+    assert problem.what == "damaged: the checksum does not fit"

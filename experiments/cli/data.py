@@ -1,0 +1,64 @@
+"""The command ``slipscale data``: build a data set from its journals, verify it against them."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from faults import ANSWER_IS_NO, DONE, UserError
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+    from collections.abc import Sequence
+
+    from experiments.dataset.runs import Problem
+
+
+def add_data(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale data``."""
+    commands = parser.add_subparsers(dest="what", metavar="build | verify", required=True)
+    build = commands.add_parser("build", help="write all tables anew from the journals")
+    verify = commands.add_parser(
+        "verify", help="compare the tables with the journals, and prove the journals whole"
+    )
+    for command in (build, verify):
+        command.add_argument("dataset", type=Path, metavar="DATASET", help="a data set's folder")
+        command.add_argument("--json", action="store_true", help="print the problems as JSON")
+
+
+def run_data(args: Namespace) -> int:
+    """Build or verify; 1 where something is damaged or differs."""
+    from experiments.dataset.bids import build_dataset  # noqa: PLC0415
+    from experiments.dataset.runs import journals  # noqa: PLC0415
+    from experiments.dataset.verification import verify  # noqa: PLC0415
+
+    found = journals(args.dataset)
+    if not found:
+        raise UserError(
+            f"{args.dataset}: no journals; expected a data set's folder, with "
+            "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
+        )
+    actions = {"build": build_dataset, "verify": verify}
+    return _tell(args, actions[args.what](args.dataset), len(found))
+
+
+def _tell(args: Namespace, problems: Sequence[Problem], journals: int) -> int:
+    if args.json:
+        import json  # noqa: PLC0415
+        from dataclasses import asdict  # noqa: PLC0415
+
+        print(json.dumps([asdict(problem) for problem in problems], indent=2, ensure_ascii=False))
+    for problem in problems if not args.json else ():
+        print(problem, file=sys.stderr)
+    if problems:
+        if not args.json:
+            print(f"{len(problems)} problems in {args.dataset}", file=sys.stderr)
+        return ANSWER_IS_NO
+    if not args.json:
+        done = {"build": "built from", "verify": "agrees with"}[args.what]
+        print(f"{args.dataset}: {done} its journals ({journals})")
+    return DONE
+
+
+COMMANDS = {"data": (add_data, run_data)}

@@ -1,0 +1,205 @@
+"""What a data set's files hold: a pure function of its runs.
+
+`render` gives every file as the journals have it; `experiments.dataset.bids` writes them,
+`experiments.dataset.verification` compares them with what is there.
+"""
+
+from __future__ import annotations
+
+from pathlib import PurePosixPath
+from typing import TYPE_CHECKING, Any
+
+from experiments.dataset.runs import Problem
+from experiments.dataset.schema import (
+    COMPLETE,
+    MISSING,
+    MODE,
+    PARTICIPANT,
+    SIDECAR,
+    columns,
+    person_columns,
+    table_stem,
+)
+from experiments.dataset.tsv import cell, sidecar, table
+from experiments.journal.run_record import software
+from experiments.study.file import study_hash
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from experiments.dataset.runs import Run
+    from experiments.protocols.base import Protocol
+    from experiments.protocols.steps import Value
+    from experiments.study.run_plan import RunPlan
+
+BIDS_VERSION = "1.10.0"
+README = PurePosixPath("README.md")
+
+# A file's text, or the object that a JSON file holds.
+Content = str | dict[str, Any]
+
+
+def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Problem]]:
+    """Return the files that runs give, by their path in the data set.
+
+    A run whose records do not fill its tables (they are whole, and yet not what its protocol
+    writes) is a problem, and gives no file.
+    """
+    files: dict[PurePosixPath, Content] = {}
+    problems: list[Problem] = []
+    people: dict[str, dict[str, Value]] = {}
+    studies: dict[str, RunPlan] = {}
+    tasks: dict[str, Protocol] = {}
+    for run in runs:
+        plan = run.plan
+        protocols = {protocol.task: protocol for protocol, _ in plan.tasks()}
+        try:
+            own = [
+                file
+                for protocol in protocols.values()
+                if run.gathered.trials.get(protocol.task)
+                for file in _run_files(run, protocol)
+            ]
+        except (LookupError, TypeError, ValueError, AttributeError) as error:
+            name = "/".join(run.path.parts[-3:])
+            problems.append(
+                Problem(file=name, what=f"its records do not fill its tables ({error!r})")
+            )
+            continue
+        files.update(own)
+        studies.setdefault(study_hash(plan.study_text), plan)
+        row = people.setdefault(f"sub-{plan.participant}", {})
+        row.update(run.gathered.person)
+        row[MODE] = plan.mode
+        row[COMPLETE] = "yes" if run.complete and row.get(COMPLETE, "yes") == "yes" else "no"
+        tasks.update(protocols)
+    if studies:
+        files.update(_top(people, list(studies.values()), tasks))
+    return files, problems
+
+
+def stem_of(run: Run, task: str) -> PurePosixPath:
+    """Return the path of a task's table and sidecar of a run, without ending."""
+    plan = run.plan
+    session = [f"ses-{plan.session}"] if plan.session else []
+    stem = table_stem(participant=plan.participant, session=plan.session, task=task, run=plan.run)
+    return PurePosixPath(f"sub-{plan.participant}", *session, "beh", stem)
+
+
+def _run_files(run: Run, protocol: Protocol) -> Iterator[tuple[PurePosixPath, Content]]:
+    """Yield one task's table of one run, and its sidecar."""
+    plan, records, gathered = run.plan, run.records, run.gathered
+    described = columns(protocol)
+    rows = [
+        [cell(column.value(trial)) for column in described.values()]
+        for trial in gathered.trials[protocol.task]
+    ]
+    path = stem_of(run, protocol.task)
+    yield path.with_suffix(".tsv"), table(list(described), rows)
+    first = records[0].data
+    person = plan.mode == "participant"
+    notes = {
+        "study": plan.study.name,
+        "study_hash": first["study_hash"],
+        "seed": plan.seed,
+        "mode": plan.mode,
+        "language": plan.language,
+        "complete": run.complete,
+        "answered_by": first["answered_by"],
+        "masking_noise": first["masking_noise"],
+        "plate_spec": first["plate_spec"],
+        "plate": first["plate"],
+        "software": first["software"],
+        # A pilot's day is of no meaning, and would make equal data sets differ; so would how often
+        # it was interrupted, and the hash of a journal that holds both.
+        "started_utc": first["started_utc"] if person else MISSING,
+        "resumes": _resumes(run) if person else MISSING,
+        "voided": [
+            {"trial": trial, "reason": reason}
+            for task, trial, reason in gathered.voided
+            if task == protocol.task
+        ],
+        "damaged": [str(damage) for damage in run.damage],
+        "journal": {"records": len(records), "hash": records[-1].hash or MISSING}
+        if person
+        else MISSING,
+    }
+    yield path.with_suffix(".json"), {SIDECAR: notes}
+
+
+def _resumes(run: Run) -> list[dict[str, Any]]:
+    """Return what was in use each time that a run was gone on with."""
+    return [
+        {
+            "time_s": record.time_s,
+            "resumed_utc": record.data.get("resumed_utc", MISSING),
+            **{
+                name: record.data[name]
+                for name in ("plate_spec", "plate", "masking_noise", "software")
+            },
+        }
+        for record in run.records
+        if record.kind == "resume"
+    ]
+
+
+def _top(
+    people: dict[str, dict[str, Value]],
+    plans: list[RunPlan],
+    tasks: dict[str, Protocol],
+) -> Iterator[tuple[PurePosixPath, Content]]:
+    """Yield what belongs to the whole data set."""
+    first = plans[0]
+    study = first.study
+    pilot = first.mode == "pilot"
+    asked = {name: None for row in people.values() for name in row if name not in (MODE, COMPLETE)}
+    described = person_columns(tuple(asked))
+    rows = [
+        [label, *(cell(row.get(name)) for name in described)]
+        for label, row in sorted(people.items())
+    ]
+    yield PurePosixPath("participants.tsv"), table([PARTICIPANT, *described], rows)
+    yield PurePosixPath("participants.json"), sidecar(described)
+    description = {
+        "Name": f"{study.title} (simulated pilot)" if pilot else study.title,
+        "BIDSVersion": BIDS_VERSION,
+        "DatasetType": "raw",
+        "License": study.license,
+        "Authors": list(study.authors) or ["not named in the study file"],
+        "GeneratedBy": [{"Name": "Slipscale", "Version": software()["slipscale"]}],
+    }
+    yield PurePosixPath("dataset_description.json"), description
+    for task, protocol in tasks.items():
+        instructions = first.texts()[protocol.instructions].strip()
+        content = {
+            "TaskName": task,
+            "TaskDescription": protocol.description,
+            "Instructions": instructions,
+            **sidecar(columns(protocol)),
+        }
+        yield PurePosixPath(f"task-{task}_beh.json"), content
+    for plan in plans:
+        name = "study.toml" if plan is first else f"study_{study_hash(plan.study_text)[:8]}.toml"
+        yield PurePosixPath("code", name), plan.study_text
+    yield README, _readme(first)
+
+
+def _readme(plan: RunPlan) -> str:
+    """Return a data set's README."""
+    study = plan.study
+    kind = (
+        "**Simulated.** No person took part: a pilot run of the protocol."
+        if plan.mode == "pilot"
+        else "Recorded from participants."
+    )
+    amplitudes = ", ".join(f"{amplitude:g}" for amplitude in study.amplitudes_um_pp)
+    names = ", ".join(texture.name for texture in study.textures)
+    textures = f"; textures {names}" if names else ""
+    return (
+        f"# {study.title}\n\n{kind}\n\n"
+        f"Study `{study.name}`, recorded with Slipscale; plate amplitudes {amplitudes} µm peak to "
+        f"peak{textures}.\n\n"
+        "`sourcedata/` holds the journals, from which all tables here were made and can be made "
+        "again; `code/` holds the study file. The JSON file beside a table says what its columns "
+        "mean. Rows flagged `voided` and rows of the phase `practice` are not to be analysed.\n"
+    )

@@ -1,0 +1,50 @@
+"""What a session writes down of itself when it begins, and when it is gone on with."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any
+
+from experiments.journal.record import FORMAT
+from experiments.journal.run_record import software
+from experiments.study.file import study_hash
+
+if TYPE_CHECKING:
+    from experiments.study.run_plan import RunPlan
+    from hardware.driver import PlateDriver
+
+
+def header(
+    plan: RunPlan, plate: PlateDriver, spec: str, answered_by: str, masking: str
+) -> dict[str, Any]:
+    """Return the journal's first record: all that is needed to resume or to analyse."""
+    return {
+        "format": FORMAT,
+        **asdict(plan),
+        "answered_by": answered_by,
+        "masking_noise": masking,
+        "study_hash": study_hash(plan.study_text),
+        "plate_spec": spec,
+        "plate": plate.describe(),
+        "software": software(),
+        "started_utc": _now_utc(),
+    }
+
+
+def resume_data(plate: PlateDriver, spec: str, masking: str) -> dict[str, Any]:
+    """Return the record of a run that is gone on with: what may have changed since its header.
+
+    Its date is the anchor of all that follows: the session's time itself is monotonic.
+    """
+    return {
+        "plate_spec": spec,
+        "plate": plate.describe(),
+        "masking_noise": masking,
+        "software": software(),
+        "resumed_utc": _now_utc(),
+    }
+
+
+def _now_utc() -> str:
+    return datetime.now(UTC).isoformat(timespec="seconds")

@@ -1,0 +1,133 @@
+"""One writer of a journal at a time: the system's lock, and a lock file as the second line.
+
+The system's lock goes with the process and is never left behind, but some network drives have
+none. So a writer also leaves a file beside the journal that names its host and process. Such a
+file may be left behind by a crash: it counts only as long as it can be believed.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import portalocker
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from io import FileIO
+    from pathlib import Path
+    from typing import IO
+
+# A session on another computer touches its lock file at each record. Longer than this between two
+# records is a session that has gone, not a participant who thinks.
+STALE_S = 900.0
+
+
+@dataclass(frozen=True, slots=True)
+class Holder:
+    """Who wrote a lock file."""
+
+    host: str
+    process: int
+
+    def __str__(self) -> str:
+        """Return host and process in words."""
+        return f"process {self.process} on {self.host}"
+
+
+def lock_file(journal: Path) -> Path:
+    """Return where a journal's lock file lies."""
+    return journal.with_name(f"{journal.name}.lock")
+
+
+def has_locks(stream: IO[bytes]) -> bool:
+    """Return whether the file system of an open file, which nobody else has locked, has locks."""
+    return _lock(stream, portalocker.LOCK_EX) is not None
+
+
+def is_being_written(journal: Path) -> bool:
+    """Return whether a session writes a journal now; False where there is none to be seen."""
+    try:
+        with journal.open("rb") as stream:
+            free = _lock(stream, portalocker.LOCK_SH)
+    except OSError:
+        return False
+    return free is False or _believed(journal, system_locks=free is not None) is not None
+
+
+def take(stream: FileIO, journal: Path) -> None:
+    """Lock an open journal for writing, and leave the lock file.
+
+    Raises
+    ------
+    UserError
+        Another session writes it.
+    """
+    free = _lock(stream, portalocker.LOCK_EX)
+    if free is False:
+        raise UserError(f"journal {journal}: another session is writing it")
+    holder = _believed(journal, system_locks=free is not None)
+    if holder is not None:
+        raise UserError(
+            f"journal {journal}: another session is writing it ({holder}); if none runs there, "
+            f"delete {lock_file(journal)}"
+        )
+    # Where it cannot be written, the journal itself will say so at its first record.
+    with suppress(OSError):
+        lock_file(journal).write_text(f"{socket.gethostname()}\n{os.getpid()}\n", encoding="utf-8")
+
+
+def refresh(journal: Path) -> None:
+    """Tell other computers that the writer is still there."""
+    with suppress(OSError):
+        os.utime(lock_file(journal))
+
+
+def release(journal: Path) -> None:
+    """Take the lock file away; the system's lock goes with the open file."""
+    with suppress(OSError):
+        lock_file(journal).unlink()
+
+
+def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | None:
+    """Lock a file; return whether that was possible, None where its file system has no locks."""
+    try:
+        portalocker.lock(stream, kind | portalocker.LOCK_NB)
+    except portalocker.AlreadyLocked:
+        return False
+    except portalocker.LockException:
+        return None
+    return True
+
+
+def _believed(journal: Path, *, system_locks: bool) -> Holder | None:
+    """Return who a lock file says is writing, as far as it can be believed."""
+    try:
+        host, process = lock_file(journal).read_text(encoding="utf-8").split()
+        age_s = time.time() - lock_file(journal).stat().st_mtime
+        holder = Holder(host, int(process))
+    except (OSError, ValueError):
+        return None
+    if holder.host != socket.gethostname():
+        return holder if age_s < STALE_S else None
+    # On this computer the system's lock knows better, where there is one.
+    mine = holder.process == os.getpid()
+    return None if system_locks or mine or not _runs(holder.process) else holder
+
+
+def _runs(process: int) -> bool:
+    """Return whether a process of this computer runs."""
+    if os.name == "nt":  # os.kill would end it there
+        return True
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        return True
+    return True

@@ -1,0 +1,267 @@
+"""What each kind of record must hold: journals are checked against it before they are used.
+
+A checksum tells what was damaged by chance; a record that another program wrote, or that was
+edited with its checksum mended, can hold anything. What is not named here (a later version's
+kinds and entries) is let pass.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields
+from functools import cache
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+
+from experiments.journal.reading import DAMAGED, Damage
+from experiments.journal.record import Record
+from experiments.protocols.steps import Presented, Reply, Trial, Voided
+from faults import UserError
+from stimuli.surface import VirtualSurface
+from stimuli.texture import Grating
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+Number = Annotated[int, Field(ge=0)]
+Text = dict[str, Any]
+
+
+class _Shape(BaseModel):
+    model_config = ConfigDict(strict=True, extra="ignore")
+
+
+class _Header(_Shape):
+    study_name: str
+    study_text: str
+    participant: str
+    session: str
+    run: str
+    seed: Number
+    language: str
+    mode: Literal["participant", "pilot"]
+    order_version: int = 1
+    answered_by: str
+    masking_noise: str
+    study_hash: str
+    plate_spec: str
+    plate: Text
+    software: Text
+    started_utc: str
+
+
+class _Begin(_Shape):
+    step: Number
+    what: Text
+
+
+class _Done(_Shape):
+    step: Number
+    answer: Text | None
+
+
+class _Void(_Shape):
+    task: str
+    trial: int
+    reason: str
+
+
+class _Resume(_Shape):
+    plate_spec: str
+    plate: Text
+    masking_noise: str
+    software: Text
+
+
+class _AnsweredAgain(_Shape):
+    what: Text
+    answer: Text
+
+
+class _Unfinished(_Shape):
+    name: str
+    trial: int | None
+    entry: str
+    rejected: list[str]
+
+
+class _TakeUp(_Shape):
+    virtual: bool = False
+
+
+class _Step(_Shape):
+    type: str
+    trial: Text | None
+
+
+class _LeadIn(_Shape):
+    surface: Text
+
+
+class _Present(_Step):
+    surface: Text
+    lead_in: tuple[_LeadIn, Any] | None
+
+
+class _Ask(_Step):
+    name: str
+    task: str
+
+
+# kind of record: what its data must hold
+RECORDS: dict[str, Any] = {
+    "header": _Header,
+    "begin": _Begin,
+    "done": _Done,
+    "void": _Void,
+    "resume": _Resume,
+    "take_up": _TakeUp,
+    "answered_again": _AnsweredAgain,
+    "unfinished": _Unfinished,
+}
+# type of step: what its record must hold, and the type of its answer
+STEPS: dict[str, tuple[Any, type | None]] = {
+    "Instruct": (_Step, Reply),
+    "Rest": (_Step, Reply),
+    "Explore": (_Step, Reply),
+    "Ask": (_Ask, Reply),
+    "Present": (_Present, Presented),
+    "Silence": (_Step, None),
+    "EndTrial": (_Step, Voided),
+    "EndBlock": (_Step, Voided),
+}
+
+
+def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
+    """Return a run's records with those marked that cannot be used, and why they cannot.
+
+    A record of the kind `DAMAGED` takes the place of each that is wrong: its shape, or its place
+    in the order of steps (a step ends that never began, something follows the end).
+    """
+    kept: list[Record] = []
+    damage: list[Damage] = []
+    order = _Order()
+    for record in records:
+        reason = "" if record.kind == DAMAGED else _misshapen(record) or order.refuses(record)
+        if record.kind == DAMAGED:
+            order.sure = False
+        if reason:
+            order.sure = False
+            damage.append(Damage(line=record.number + 1, reason=reason))
+            data: dict[str, Any] = {}
+            kept.append(Record(number=record.number, time_s=record.time_s, kind=DAMAGED, data=data))
+        else:
+            kept.append(record)
+    return kept, damage
+
+
+class _Order:
+    """The order of a run's steps: each begins, once or again, and is done, one after another."""
+
+    def __init__(self) -> None:
+        self.sure = True  # no damage since the last beginning of a step
+        self._first = True
+        self._ended = False
+        self._over = 0
+        self._open: dict[str, Any] | None = None
+
+    def refuses(self, record: Record) -> str:
+        """Take note of a record; return why it cannot stand here, or nothing."""
+        first, self._first = self._first, False
+        if (record.kind == "header") != (first and record.number == 0):
+            return "a run has one header, its first record"
+        if self._ended:
+            return "it stands after the end of the run"
+        if record.kind == "begin":
+            return self._begins(record)
+        if record.kind == "done":
+            return self._is_done(record)
+        self._ended = record.kind == "end"
+        return ""
+
+    def _begins(self, record: Record) -> str:
+        step = record.data["step"]
+        if step != self._over and (self.sure or step < self._over):
+            return f"step {step} begins where step {self._over} was expected"
+        self._over, self._open, self.sure = step, record.data["what"], True
+        return ""
+
+    def _is_done(self, record: Record) -> str:
+        step = record.data["step"]
+        what, self._open = self._open, None
+        if what is None or step != self._over or not self.sure:
+            return f"step {step} is done, but its beginning is not there"
+        self._over += 1
+        answer, expected = record.data["answer"], STEPS[what["type"]][1]
+        given = None if answer is None else answer["type"]
+        if given != (expected.__name__ if expected else None):
+            return f"{given} is no answer to {what['type']}"
+        return ""
+
+
+def _misshapen(record: Record) -> str:
+    """Return what is wrong with a record's data; nothing if all is well."""
+    shape = RECORDS.get(record.kind)
+    try:
+        if shape:
+            _fit(shape, record.data)
+        if record.kind in ("begin", "answered_again"):
+            _check_step(record.data["what"])
+        if record.kind in ("done", "answered_again") and record.data["answer"] is not None:
+            _check_answer(record.data["answer"])
+        if record.kind == "answered_again":
+            _check_reply(record.data)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False)[0]
+        where = ".".join(str(part) for part in first["loc"])
+        return f"{record.kind}: {where}: {first['msg'].lower()}"
+    except UserError as error:
+        return f"{record.kind}: {error}"
+    return ""
+
+
+def _check_reply(data: dict[str, Any]) -> None:
+    if (data["what"]["type"], data["answer"]["type"]) != ("Ask", "Reply"):
+        raise UserError("expected the reply to a question")
+
+
+def _check_step(what: dict[str, Any]) -> None:
+    _fit(_Step, what)
+    if what["type"] not in STEPS:
+        raise UserError(f"no step is called {what['type'][:40]!r}")
+    _fit(STEPS[what["type"]][0], what)
+    if what["trial"] is not None:
+        _fit(Trial, what["trial"])
+    if what["type"] == "Present":
+        _check_surface(what["surface"])
+        for part in (what["lead_in"] or ())[:1]:
+            _check_surface(part["surface"])
+
+
+def _check_surface(surface: dict[str, Any]) -> None:
+    _fit(Grating if "spatial_period_mm" in surface else VirtualSurface, surface)
+
+
+def _check_answer(answer: dict[str, Any]) -> None:
+    kinds = {kind.__name__: kind for kind in (Reply, Presented, Voided)}
+    kind = answer.get("type")
+    if not isinstance(kind, str) or kind not in kinds:
+        raise UserError("the answer is of no known type")
+    _fit(kinds[kind], {name: v for name, v in answer.items() if name != "type"})
+
+
+def _fit(shape: Any, data: dict[str, Any]) -> None:
+    """Raise unless data have a shape: one of ours, or a dataclass with none but its own fields.
+
+    An answer, a trial or a surface with another field would not read back.
+    """
+    if not issubclass(shape, _Shape) and (other := set(data) - {f.name for f in fields(shape)}):
+        raise UserError(f"{shape.__name__} has no {min(other)[:40]!r}")
+    # By way of JSON: strict, and yet its lists are tuples of ours.
+    _adapter(shape).validate_json(json.dumps(data), strict=True)
+
+
+@cache
+def _adapter(shape: Any) -> TypeAdapter[Any]:
+    return TypeAdapter(shape)

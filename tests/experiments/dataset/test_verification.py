@@ -1,0 +1,211 @@
+"""A data set and its journals: what was changed in either is found; damage costs its place."""
+
+import json
+import shutil
+
+import pandas as pd
+import pytest
+
+from experiments.dataset.bids import build_dataset
+from experiments.dataset.runs import read_runs
+from experiments.dataset.verification import verify
+from experiments.journal.record import Record, chained, decode, encode
+
+TABLE = "sub-01/beh/sub-01_task-magnitudeestimation_run-01_beh.tsv"
+JOURNAL = "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory, record_runs):
+    """Two participants' runs and their tables, recorded once."""
+    folder = record_runs(tmp_path_factory.mktemp("recorded"), "01", "02", mode="participant")
+    build_dataset(folder)
+    return folder
+
+
+@pytest.fixture
+def dataset(recorded, tmp_path):
+    return shutil.copytree(recorded, tmp_path / "data")
+
+
+def lines_of(dataset):
+    return (dataset / JOURNAL).read_bytes().splitlines(keepends=True)
+
+
+def put(dataset, lines):
+    (dataset / JOURNAL).write_bytes(b"".join(lines))
+
+
+def told(problems):
+    return [str(problem) for problem in problems]
+
+
+def test_what_was_just_built_agrees_with_its_journals(dataset):
+    assert verify(dataset) == []
+
+
+def test_a_cell_edited_by_hand_is_named_by_file_and_row(dataset):
+    table = dataset / TABLE
+    rows = table.read_text(encoding="utf-8").split("\n")
+    cells = rows[4].split("\t")
+    was, cells[7] = cells[7], "99.5"
+    rows[4] = "\t".join(cells)
+    table.write_text("\n".join(rows), encoding="utf-8")
+    assert told(verify(dataset)) == [
+        f"{TABLE}: row 5: estimate is '99.5'; the journal says {was!r}"
+    ]
+
+
+def test_rows_removed_and_rows_added_are_named(dataset):
+    table = dataset / TABLE
+    rows = table.read_text(encoding="utf-8").split("\n")
+    table.write_text("\n".join(rows[:-2]) + "\n", encoding="utf-8")
+    (problem,) = verify(dataset)
+    assert (problem.file, problem.place) == (TABLE, f"row {len(rows) - 1}")
+    assert problem.what.startswith("is missing")
+    table.write_text("\n".join([*rows[:-1], rows[-2], ""]), encoding="utf-8")
+    (problem,) = verify(dataset)
+    assert problem.what.startswith("is not in the journal")
+
+
+def test_a_participant_edited_and_a_table_without_journal_are_named(dataset):
+    people = dataset / "participants.tsv"
+    people.write_text(people.read_text().replace("\tyes", "\tno", 1))
+    stray = dataset / TABLE.replace("01", "07").replace("run-07", "run-01")
+    stray.parent.mkdir(parents=True)
+    shutil.copy(dataset / TABLE, stray)
+    assert told(verify(dataset)) == [
+        "participants.tsv: row 2: complete is 'no'; the journal says 'yes'",
+        f"{stray.relative_to(dataset).as_posix()}: no journal gives it",
+    ]
+
+
+def test_a_journal_without_tables_is_named_until_the_data_set_is_built(dataset):
+    shutil.rmtree(dataset / "sub-02")
+    assert {problem.file.split("_task")[0] for problem in verify(dataset)} == {"sub-02/beh/sub-02"}
+    assert build_dataset(dataset) == []
+    assert verify(dataset) == []
+
+
+def test_a_sidecar_edited_is_named_by_its_entry(dataset):
+    path = (dataset / TABLE).with_suffix(".json")
+    path.write_text(path.read_text().replace('"seed": 2007', '"seed": 2008'))
+    (problem,) = verify(dataset)
+    assert problem.place == "seed"
+
+
+def one_flipped_bit(lines, place):
+    line = bytearray(lines[place])
+    line[len(line) // 2] ^= 1
+    return [*lines[:place], bytes(line), *lines[place + 1 :]]
+
+
+def test_a_flipped_bit_anywhere_is_named_and_costs_no_more_than_the_trials_beside_it(dataset):
+    lines = lines_of(dataset)
+    whole = pd.read_csv(dataset / TABLE, sep="\t", keep_default_na=False).set_index("trial")
+    for place in range(1, len(lines)):
+        put(dataset, one_flipped_bit(lines, place))
+        runs, problems = read_runs(dataset)
+        assert problems
+        assert problems[0].file == JOURNAL
+        assert problems[0].place == f"line {place + 1}"
+        assert len(runs) == 2
+        trials = runs[0].gathered.trials
+        damaged = [
+            row.trial.number for rows in trials.values() for row in rows if "damaged" in row.flags
+        ]
+        assert len(damaged) <= 2
+        for row in trials.get("magnitudeestimation", []):
+            if "damaged" not in row.flags:
+                assert row.answer("estimate") == float(whole["estimate"][row.trial.number])
+    assert sum(map(len, trials.values())) == 12
+
+
+@pytest.mark.parametrize("cut", [b'{"n":0,"t":0.0,"kind":"header"', None])
+def test_a_torn_header_blocks_nobody_else(dataset, cut):
+    """Torn alone, or damaged with all that follows still there."""
+    lines = lines_of(dataset)
+    put(dataset, [cut] if cut else one_flipped_bit(lines, 0))
+    (problem,) = build_dataset(dataset)
+    assert problem.file == JOURNAL
+    assert "its first record is" in problem.what
+    people = pd.read_csv(dataset / "participants.tsv", sep="\t")
+    assert list(people["participant_id"]) == ["sub-02"]
+    assert (dataset / TABLE).exists()  # all that is left of that run
+
+
+def test_one_word_changed_with_its_checksum_mended_is_found(dataset):
+    lines = lines_of(dataset)
+    place = next(i for i, line in enumerate(lines) if b'"value":' in line and i > 40)
+    record, _ = decode(lines[place])
+    data = json.loads(json.dumps(record.data))
+    data["answer"]["value"] = 77.0
+    changed = Record(
+        number=record.number, time_s=record.time_s, kind="done", data=data, hash=record.hash
+    )
+    put(dataset, [*lines[:place], encode(changed), *lines[place + 1 :]])
+    assert f"{JOURNAL}: line {place + 1}: damaged: it does not follow" in told(verify(dataset))[0]
+
+
+def test_removed_moved_and_repeated_records_are_found(dataset):
+    lines = lines_of(dataset)
+    for tampered in (
+        lines[:30] + lines[34:],
+        lines[:30] + lines[32:34] + lines[30:32] + lines[34:],
+        lines[:34] + lines[30:34] + lines[34:],
+    ):
+        put(dataset, tampered)
+        assert any(problem.file == JOURNAL for problem in verify(dataset))
+
+
+def test_a_cut_tail_is_found_and_building_keeps_the_tables(dataset):
+    lines = lines_of(dataset)
+    before = (dataset / TABLE).read_bytes()
+    put(dataset, lines[:-10])
+    expected = (
+        f"{JOURNAL}: its end is missing: {len(lines) - 10} records, and there were {len(lines)} "
+        "when its tables were made"
+    )
+    assert expected in told(verify(dataset))
+    assert told(build_dataset(dataset)) == [expected]
+    assert (dataset / TABLE).read_bytes() == before
+    assert expected in told(verify(dataset))
+
+
+def test_a_journal_forged_with_all_its_hashes_is_told_by_the_sidecar(dataset):
+    lines = lines_of(dataset)
+    before, forged = "", []
+    for line in lines:
+        record, _ = decode(line)
+        if record.number > 60 and "value" in (record.data.get("answer") or {}):
+            record.data["answer"]["value"] = 1.0
+        forged.append(encode(chained(record, before)))
+        before = chained(record, before).hash
+    put(dataset, forged)
+    assert "are not those that its tables were made from" in told(verify(dataset))[0]
+
+
+def test_a_journal_under_another_participants_name_is_not_taken_for_hers(dataset):
+    other = dataset / JOURNAL.replace("sub-01", "sub-03")
+    other.parent.mkdir()
+    shutil.copy(dataset / JOURNAL, other)
+    (problem,) = build_dataset(dataset)
+    assert "put it back under that name" in problem.what
+
+
+def test_sidecars_tell_what_was_in_use_after_each_resume(laboratory, plan):
+    person = plan(mode="participant")
+    laboratory.run(person)
+    path = person.journal_path(laboratory.folder)
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join(lines[:60]))
+    laboratory.run(person, spec="mock:fault=lost@9")
+    build_dataset(laboratory.folder)
+    sidecar = (laboratory.folder / TABLE).with_suffix(".json")
+    notes = json.loads(sidecar.read_text(encoding="utf-8"))["Slipscale"]
+    (resume,) = notes["resumes"]
+    assert resume["plate_spec"] == "mock:fault=lost@9"
+    assert set(resume) == {
+        *("time_s", "resumed_utc", "plate_spec", "plate", "masking_noise", "software")
+    }
+    assert notes["journal"]["records"] == len(path.read_bytes().splitlines())
