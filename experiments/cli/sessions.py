@@ -157,6 +157,9 @@ def add_check(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale check``."""
     add_participant(parser, required=False)
     add_setting(parser)
+    parser.add_argument(
+        "--language", metavar="CODE", help="what the participant will read (default: the study's)"
+    )
     parser.add_argument("--pilot", action="store_true", help="the run will be marked as a pilot")
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
 
@@ -174,6 +177,7 @@ def run_check(args: Namespace) -> int:
         run=args.run,
         screen=args.screen,
         full_screen=not args.windowed,
+        language=args.language,
         pilot=args.pilot,
     )
     findings = check(planned, (lambda _: None) if args.json else _print_finding)

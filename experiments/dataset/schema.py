@@ -11,7 +11,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from experiments.protocols.base import Column
-from experiments.study.model import TAKEN
+from experiments.study.person_questions import TAKEN
 from experiments.study.run_plan import stem
 from faults import UserError
 

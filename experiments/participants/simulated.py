@@ -14,6 +14,7 @@ from experiments.participants.base import Unfinished
 from experiments.participants.population import Population, mean_sensation, sensation
 from experiments.protocols.randomisation import Stream
 from experiments.protocols.steps import (
+    CONSENT,
     Ask,
     ChoiceQuestion,
     Explore,
@@ -23,6 +24,7 @@ from experiments.protocols.steps import (
     Rest,
     TextQuestion,
     Value,
+    WholeNumberQuestion,
     YesNoQuestion,
 )
 
@@ -168,6 +170,11 @@ class SimulatedParticipant:
             return self._difference(stream)
         if isinstance(question, TextQuestion):
             return stream.choice(VERBAL_REPORTS[self._language])
+        if isinstance(question, WholeNumberQuestion):
+            span = question.maximum - question.minimum + 1
+            return float(question.minimum + int(stream.uniform() * span))
+        if step.name == CONSENT:
+            return "yes"  # who does not agree is no participant
         if isinstance(question, ChoiceQuestion):
             return stream.choice(question.options)[0]
         raise TypeError(f"no simulated answer to {type(question).__name__}")

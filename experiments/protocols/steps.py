@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 Phase = Literal["practice", "main"]
 Value = str | float | bool | None
+# The name of the question whether the participant agrees to take part: "yes" or "no".
+CONSENT = "informed_consent"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +95,16 @@ class ChoiceQuestion:
     options: tuple[tuple[str, str], ...]
 
 
-Question = NumberQuestion | YesNoQuestion | TextQuestion | ChoiceQuestion
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WholeNumberQuestion:
+    """A whole number from ``minimum`` to ``maximum``, both included: an age in years."""
+
+    prompt: str
+    minimum: int
+    maximum: int
+
+
+Question = NumberQuestion | YesNoQuestion | TextQuestion | ChoiceQuestion | WholeNumberQuestion
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -91,7 +91,9 @@ def make_plan(
         language=language or study.language,
         mode="pilot" if pilot else "participant",
     )
-    plan.context()  # refuses a session that the study does not plan, before anything is written
+    # What is refused here is refused before anything is written.
+    plan.context()
+    plan.person_questions()
     return plan
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from statistics import stdev
 from typing import TYPE_CHECKING
@@ -16,6 +17,8 @@ from typing import TYPE_CHECKING
 from experiments.dataset.runs import mode_of, read_runs
 from experiments.journal.locks import has_locks
 from experiments.journal.run_record import is_mock
+from experiments.languages.texts import load_texts
+from experiments.running.disk_space import why_not_taken
 from experiments.running.dry_run import check_supported, surfaces
 from experiments.running.run_state import check_alike, participants, remedy, run_state
 from experiments.study.file import read_study
@@ -50,6 +53,7 @@ class PlannedSession:
     run: str = "01"
     screen: int = 0
     full_screen: bool = True
+    language: str | None = None  # the study's own
     pilot: bool = False
 
 
@@ -77,9 +81,26 @@ class Finding:
 
 def check_study(planned: PlannedSession) -> Finding:
     """Read the study file: it must be without fault."""
-    study, _ = read_study(planned.study)
-    tasks = ", ".join(options.protocol for options in study.tasks)
-    return Finding(name="study", passed=True, detail=f"{study.name}: {tasks}")
+    plan = _plan(planned)
+    plan.person_questions()  # a study may lack words in the language that the command names
+    tasks = ", ".join(options.protocol for options in plan.study.tasks)
+    return Finding(
+        name="study", passed=True, detail=f"{plan.study.name} ({plan.language}): {tasks}"
+    )
+
+
+def _plan(planned: PlannedSession) -> RunPlan:
+    """Return the plan of a run like the one that is going to be, whoever takes part."""
+    study, text = read_study(planned.study)
+    return RunPlan(
+        study_name=planned.study,
+        study_text=text,
+        participant="01",
+        session=planned.session or (*study.sessions, "")[0],
+        seed=study.seed,
+        language=planned.language or study.language,
+        mode="pilot",
+    )
 
 
 def check_folder(planned: PlannedSession) -> Finding:
@@ -89,9 +110,11 @@ def check_folder(planned: PlannedSession) -> Finding:
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder, buffering=0) as trial:
             trial.write(b"trial")
+            trial.flush()
             os.fsync(trial.fileno())
             locked = has_locks(trial)
         free_mb = shutil.disk_usage(folder).free // 1_000_000
+        full = why_not_taken(folder, ENOUGH_MB * 1_000_000) if free_mb >= ENOUGH_MB else ""
     except OSError as error:
         return Finding(
             name="folder",
@@ -105,6 +128,13 @@ def check_folder(planned: PlannedSession) -> Finding:
             passed=False,
             detail=f"{folder}: {free_mb} MB free",
             remedy=f"free some space: at least {ENOUGH_MB} MB",
+        )
+    if full:
+        return Finding(
+            name="folder",
+            passed=False,
+            detail=f"{folder}: {free_mb} MB are free, but {ENOUGH_MB} MB cannot be taken ({full})",
+            remedy="have the quota or the limit of file sizes raised, or choose another disk",
         )
     held = mode_of(folder)
     wanted = "pilot" if planned.pilot or is_mock(planned.plate) else "participant"
@@ -186,16 +216,8 @@ def check_plate(planned: PlannedSession) -> Finding:
 
     Of the other surfaces it must be able to make each; textures are not played.
     """
-    study, text = read_study(planned.study)
-    plan = RunPlan(
-        study_name=planned.study,
-        study_text=text,
-        participant="01",
-        session=planned.session or (*study.sessions, "")[0],
-        seed=study.seed,
-        language=study.language,
-        mode="pilot",
-    )
+    plan = _plan(planned)
+    study = plan.study
     spec = with_plate_file(planned.plate, study.plate.file)
     with (
         open_plate(spec, clock=SystemClock(), seed=study.seed) as plate,
@@ -245,24 +267,27 @@ def _scatter(plate: PlateDriver) -> Iterator[str]:
 
 
 def check_display(planned: PlannedSession) -> Finding:
-    """Open the participant's window on its screen: the keyboard must reach it."""
-    # Imported here: PsychoPy takes seconds, and the checks before may already say no.
-    from experiments.participants.psychopy_window.display import Display  # noqa: PLC0415
-    from experiments.participants.psychopy_window.keyboard import Keyboard  # noqa: PLC0415
+    """Open the participant's window as the session will: the keyboard must reach it.
 
-    clock = SystemClock()
-    display = Display(
-        clock, full_screen=planned.full_screen, screen=planned.screen, size=(1280, 800)
-    )
-    with display:
-        keyboard = Keyboard(display.handle, clock, precise_times=False)
-        for _ in range(FOCUS_FRAMES):
-            keyboard.poll()
-            display.draw(())
-            display.flip()
-        focused = keyboard.focused
-        size = f"{display.handle.width} x {display.handle.height}"
-        keyboard.close()
+    Where its key presses are not stamped by their own device, response times are the window's.
+    """
+    # Imported here: PsychoPy takes seconds, and the checks before may already say no.
+    from experiments.participants.psychopy_window import PsychoPyWindow  # noqa: PLC0415
+
+    language = planned.language or "en"  # where the study has faults there is still a screen
+    with suppress(UserError):
+        language = _plan(planned).language
+    frames = iter(range(FOCUS_FRAMES))
+    with PsychoPyWindow(
+        texts=load_texts(language),
+        clock=SystemClock(),
+        pilot=planned.pilot or is_mock(planned.plate),
+        full_screen=planned.full_screen,
+        screen=planned.screen,
+    ) as window:
+        window.hold("", lambda: next(frames, None) is None)
+        focused, stamped = window.focused, window.stamps_keys
+        size = f"{window.display.handle.width} x {window.display.handle.height}"
     if not focused:
         return Finding(
             name="display",
@@ -270,9 +295,16 @@ def check_display(planned: PlannedSession) -> Finding:
             detail=f"screen {planned.screen}, {size}: the window has no keyboard focus",
             remedy="close what lies over the participant's screen, then click on it once",
         )
-    return Finding(
-        name="display", passed=True, detail=f"screen {planned.screen}, {size}, keyboard focus"
-    )
+    seen = f"screen {planned.screen}, {size}, keyboard focus"
+    if not stamped:
+        return Finding(
+            name="display",
+            passed=None,
+            detail=f"{seen}; key presses are not stamped by their device",
+            remedy="response times will be the window's, some 10 ms late and less regular, and "
+            "marked so; see docs/response-times.md",
+        )
+    return Finding(name="display", passed=True, detail=f"{seen}, key presses stamped")
 
 
 def check_sound(planned: PlannedSession) -> Finding:

@@ -21,10 +21,7 @@ from pydantic import (
 )
 
 from experiments.languages.texts import (
-    FEWEST_ANSWERS,
-    NUMBER_KEYS,
     languages,
-    shipped_texts,
     text_faults,
 )
 from experiments.protocols.base import (
@@ -42,54 +39,20 @@ from experiments.protocols.base import (
     protocol_names,
 )
 from experiments.study.analysis_choices import AnalysisChoices
+from experiments.study.person_questions import PersonQuestion, unanswerable
 from faults import UserError
 from faults.validation import refuse
 from hardware.limits import PlateLimits
 from stimuli.texture import Grating, Waveform
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from faults.toml_lines import Place
     from faults.validation import Fault
 
 # A part of file names (BIDS entity): letters and digits only.
 EntityLabel = Annotated[str, Field(strict=True, pattern="^[A-Za-z0-9]+$")]
-
-
-# Columns of participants.tsv that Slipscale fills itself.
-TAKEN = ("participant_id", "mode", "complete")
-
-
-class PersonQuestion(BaseModel):
-    """A question about the participant, with given answers; names are never asked for."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    name: Label = Field(
-        description="Column of participants.tsv that holds the answer: letters, digits and _."
-    )
-    options: Annotated[
-        tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=NUMBER_KEYS)
-    ] = Field(description="The answers to choose from, all different, one for each number key.")
-    prompt: str = Field(
-        default="",
-        description="The question's words; left out: the shipped text `about_you.<name>`.",
-    )
-
-    @field_validator("options")
-    @classmethod
-    def _distinct(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        if len(set(value)) < len(value):
-            raise ValueError("expected options that are all different")
-        return value
-
-    @field_validator("name")
-    @classmethod
-    def _free(cls, value: str) -> str:
-        if value in TAKEN:
-            raise ValueError("expected another name: this one is a column already")
-        return value
 
 
 class MaskingNoise(BaseModel):
@@ -221,6 +184,11 @@ class Study(BaseModel):
         "the next place (the next Williams row, the other order of tasks); same: it keeps the "
         "participant's place. The order of the surfaces is drawn anew in both cases.",
     )
+    informed_consent: Flag = Field(
+        default=False,
+        description="Whether the participant is asked for their consent before anything else; the "
+        "texts `session.consent...` say what to. Without it nothing goes on.",
+    )
     about_you: tuple[PersonQuestion, ...] = Field(
         default=(), description="Questions about the participant, asked before the tasks."
     )
@@ -296,7 +264,9 @@ class Study(BaseModel):
     def _answerable(
         cls, value: tuple[PersonQuestion, ...], info: ValidationInfo
     ) -> tuple[PersonQuestion, ...]:
-        refuse(_unanswerable(value, info))
+        language = info.data.get("language")
+        named_twice = _named_twice("about_you", [question.name for question in value])
+        refuse([*named_twice, *(unanswerable(value, language) if language else ())])
         return value
 
     @field_validator("texts")
@@ -358,16 +328,6 @@ def _unpresented(tasks: list[Options], info: ValidationInfo) -> Iterator[Fault]:
     presented = any(load_protocol(task.protocol).textures for task in tasks)
     if info.data.get("textures") and not presented:
         yield ("textures", 0), {"msg": "no task presents them; magnitude_estimation would"}
-
-
-def _unanswerable(questions: Sequence[PersonQuestion], info: ValidationInfo) -> Iterator[Fault]:
-    yield from _named_twice("about_you", [question.name for question in questions])
-    if language := info.data.get("language"):
-        shipped = shipped_texts(language)
-        for number, question in enumerate(questions):
-            if not question.prompt and f"about_you.{question.name}" not in shipped:
-                own = f"'{question.name}' needs a prompt of its own"
-                yield ("about_you", number, "prompt"), {"msg": own}
 
 
 def _unreadable(texts: dict[str, dict[str, Any]]) -> Iterator[Fault]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 from experiments.languages.texts import load_texts
 from experiments.protocols.base import ORDER_VERSION, Context, load_protocol
-from experiments.protocols.steps import Ask, ChoiceQuestion, Instruct, Steps
+from experiments.protocols.steps import CONSENT, Ask, ChoiceQuestion, Instruct, Reply, Steps
 from experiments.study.file import parse_study
 from faults import UserError
 
@@ -176,14 +176,36 @@ class RunPlan:
         context = self.context()
         return sum(protocol.trials(options, context) for protocol, options in self.tasks())
 
+    def person_questions(self) -> list[Ask]:
+        """Return the questions about the participant, in the run's language.
+
+        Raises
+        ------
+        UserError
+            The study has no words for one of them in that language.
+        """
+        texts = self.texts()
+        return [question.ask(self.language, texts) for question in self.study.about_you]
+
     def steps(self) -> Steps:
         """Yield all steps of the run."""
         texts, context = self.texts(), self.context()
         yield Instruct(title=texts["session.welcome_title"], text=texts["session.welcome"])
-        for question in self.study.about_you:
-            choices = tuple((words, words) for words in question.options)
-            prompt = question.prompt or texts[f"about_you.{question.name}"]
-            yield Ask(name=question.name, question=ChoiceQuestion(prompt=prompt, options=choices))
+        if self.study.informed_consent:
+            yield from _consent(texts)
+        for question in self.person_questions():  # noqa: UP028  a list takes no answers
+            yield question
         for protocol, options in self.tasks():
             yield from protocol.steps(options, context)
         yield Instruct(title=texts["session.thanks_title"], text=texts["session.thanks"], last=True)
+
+
+def _consent(texts: Texts) -> Steps:
+    """Yield what the participant agrees to, and ask; without a yes nothing else comes."""
+    options = tuple((code, texts[f"session.consent_{code}"]) for code in ("yes", "no"))
+    question = ChoiceQuestion(prompt=texts["session.consent_question"], options=options)
+    yield Instruct(title=texts["session.consent_title"], text=texts["session.consent"])
+    while isinstance(reply := (yield Ask(name=CONSENT, question=question)), Reply):
+        if reply.value != "no":
+            return
+        yield Instruct(text=texts["session.consent_missing"])

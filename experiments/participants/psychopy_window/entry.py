@@ -19,6 +19,7 @@ from experiments.protocols.steps import (
     Question,
     TextQuestion,
     Value,
+    WholeNumberQuestion,
     YesNoQuestion,
 )
 from faults import UserError
@@ -100,6 +101,25 @@ def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
     return Accepted(value)
 
 
+def judge_whole_number(entry: str, *, minimum: int, maximum: int) -> Accepted | Refused:
+    """Read a whole number within bounds, both included.
+
+    >>> judge_whole_number(" 34 ", minimum=18, maximum=99)
+    Accepted(value=34.0)
+    >>> judge_whole_number("34,5", minimum=18, maximum=99).reason
+    'window.out_of_bounds'
+    """
+    text = entry.strip()
+    if not text:
+        return Refused(entry, "window.empty")
+    # ASCII digits alone; more of them than the maximum has could only be too many.
+    whole = bool(re.fullmatch("[0-9]+", text)) and len(text.lstrip("0")) <= len(str(maximum))
+    if whole and minimum <= int(text) <= maximum:
+        return Accepted(float(text))
+    blanks = {"entry": text, "minimum": str(minimum), "maximum": str(maximum)}
+    return Refused(entry, "window.out_of_bounds", blanks)
+
+
 class Entry(Protocol):
     """A place to answer: takes characters one by one and says when they are an answer."""
 
@@ -117,11 +137,11 @@ class TypedEntry:
 
     Parameters
     ----------
-    question : NumberQuestion or TextQuestion
+    question : NumberQuestion, WholeNumberQuestion or TextQuestion
         What the line answers.
     """
 
-    def __init__(self, question: NumberQuestion | TextQuestion) -> None:
+    def __init__(self, question: NumberQuestion | WholeNumberQuestion | TextQuestion) -> None:
         self.content = ""
         self._question = question
         self._max_length = (
@@ -149,6 +169,10 @@ class TypedEntry:
     def _judge(self) -> Accepted | Refused:
         if isinstance(self._question, NumberQuestion):
             return judge_number(self.content, positive=self._question.positive)
+        if isinstance(self._question, WholeNumberQuestion):
+            return judge_whole_number(
+                self.content, minimum=self._question.minimum, maximum=self._question.maximum
+            )
         if not self.content.strip():
             return Refused(self.content, "window.empty")
         return Accepted(self.content)

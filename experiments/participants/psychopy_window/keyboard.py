@@ -175,6 +175,11 @@ class Keyboard:
         return bool(self._held)
 
     @property
+    def stamps(self) -> bool:
+        """Whether presses are stamped by Psychtoolbox."""
+        return self._stamps is not None
+
+    @property
     def focused(self) -> bool:
         """Whether keys come here and not to another window."""
         if not sys.platform.startswith("linux"):

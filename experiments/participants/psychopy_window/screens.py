@@ -23,6 +23,7 @@ from experiments.protocols.steps import (
     Rest,
     TextQuestion,
     Value,
+    WholeNumberQuestion,
     YesNoQuestion,
 )
 
@@ -177,7 +178,7 @@ class Asking:
         self._prompt = question.prompt.strip()
         self._body: Callable[[], Scene]
         match question:
-            case NumberQuestion():
+            case NumberQuestion() | WholeNumberQuestion():
                 self._body, self._hint = self._number, texts["window.enter_number"]
             case TextQuestion():
                 self._body, self._hint = self._text, texts["window.enter_text"]

@@ -101,6 +101,11 @@ class PsychoPyWindow:
         """Whether the keyboard's keys come to this window."""
         return self._keyboard.focused
 
+    @property
+    def stamps_keys(self) -> bool:
+        """Whether key presses are stamped by their own device, as ``precise_times`` asks for."""
+        return self._keyboard.stamps
+
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Carry out one step and return what the participant did.
 

@@ -10,8 +10,9 @@ import pytest
 
 import slipscale
 from experiments.journal.run_record import read_plan
+from experiments.participants.psychopy_window import keyboard
 from experiments.running.pilot import pilot_plans, run_pilot
-from experiments.running.preflight import PlannedSession, check
+from experiments.running.preflight import PlannedSession, check, check_display
 from experiments.study.file import study_text
 from faults import UserError
 from slipscale import main
@@ -184,6 +185,52 @@ def test_check_is_always_a_whole_list_and_gives_the_remedy(display, tmp_path):
     assert list(found) == ["study", "folder", "participant", "plate", "sound", "display"]
     assert [name for name, f in found.items() if f.passed is False] == []
     assert "2.3" in found["plate"].detail
+
+
+def test_check_opens_the_window_as_a_session_does_and_tells_of_unstamped_keys(
+    display, tmp_path, monkeypatch
+):
+    planned = PlannedSession(study="biet2007", plate="mock", out=tmp_path, full_screen=False)
+    assert "key presses stamped" in check_display(planned).detail
+
+    def deny(_clock):
+        raise RuntimeError("not allowed to listen")
+
+    monkeypatch.setattr(keyboard, "Stamps", deny)
+    found = check_display(planned)
+    assert (found.passed, "not stamped" in found.detail) == (None, True)
+    assert "docs/response-times.md" in found.remedy
+
+
+@pytest.mark.skipif(not hasattr(os, "posix_fallocate"), reason="limits of file sizes are POSIX's")
+def test_check_sees_space_that_is_free_and_cannot_be_taken(tmp_path):
+    """A limit of the process, as a quota is one of the user: the file system's count knows none."""
+    program = """
+import resource, sys
+from pathlib import Path
+from experiments.running.preflight import PlannedSession, check_folder
+resource.setrlimit(resource.RLIMIT_FSIZE, (50_000_000, 50_000_000))
+found = check_folder(PlannedSession(study="biet2007", plate="mock", out=Path(sys.argv[1])))
+print(found.passed, found.detail, found.remedy)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program, tmp_path], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.startswith("False")
+    assert "100 MB cannot be taken (File too large)" in done.stdout
+    assert "quota" in done.stdout
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_check_reads_the_study_in_the_language_that_is_asked_for(capsys, tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text(re.sub(r', fr = "[^"]*"', "", study_text("biet2007")))
+    words = ["check", str(path), "--out", str(tmp_path / "data"), "--windowed", "--json"]
+    for language, passed in (("en", True), ("fr", False)):
+        _, out, _ = run(capsys, *words, "--language", language)
+        study = json.loads(out)[0]
+        assert study["passed"] is passed
+    assert "no words for its options in 'fr'" in study["detail"]
 
 
 def test_check_of_a_broken_setting_tells_every_fault(capsys, tmp_path, monkeypatch):

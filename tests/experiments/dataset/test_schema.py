@@ -19,7 +19,7 @@ from experiments.dataset.trials import EVENT_FLAGS
 from experiments.protocols.base import Column, Options, load_protocol, protocol_names
 from experiments.protocols.steps import Ask
 from experiments.running.dry_run import dry_run
-from experiments.study.model import TAKEN
+from experiments.study.person_questions import TAKEN
 from faults import UserError
 
 ROOT = Path(__file__).parents[3]

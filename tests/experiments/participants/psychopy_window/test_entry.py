@@ -14,7 +14,13 @@ from experiments.participants.psychopy_window.entry import (
     entry_for,
     judge_number,
 )
-from experiments.protocols.steps import ChoiceQuestion, NumberQuestion, TextQuestion, YesNoQuestion
+from experiments.protocols.steps import (
+    ChoiceQuestion,
+    NumberQuestion,
+    TextQuestion,
+    WholeNumberQuestion,
+    YesNoQuestion,
+)
 from faults import UserError
 
 NUMBER = NumberQuestion(prompt="How slippery?")
@@ -166,3 +172,27 @@ def test_a_key_entry_has_nothing_to_take_back():
     entry = KeyEntry({"y": True})
     entry.erase()
     assert entry.press("y") == Accepted(value=True)
+
+
+AGE = WholeNumberQuestion(prompt="How old?", minimum=18, maximum=99)
+
+
+@pytest.mark.parametrize("typed, value", [("18", 18.0), ("99", 99.0), (" 034 ", 34.0)])
+def test_a_whole_number_within_its_bounds_is_accepted(typed, value):
+    assert type_in(TypedEntry(AGE), typed + ENTER) == Accepted(value)
+
+
+@pytest.mark.parametrize(
+    "typed", ["17", "100", "34,5", "34.0", "-34", "abc", "\u0663\u0664", "9" * 20, "1e2"]
+)
+def test_another_entry_is_refused_with_the_bounds(typed):
+    refused = type_in(TypedEntry(AGE), typed + ENTER)
+    assert refused == Refused(
+        typed, "window.out_of_bounds", {"entry": typed, "minimum": "18", "maximum": "99"}
+    )
+    for language in languages():
+        assert "99" in load_texts(language)[refused.reason].format(**refused.blanks)
+
+
+def test_an_empty_whole_number_is_asked_for_again():
+    assert type_in(TypedEntry(AGE), ENTER).reason == "window.empty"

@@ -1,0 +1,150 @@
+"""Questions about the participant: one of a few given answers, or a whole number within bounds.
+
+What the data hold of an answer is its code; what the participant reads are words in their language.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Self
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+from experiments.languages.texts import FEWEST_ANSWERS, NUMBER_KEYS, languages, shipped_texts
+from experiments.protocols.base import Label, Words
+from experiments.protocols.steps import CONSENT, Ask, ChoiceQuestion, WholeNumberQuestion
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from faults.toml_lines import Place
+    from faults.validation import Fault
+
+# Columns of participants.tsv that Slipscale fills itself.
+TAKEN = ("participant_id", "mode", "complete")
+
+Whole = Annotated[int, Field(strict=True, ge=0, le=1_000_000)]
+Translated = Annotated[dict[str, Words], Field(min_length=1)]
+NOT_SHIPPED = f"expected languages among {', '.join(languages())}"
+
+
+class PersonQuestion(BaseModel):
+    """A question about the participant; names are never asked for.
+
+    Either ``options`` are given, or ``minimum`` and ``maximum``: then a whole number is typed.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: Label = Field(
+        description="Column of participants.tsv that holds the answer: letters, digits and _."
+    )
+    options: (
+        Annotated[tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=NUMBER_KEYS)]
+        | Annotated[
+            dict[Words, Translated], Field(min_length=FEWEST_ANSWERS, max_length=NUMBER_KEYS)
+        ]
+        | None
+    ) = Field(
+        default=None,
+        description="The answers to choose from, all different, one for each number key. A table "
+        "gives for each code, which the data hold, the words in each language; a list gives words "
+        "that are their own codes in every language.",
+    )
+    minimum: Whole | None = Field(
+        default=None,
+        description="Smallest whole number that can be typed, where no options are given.",
+        json_schema_extra={"unit": "what is asked for"},
+    )
+    maximum: Whole | None = Field(
+        default=None,
+        description="Largest whole number that can be typed.",
+        json_schema_extra={"unit": "what is asked for"},
+    )
+    prompt: str | Translated = Field(
+        default="",
+        description="The question's words, or a table with them in each language; left out: the "
+        "shipped text `about_you.<name>`.",
+    )
+
+    @field_validator("options")
+    @classmethod
+    def _distinct(
+        cls, value: tuple[str, ...] | dict[str, dict[str, str]] | None
+    ) -> tuple[str, ...] | dict[str, dict[str, str]] | None:
+        if isinstance(value, dict):
+            spoken = {language for words in value.values() for language in words}
+            if not spoken <= set(languages()):
+                raise ValueError(NOT_SHIPPED)
+            lists = [[words.get(each) for words in value.values()] for each in sorted(spoken)]
+            if any(None in words for words in lists):
+                raise ValueError("expected words for every code in the same languages")
+        else:
+            lists = [list(value or ())]
+        if any(len(set(words)) < len(words) for words in lists):
+            raise ValueError("expected options that are all different")
+        return value
+
+    @field_validator("name")
+    @classmethod
+    def _free(cls, value: str) -> str:
+        if value in (*TAKEN, CONSENT):
+            raise ValueError("expected another name: this one is a column already")
+        return value
+
+    @field_validator("prompt")
+    @classmethod
+    def _shipped(cls, value: str | dict[str, str]) -> str | dict[str, str]:
+        if isinstance(value, dict) and not set(value) <= set(languages()):
+            raise ValueError(NOT_SHIPPED)
+        return value
+
+    @model_validator(mode="after")
+    def _one_kind(self) -> Self:
+        bounds = (self.minimum, self.maximum)
+        if (self.options is None) == (bounds == (None, None)):
+            raise ValueError("expected either options, or minimum and maximum")
+        if self.options is None and None in bounds:
+            raise ValueError("expected both minimum and maximum")
+        if self.minimum is not None and self.maximum is not None and self.minimum >= self.maximum:
+            raise ValueError("expected a minimum below the maximum")
+        return self
+
+    def faults(self, language: str) -> Iterator[tuple[Place, str]]:
+        """Yield the key, and a sentence, for all that cannot be read in a language."""
+        if isinstance(self.options, dict) and language not in next(iter(self.options.values())):
+            yield ("options",), f"'{self.name}' has no words for its options in '{language}'"
+        shipped = f"about_you.{self.name}" in shipped_texts(language)
+        if isinstance(self.prompt, dict):
+            if language not in self.prompt:
+                yield ("prompt",), f"'{self.name}' has no prompt in '{language}'"
+        elif not self.prompt and not shipped:
+            yield ("prompt",), f"'{self.name}' needs a prompt of its own"
+
+    def ask(self, language: str, texts: Mapping[str, str]) -> Ask:
+        """Return the question as it is asked in a language.
+
+        Raises
+        ------
+        UserError
+            The study has no words for it in that language.
+        """
+        if told := [f"about_you: {sentence}" for _, sentence in self.faults(language)]:
+            raise UserError("; ".join(told))
+        prompt = self.prompt[language] if isinstance(self.prompt, dict) else self.prompt
+        prompt = prompt or texts[f"about_you.{self.name}"]
+        if self.minimum is not None and self.maximum is not None:
+            number = WholeNumberQuestion(prompt=prompt, minimum=self.minimum, maximum=self.maximum)
+            return Ask(name=self.name, question=number)
+        if isinstance(self.options, dict):
+            options = tuple((code, words[language]) for code, words in self.options.items())
+        else:
+            options = tuple((words, words) for words in self.options or ())
+        return Ask(name=self.name, question=ChoiceQuestion(prompt=prompt, options=options))
+
+
+def unanswerable(questions: tuple[PersonQuestion, ...], language: str) -> Iterator[Fault]:
+    """Yield the place and the sentence of each question that cannot be asked in a language."""
+    for number, question in enumerate(questions):
+        for place, sentence in question.faults(language):
+            yield ("about_you", number, *place), {"msg": sentence}
