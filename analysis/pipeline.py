@@ -72,8 +72,6 @@ def analyse(
         cells,
         prepared.logs if prepared else cells,
         confidence=choices.confidence,
-        resamples=choices.bootstrap_resamples,
-        seed=choices.bootstrap_seed,
     )
     tell("testing")
     inference = conclude(data, prepared, rule if prepared else None)

@@ -116,6 +116,7 @@ def run_power(args: Namespace) -> int:
             studies=args.studies,
             seed=args.seed,
             alpha=args.alpha,
+            primary=study.analysis.primary,
             population=population,
             progress=progress,
         )
@@ -133,9 +134,19 @@ def run_power(args: Namespace) -> int:
             }
             for point in curve
         ]
-        print(json.dumps({"enough": enough, "target": args.target, "sizes": rows}, indent=2))
+        print(
+            json.dumps(
+                {
+                    "enough": enough,
+                    "target": args.target,
+                    "primary": study.analysis.primary,
+                    "sizes": rows,
+                },
+                indent=2,
+            )
+        )
     else:
-        print_power(curve, args.target, enough, repetitions)
+        print_power(curve, args.target, enough, repetitions, primary=study.analysis.primary)
     return ANSWER_IS_NO if enough is None else DONE
 
 

@@ -8,11 +8,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.figures.shared import LINES_AT_MOST, amplitude_axis
-from analysis.preprocessing.normalisation import complete
 from analysis.published import biet2007
 from analysis.statistics import omnibus
-from analysis.statistics.descriptives import cousineau_morey
-from figure_style import BLUE, PALE, VERMILION, styled
+from analysis.statistics.descriptives import within_intervals
+from figure_style import BLUE, INK, PALE, VERMILION, styled
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,9 +47,37 @@ def _individuals(axes: Axes, cells: pd.DataFrame, amplitudes: NDArray[np.float64
     )
 
 
+def _geometric(axes: Axes, cells: pd.DataFrame, logs: pd.DataFrame, confidence: float) -> None:
+    """Draw geometric means with within-participant intervals, where nobody is left out."""
+    logs = logs.reindex(columns=cells.columns)
+    low, high = within_intervals(logs, confidence)
+    everybody = logs.notna().sum().to_numpy() == cells.notna().sum().to_numpy()
+    here = everybody & np.isfinite(low)
+    if not here.any():
+        return
+    centre = np.exp(logs.mean().to_numpy(float))
+    amplitudes = cells.columns.to_numpy(float)
+    # Beside the mean, which lies close by.
+    beside = amplitudes + 0.018 * (float(np.ptp(amplitudes)) or 1.0)
+    axes.errorbar(
+        beside[here],
+        centre[here],
+        yerr=[(centre - low)[here], (high - centre)[here]],
+        color=INK,
+        linestyle="none",
+        marker="_",
+        markersize=9,
+        capsize=3,
+        elinewidth=1.6,
+        zorder=5,
+        label=f"geometric mean, {100 * confidence:g} % within-participant interval",
+    )
+
+
 @styled
 def fig15(
     cells: pd.DataFrame,
+    logs: pd.DataFrame | None = None,
     *,
     unit: str = "% of the scale",
     confidence: float = 0.95,
@@ -62,10 +89,12 @@ def fig15(
     ----------
     cells : DataFrame, shape (participants, amplitudes)
         Normalised mean estimates.
+    logs : DataFrame, shape (participants, amplitudes), optional
+        Mean natural logarithms, for the geometric means and their intervals.
     unit : str
         The unit of the estimates.
     confidence : float
-        Of the within-participant intervals (Cousineau-Morey).
+        Of the within-participant intervals (Cousineau-Morey, on logarithms).
     compare : bool
         Show the paper's means where the amplitudes are the paper's.
     """
@@ -75,24 +104,18 @@ def fig15(
     alone = len(cells) == 1
     if not alone:
         _individuals(axes, cells, amplitudes)
-    whole = complete(cells).to_numpy(float)
-    half = cousineau_morey(whole, confidence) if len(whole) else np.full(len(amplitudes), np.nan)
-    axes.errorbar(
+    axes.plot(
         amplitudes,
         cells.mean().to_numpy(float),
-        yerr=None if np.isnan(half).any() else half,
         color=BLUE,
         linewidth=2,
         marker="o",
         markersize=6.5,
-        capsize=4,
-        capthick=1.6,
-        elinewidth=1.6,
         zorder=4,
-        label=f"mean, {100 * confidence:g} % within-participant interval"
-        if not np.isnan(half).any()
-        else ("the participant's mean" if alone else "mean"),
+        label="the participant's mean" if alone else "mean",
     )
+    if logs is not None:
+        _geometric(axes, cells, logs, confidence)
     paper = biet2007.published_means()
     if compare and set(amplitudes) <= set(paper):
         axes.plot(

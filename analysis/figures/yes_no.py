@@ -12,21 +12,18 @@ from matplotlib.ticker import PercentFormatter
 from analysis.figures.shared import LINES_AT_MOST
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.psychometric import curve
-from analysis.statistics.yes_no import exact_interval
+from analysis.statistics.yes_no import SAME_SIZE, interval_of, step_sizes
 from experiments.dataset.schema import PARTICIPANT
 from figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
-    from numpy.typing import NDArray
 
     from analysis.statistics.confidence_interval import ConfidenceInterval
     from analysis.statistics.psychometric import PsychometricCurve
     from analysis.statistics.yes_no import DescendingDifference
 
-#: Steps this much apart in size, µm, are of one size.
-SAME_SIZE = 1e-6
 #: Height of a row of the upper panel and of the lower panel, inches.
 ROW, LOWER = 0.36, 2.9
 
@@ -48,7 +45,7 @@ def difference(
     """
     rows = len(found.steps) + (found.catch.n > 0)
     upper = 0.9 + ROW * rows
-    sizes = _sizes(steps)
+    sizes = step_sizes(steps)
     if len(np.unique(sizes)) == 1:
         figure = Figure(figsize=(6.8, upper), layout="constrained")
         _each_step(figure.add_subplot(), found, confidence)
@@ -101,13 +98,7 @@ def _each_step(axes: Axes, found: DescendingDifference, confidence: float) -> No
     axes.xaxis.set_major_formatter(PercentFormatter(1.0))
     axes.grid(visible=True, axis="x")
     axes.grid(visible=False, axis="y")
-    axes.set_xlabel(f"“Yes, I feel a difference” (exact {100 * confidence:g} % intervals)")
-
-
-def _sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
-    """Return how much amplitude each step removed, µm peak to peak; rounding makes no new size."""
-    removed = steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]
-    return (removed / SAME_SIZE).round().to_numpy(float) * SAME_SIZE
+    axes.set_xlabel(f"“Yes, I feel a difference” ({100 * confidence:g} % intervals)")
 
 
 def _against_size(
@@ -127,9 +118,10 @@ def _against_size(
     if 1 < steps[PARTICIPANT].nunique() <= LINES_AT_MOST:
         _participants(axes, steps, swarm)
     for size in sizes:
-        answers = steps.loc[steps["size"] == size, "difference_felt"]
-        yes, n, changed = int(answers.sum()), len(answers), abs(size) > SAME_SIZE
-        below, above = exact_interval(yes, n, confidence)
+        answers = steps[steps["size"] == size]
+        yes, n = int(answers["difference_felt"].sum()), len(answers)
+        changed = abs(size) > SAME_SIZE
+        below, above = interval_of(answers, confidence)
         axes.errorbar(
             size,
             yes / n,
@@ -141,7 +133,7 @@ def _against_size(
             linewidth=1.8,
             clip_on=False,
             zorder=4,
-            label=f"all answers, exact {level} interval" if size == sizes[-1] else None,
+            label=f"all answers, {level} interval" if size == sizes[-1] else None,
         )
     axes.set_xticks(sizes, ["0\n(catch)" if abs(s) <= SAME_SIZE else f"{s:g}" for s in sizes])
     axes.set_xlim(sizes[0] - 0.06 * span, sizes[-1] + max(swarm, 0.06 * span))

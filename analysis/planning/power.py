@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from experiments.participants.population import Population
+    from experiments.study.analysis_choices import Primary
+
+    Array = NDArray[np.float64]
 
 #: Sensation is tabulated at this many places of the population, and interpolated.
 PLACES = 241
@@ -40,10 +43,11 @@ class Power:
     participants : int
         Per study.
     omnibus : float
-        Share of studies in which Friedman's test found a difference.
+        Share of studies in which the primary analysis found a difference: Friedman's test, or
+        the repeated-measures ANOVA of logarithms (Greenhouse-Geisser).
     steps : dict
-        (lower, upper amplitude in µm peak to peak) -> share of studies in which Wilcoxon's test
-        told the neighbours apart, Holm-corrected over all pairs.
+        (lower, upper amplitude in µm peak to peak) -> share of studies in which Wilcoxon's test,
+        or the paired t of logarithms, told the neighbours apart, Holm-corrected over all pairs.
     exponent_half_width : float
         Mean half-width of the exponent's 95 % interval.
     studies : int
@@ -102,8 +106,56 @@ def simulate(
     return np.asarray(np.round(felt).mean(axis=-1))
 
 
+def _signed_rank_p(low: Array, high: Array) -> Array:
+    return batched.signed_rank_p(high - low)
+
+
+def _log_pair_p(low: Array, high: Array) -> Array:
+    """Return the paired t's p, of everybody above zero at both; 1 where fewer than three are."""
+    from scipy import stats  # noqa: PLC0415
+
+    with np.errstate(invalid="ignore", divide="ignore"):
+        difference = np.log(high) - np.log(low)
+        difference[~np.isfinite(difference)] = np.nan
+        n = np.isfinite(difference).sum(axis=1)
+        here = np.isfinite(difference)
+        mean = np.where(here, difference, 0.0).sum(axis=1) / n
+        squares = np.where(here, difference - mean[:, None], 0.0) ** 2
+        error = np.sqrt(squares.sum(axis=1) / (n - 1) / n)
+        p = 2 * stats.t.sf(np.abs(mean) / error, n - 1)
+    return np.where((n >= 3) & np.isfinite(p), p, 1.0)  # noqa: PLR2004
+
+
+def _log_anova_p(values: Array) -> Array:
+    """Return Greenhouse and Geisser's p of complete participants, study by study."""
+    from scipy import stats  # noqa: PLC0415
+
+    p = np.ones(len(values))
+    whole: NDArray[np.bool_] = np.asarray(np.all(values > 0, axis=2))
+    k = values.shape[2]
+    for n in np.unique(whole.sum(axis=1)):
+        studies = np.flatnonzero(whole.sum(axis=1) == n)
+        if n < 3:  # noqa: PLR2004
+            continue
+        tables = np.log(values[studies][whole[studies]].reshape(len(studies), n, k))
+        epsilon = batched.greenhouse_geisser(tables)
+        f = batched.repeated_measures_f(tables)
+        p[studies] = stats.f.sf(f, (k - 1) * epsilon, (k - 1) * (n - 1) * epsilon)
+    return p
+
+
+#: Primary analysis -> p of a pair (arrays of shape (studies, participants)), p of all amplitudes.
+TESTS: dict[Primary, tuple[Callable[[Array, Array], Array], Callable[[Array], Array]]] = {
+    "ranks": (_signed_rank_p, batched.friedman_p),
+    "logarithms": (_log_pair_p, _log_anova_p),
+}
+
+
 def power_of(
-    amplitudes: Sequence[float], values: NDArray[np.float64], alpha: float = 0.05
+    amplitudes: Sequence[float],
+    values: NDArray[np.float64],
+    alpha: float = 0.05,
+    primary: Primary = "ranks",
 ) -> Power:
     """Return the power of studies that were simulated.
 
@@ -115,16 +167,18 @@ def power_of(
         As from `simulate`.
     alpha : float
         Level of each test.
+    primary : {"ranks", "logarithms"}
+        The study's primary analysis.
     """
     studies, participants, kinds = values.shape
     pairs = list(combinations(range(kinds), 2))
-    p = np.column_stack(
-        [batched.signed_rank_p(values[..., high] - values[..., low]) for low, high in pairs]
-    )
-    told_apart = batched.holm(p) < alpha
+    pair_p, omnibus_p = TESTS[primary]
+    p: Array = np.column_stack([pair_p(values[..., low], values[..., high]) for low, high in pairs])
+    adjusted = batched.holm(p)
+    told_apart = np.asarray(adjusted) < alpha
     column = {pair: place for place, pair in enumerate(pairs)}
-    # Friedman's test needs three amplitudes.
-    found = batched.friedman_p(values) < alpha if kinds > 2 else told_apart  # noqa: PLR2004
+    # Friedman's test needs three amplitudes; of two, both families are their one pair.
+    found = (omnibus_p(values) if kinds > 2 else adjusted) < alpha  # noqa: PLR2004
     omnibus = float(found.mean())
     return Power(
         participants=participants,
@@ -160,6 +214,7 @@ def power_curve(
     studies: int = 1000,
     seed: int = 2007,
     alpha: float = 0.05,
+    primary: Primary = "ranks",
     population: Population | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> list[Power]:
@@ -196,7 +251,7 @@ def power_curve(
             population=population or Population(),
             rng=np.random.default_rng([seed, size]),
         )
-        curve.append(power_of(ascending, values, alpha))
+        curve.append(power_of(ascending, values, alpha, primary))
     return curve
 
 

@@ -12,6 +12,14 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from analysis.planning.power import Power
+    from experiments.study.analysis_choices import Primary
+
+
+#: Primary analysis -> the tests whose power is shown.
+TESTS: dict[Primary, str] = {
+    "ranks": "Friedman; Wilcoxon between neighbours",
+    "logarithms": "ANOVA of logarithms (Greenhouse-Geisser); paired t between neighbours",
+}
 
 
 def print_power(
@@ -19,6 +27,8 @@ def print_power(
     target: float,
     enough: int | None,
     repetitions: int,
+    *,
+    primary: Primary = "ranks",
     console: Console | None = None,
 ) -> None:
     """Print power against the number of participants, and how many suffice."""
@@ -47,6 +57,6 @@ def print_power(
         highlight=False,
     )
     target_console.print(
-        "[dim]Friedman; Wilcoxon between neighbours, Holm-corrected over all pairs. The "
+        f"[dim]{TESTS[primary]}, Holm-corrected over all pairs. The "
         "population has Table III's means and spreads; how ratings pair up is an assumption.[/]"
     )

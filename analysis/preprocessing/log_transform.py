@@ -37,7 +37,8 @@ def _exclude(values: pd.Series[float]) -> PositiveEstimates:
     return PositiveEstimates(
         values=values.where(values > 0),
         sentence=f"Estimates of zero: {count}. They have no logarithm and are left out of what is "
-        "computed on logarithms (zero rule: exclude).",
+        "computed on logarithms (zero rule: exclude), which so describes larger estimates; tests "
+        "on ranks keep them, and everybody.",
     )
 
 
@@ -105,8 +106,13 @@ class Prepared:
 
     @property
     def whole_logs(self) -> pd.DataFrame:
-        """Mean logarithms of the participants who have one at every amplitude."""
-        return complete(self.logs)
+        """Mean logarithms of the participants who have one at every amplitude in `logged`."""
+        return complete(self.logs[self.logged])
+
+    @property
+    def logged(self) -> list[float]:
+        """Amplitudes, µm peak to peak, with a logarithm of anybody."""
+        return [float(value) for value in self.logs.columns[self.logs.notna().any()]]
 
 
 def prepare(estimates: pd.DataFrame, choices: AnalysisChoices) -> Prepared:

@@ -130,7 +130,9 @@ def draw(analysis: Analysis) -> dict[str, Figure]:
     level = analysis.dataset.choices.confidence
     if analysis.prepared is not None:
         unit = normalisation.RULES[analysis.rule].unit
-        found["fig15"] = estimates.fig15(analysis.cells, unit=unit, confidence=level)
+        found["fig15"] = estimates.fig15(
+            analysis.cells, analysis.prepared.logs, unit=unit, confidence=level
+        )
         if not isinstance(analysis.inference.power_law, NotComputed):
             found["growth"] = growth.growth(
                 analysis.prepared.logs,

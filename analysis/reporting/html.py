@@ -5,9 +5,11 @@ Everything that comes from data is escaped, by Jinja or by markupsafe.
 
 from __future__ import annotations
 
+import re
+from collections import Counter
 from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
 
+#: What a caption starts with -> what is counted.
+KINDS = {"<figcaption>": "Figure", "<caption>": "Table"}
 #: A table of so many rows fits on a page and is not broken across two.
 ROWS_TOGETHER = 16
 
@@ -26,6 +30,13 @@ class ReportSection:
 
     title: str
     blocks: list[Markup] = field(default_factory=list)
+    #: "always", "open" or "closed" on screen; on paper everything is open.
+    shown: Literal["always", "open", "closed"] = "closed"
+
+    @property
+    def name(self) -> str:
+        """Its anchor: letters, digits and hyphens."""
+        return "-".join(re.findall(r"[a-z0-9]+", self.title.lower()))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,6 +81,35 @@ def paragraph(text: str, kind: str = "") -> Markup:
 def heading(text: str) -> Markup:
     """Return a heading below the section's."""
     return Markup("<h3>{}</h3>").format(text)
+
+
+def labelled(label: str, text: str) -> Markup:
+    """Return a paragraph that starts with what it is."""
+    return Markup("<p><b>{}.</b> {}</p>").format(label, text)
+
+
+def details(title: str, blocks: Iterable[Markup]) -> Markup:
+    """Return blocks that a reader opens; on paper they are open."""
+    return Markup("<details><summary>{}</summary>{}</details>").format(
+        title, Markup("").join(blocks)
+    )
+
+
+def numbered(sections: list[ReportSection]) -> list[ReportSection]:
+    """Give every figure and table of the page its number, in reading order."""
+    counts: Counter[str] = Counter()
+
+    def number(match: re.Match[str]) -> str:
+        kind = KINDS[match[0]]
+        counts[kind] += 1
+        return f"{match[0]}<b>{kind} {counts[kind]}.</b> "
+
+    for section in sections:
+        section.blocks = [
+            Markup(re.sub("|".join(KINDS), number, block))  # noqa: S704 - safe before
+            for block in section.blocks
+        ]
+    return sections
 
 
 def bullets(texts: Iterable[str], kind: str = "") -> Markup:

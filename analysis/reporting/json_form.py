@@ -24,10 +24,12 @@ from analysis.statistics.mean_over_participants import MeanOverParticipants
 from analysis.statistics.mixed_model import MixedModel
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.omnibus import LinearTrend, RmAnova
-from analysis.statistics.order_and_reliability import IntraclassCorrelation, OrderEffects
+from analysis.statistics.order_effects import OrderEffects
 from analysis.statistics.pairwise import PairComparison
 from analysis.statistics.power_law import PowerLaw
+from analysis.statistics.probit import DPrimeOfSize
 from analysis.statistics.psychometric import PsychometricCurve
+from analysis.statistics.reliability import IntraclassCorrelation
 from analysis.statistics.robustness import SubsetSummary
 from analysis.statistics.yes_no import (
     CatchAnswers,
@@ -148,10 +150,14 @@ def _(found: PowerLaw) -> Json:
     return _fields(found, interval=_interval_key(found.interval))
 
 
-@form.register(IntraclassCorrelation)
 @form.register(CoderAgreement)
-def _(found: IntraclassCorrelation | CoderAgreement) -> Json:
+def _(found: CoderAgreement) -> Json:
     return _fields(found, interval="ci95")
+
+
+@form.register(IntraclassCorrelation)
+def _(found: IntraclassCorrelation) -> Json:
+    return _fields(found, interval="ci")
 
 
 @form.register(LinearTrend)
@@ -180,7 +186,12 @@ def _(found: OrderEffects) -> Json:
 
 @form.register(PairComparison)
 def _(pair: PairComparison) -> Json:
-    keys: JsonObject = {"from_um_pp": pair.from_um_pp, "to_um_pp": pair.to_um_pp, "n": pair.n}
+    keys: JsonObject = {
+        "from_um_pp": pair.from_um_pp,
+        "to_um_pp": pair.to_um_pp,
+        "n": pair.n,
+        "n_logs": pair.n_logs,
+    }
     if isinstance(pair.logs, NotComputed):
         keys |= {"reason": pair.logs.reason, "p": None}
         p_holm = None
@@ -216,6 +227,11 @@ def _(found: StepAnswers | CatchAnswers) -> Json:
     return _without(keys, "ci") if found.interval is None else keys
 
 
+@form.register(DPrimeOfSize)
+def _(found: DPrimeOfSize) -> Json:
+    return _fields(found, interval=_interval_key(found.interval)) | {"at_ceiling": found.at_ceiling}
+
+
 @form.register(SignalDetection)
 def _(found: SignalDetection) -> Json:
     pooled = record(found.pooled)
@@ -223,6 +239,8 @@ def _(found: SignalDetection) -> Json:
         "pooled_d_prime": pooled["d_prime"],
         "pooled_criterion": pooled["criterion"],
         **_without(pooled, "d_prime", "criterion"),
+        "by_size": form(found.by_size),
+        "all_sizes": form(found.all_sizes),
         "mean_of_participants": form(found.mean_d_prime),
         "participants": form(found.participants),
     }

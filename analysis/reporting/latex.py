@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from analysis.reporting.numbers import p_value
 from analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
@@ -46,9 +48,17 @@ def latex_tables(analysis: Analysis) -> dict[str, str]:
             na_rep="--",
             label="tab:pairwise",
             caption="Pairwise comparisons of log estimates, Holm-corrected.",
-            column_format="rrrrrrr",
+            column_format="rrrrrrrrr",
         )
     return found
+
+
+def _p(p: float) -> str | None:
+    """Return a p as it is printed: never as 0.000."""
+    if math.isnan(p):
+        return None
+    text = p_value(p).removeprefix("p ").removeprefix("= ")
+    return text.replace("< ", "$<$").replace("> ", "$>$")
 
 
 def _pair(pair: PairComparison) -> dict[str, str | float | None]:
@@ -59,6 +69,8 @@ def _pair(pair: PairComparison) -> dict[str, str | float | None]:
         "Ratio": logs.ratio if logs else None,
         "$t$": logs.t if logs else None,
         "df": logs.df if logs else None,
-        r"$p_\mathrm{Holm}$": logs.p_holm if logs else None,
+        r"$p_\mathrm{Holm}$": _p(logs.p_holm) if logs else None,
         "$d_z$": logs.d_z if logs else None,
+        "$n$": pair.n,
+        r"Wilcoxon $p_\mathrm{Holm}$": _p(pair.ranks.p_holm),
     }

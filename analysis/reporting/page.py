@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 from markupsafe import Markup
 
-from analysis.reporting import apa, html
+from analysis.reporting import apa, apa_difference, html
 from analysis.reporting.numbers import grouped
 from analysis.reporting.sections.assumptions import assumptions
 from analysis.reporting.sections.comparisons import comparisons
@@ -18,6 +18,7 @@ from analysis.reporting.sections.estimates import estimates
 from analysis.reporting.sections.growth import growth
 from analysis.reporting.sections.methods import methods, normalisations
 from analysis.reporting.sections.quality import quality
+from analysis.reporting.sections.summary import summary
 from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -110,8 +111,9 @@ def sections(
 ) -> list[html.ReportSection]:
     """Return the page's sections, in reading order; empty ones are left out."""
     found = [
-        estimates(analysis, svgs),
+        summary(analysis, svgs),
         results(analysis),
+        estimates(analysis),
         comparisons(analysis),
         growth(analysis, svgs),
         difference(analysis, svgs),
@@ -120,19 +122,25 @@ def sections(
         normalisations(analysis),
         methods(analysis, software),
     ]
-    return [section for section in found if section.blocks]
+    return html.numbered([section for section in found if section.blocks])
 
 
 def results(analysis: Analysis) -> html.ReportSection:
     """Return the sentences that a results section is written from."""
-    level = analysis.dataset.choices.confidence
-    texts = apa.sentences(analysis.inference, level)
-    texts += apa.difference_sentences(analysis.inference.difference, level)
-    section = html.ReportSection("Results, in sentences")
-    section.blocks += [html.paragraph(_unbroken(text), "sentence") for text in texts]
-    if analysis.problems:
-        section.blocks.append(html.heading("To be looked at first"))
-        section.blocks.append(html.bullets(analysis.problems, "problem"))
+    choices = analysis.dataset.choices
+    section = html.ReportSection("Results, in sentences", shown="open")
+    groups: dict[str, list[str]] = {}
+    if analysis.prepared is not None:
+        asked = (analysis.inference, choices.primary, choices.confidence)
+        groups["Primary analysis"] = apa.primary_sentences(*asked)
+        groups["Secondary analyses"] = apa.secondary_sentences(*asked)
+    groups["Descending difference"] = apa_difference.difference_sentences(
+        analysis.inference.difference, choices.confidence
+    )
+    for title, texts in groups.items():
+        if texts:
+            section.blocks.append(html.heading(title))
+            section.blocks += [html.paragraph(_unbroken(text), "sentence") for text in texts]
     return section
 
 

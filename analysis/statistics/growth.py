@@ -55,7 +55,7 @@ class IndividualGrowth:
     best : Mapping
         Model -> how many participants it is favoured for.
     undecided : int
-        Participants of too few trials.
+        Participants whose trials do not tell models apart.
     participants : Mapping
         Participant -> model, or None.
     """

@@ -48,6 +48,13 @@ class GrowthFunction:
     bounds: Callable[[Array], tuple[list[float], list[float]]]
 
 
+#: Models of AICc closer than this to the least are not told apart (Burnham and Anderson 2002,
+#: Model Selection and Multimodel Inference, p. 70).
+UNDECIDED = 2.0
+#: A parameter this close to its limit, as a share of the range, is at it.
+AT_BOUND = 1e-3
+
+
 def _just_below(x: Array) -> float:
     return float(x.min()) * (1 - 1e-6)
 
@@ -98,6 +105,8 @@ class GrowthFit:
         Mean logarithms fitted.
     estimated : int
         How many numbers were fitted.
+    at_bound : tuple of str
+        Parameters at the limit of the search: the data do not determine them.
     """
 
     parameters: Mapping[str, float]
@@ -108,6 +117,7 @@ class GrowthFit:
     bic: float
     points: int
     estimated: int
+    at_bound: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,6 +156,15 @@ class GrowthComparison:
     models: Mapping[str, RankedFit]
     best: str
     n: int
+
+    @property
+    def undecided(self) -> tuple[str, ...]:
+        """Other models within `UNDECIDED` of the best: the data do not tell them from it."""
+        return tuple(
+            name
+            for name, model in self.models.items()
+            if name != self.best and model.delta_aicc is not None and model.delta_aicc < UNDECIDED
+        )
 
 
 def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
@@ -195,6 +214,13 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
         bic=float(estimated * np.log(points) - 2 * log_likelihood),
         points=points,
         estimated=estimated,
+        at_bound=tuple(
+            parameter
+            for parameter, value, low, high in zip(
+                model.parameters, best.x, *model.bounds(stimuli), strict=True
+            )
+            if min(value - low, high - value) <= AT_BOUND * (high - low)
+        ),
     )
 
 
@@ -249,7 +275,8 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
     Returns
     -------
     dict
-        Participant -> model, or None where too few trials tell models apart.
+        Participant -> model, or None where too few trials tell models apart, or the two best
+        are within `UNDECIDED`.
     """
     usable = trials[(trials["amplitude_um_pp"] > 0) & trials["log"].notna()]
     winners: dict[str, str | None] = {}
@@ -260,5 +287,9 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
         if len(stimuli) >= 6 and len(np.unique(stimuli)) >= 3:  # noqa: PLR2004
             found = {name: fit(name, stimuli, logs).aicc for name in MODELS}
             scores = {name: aicc for name, aicc in found.items() if aicc is not None}
-        winners[str(who)] = min(scores, key=lambda name: scores[name]) if scores else None
+        ranked = sorted(scores, key=lambda name: scores[name])
+        clear = len(ranked) == 1 or (
+            len(ranked) > 1 and scores[ranked[1]] - scores[ranked[0]] >= UNDECIDED
+        )
+        winners[str(who)] = ranked[0] if clear else None
     return winners

@@ -48,11 +48,14 @@ class RmAnova:
     eta2_generalised_interval : ConfidenceInterval or None
         None where it is not defined.
     mauchly_w, mauchly_p : float or None
-        Test of sphericity; None of two amplitudes, which are always spherical.
+        Test of sphericity; None of two amplitudes, which are always spherical, and of fewer
+        participants than amplitudes, where it is not defined.
     shapiro_w, shapiro_p : float or None
         Test of the residuals' normality; None of more values than SciPy's p is accurate for.
     n, n_incomplete : int
-        Participants tested, and participants without a logarithm at some amplitude.
+        Participants tested, and participants without a logarithm at some of the amplitudes.
+    amplitudes_um_pp, left_out_um_pp : tuple of float
+        Amplitudes compared, and those without a logarithm of anybody: every estimate is zero.
     """
 
     F: float
@@ -71,6 +74,8 @@ class RmAnova:
     shapiro_p: float | None
     n: int
     n_incomplete: int
+    amplitudes_um_pp: tuple[float, ...]
+    left_out_um_pp: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -186,7 +191,9 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
             effsize="ng2",
         ).iloc[0]
         epsilon_hf = float(pingouin.epsilon(table, correction="hf")) if corrected else 1.0
-        sphericity = pingouin.sphericity(table) if corrected else None
+        # Its W is a determinant, which is 0 of fewer people than amplitudes, whatever they said.
+        enough = corrected and len(values) >= values.shape[1]
+        sphericity = pingouin.sphericity(table) if enough else None
     df1 = values.shape[1] - 1
     df2 = df1 * (len(values) - 1)
     f, epsilon = float(found["F"]), float(found.get("eps", 1.0))
@@ -209,6 +216,12 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
         shapiro_p=float(normality.pvalue) if normality else None,
         n=len(table),
         n_incomplete=_incomplete(data, table),
+        amplitudes_um_pp=tuple(data.logged),
+        left_out_um_pp=tuple(
+            amplitude
+            for amplitude in data.cells.columns.to_numpy(float).tolist()
+            if amplitude not in data.logged
+        ),
     )
 
 

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.preprocessing.sufficiency import FEWEST, few
 from analysis.statistics.effect_sizes import d_z_interval
 from analysis.statistics.mean_over_participants import mean_over_participants
 from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.omnibus import log_table
 
 if TYPE_CHECKING:
+    import pandas as pd
     from numpy.typing import NDArray
 
     from analysis.preprocessing.log_transform import Prepared
@@ -58,7 +59,7 @@ class SignedRank:
     """Wilcoxon's signed-rank test of estimates.
 
     ``up`` and ``down`` count participants whose estimate grew and fell; ``p`` and ``p_holm`` are
-    two-sided, NaN where no estimate changed.
+    two-sided, NaN where no estimate changed or fewer than three people have both.
     """
 
     up: int
@@ -69,41 +70,75 @@ class SignedRank:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairComparison:
-    """Two amplitudes compared, by ``n`` participants with an estimate at every amplitude."""
+    """Two amplitudes compared.
+
+    Parameters
+    ----------
+    from_um_pp, to_um_pp : float
+        Smaller and larger amplitude, µm peak to peak.
+    n, n_logs : int
+        Participants with an estimate at both, and with a logarithm at both: who is missing at
+        one amplitude takes part in the pairs of the others.
+    logs, ranks
+        See their classes; `ranks` is of ``n`` participants, `logs` of ``n_logs``.
+    """
 
     from_um_pp: float
     to_um_pp: float
     n: int
+    n_logs: int
     logs: PairedT | NotComputed
     ranks: SignedRank
 
 
 def pairwise(data: Prepared) -> tuple[PairComparison, ...] | NotComputed:
-    """Compare every two amplitudes: paired t on logarithms and Wilcoxon on estimates, Holm's p."""
-    table, why = log_table(data)
-    if why:
-        return NotComputed(why)
-    ranks = data.whole
-    pairs = list(combinations(table.columns, 2))
-    differences = [(table[high] - table[low]).to_numpy(float) for low, high in pairs]
-    steps = [(ranks[high] - ranks[low]).to_numpy(float) for low, high in pairs]
-    means = [mean_over_participants(each, data.choices.confidence) for each in differences]
+    """Compare every two amplitudes: paired t on logarithms and Wilcoxon on estimates, Holm's p.
+
+    Each pair takes everybody who has both values: an estimate of zero leaves the logarithms of
+    its own pairs, and no test on ranks.
+    """
+    cells = data.cells
+    if cells.shape[1] < 2:  # noqa: PLR2004
+        return NotComputed(few("amplitudes", cells.shape[1], 2))
+    if len(cells) < FEWEST:
+        return NotComputed(few("participants", len(cells)))
+    pairs = list(combinations(cells.columns, 2))
+    differences, steps = (
+        [_present(table[high] - table[low]) for low, high in pairs]
+        for table in (data.logs.reindex(columns=cells.columns), cells)
+    )
+    means = [_mean(data, each) for each in differences]
     t_holm = _holm([nan if isinstance(each, NotComputed) else each.p for each in means])
-    raw = [signed_rank_p(each) for each in steps]
+    raw = [signed_rank_p(each) if len(each) >= FEWEST else nan for each in steps]
     return tuple(
         PairComparison(
             from_um_pp=float(low),
             to_um_pp=float(high),
-            n=len(table),
-            logs=_paired_t(mean, t_p, len(table)),
+            n=len(step),
+            n_logs=len(difference),
+            logs=_paired_t(mean, t_p, len(difference)),
             ranks=SignedRank(
                 up=int((step > 0).sum()), down=int((step < 0).sum()), p=p, p_holm=rank_p
             ),
         )
-        for (low, high), mean, step, p, t_p, rank_p in zip(
-            pairs, means, steps, raw, t_holm, _holm(raw), strict=True
+        for (low, high), difference, mean, step, p, t_p, rank_p in zip(
+            pairs, differences, means, steps, raw, t_holm, _holm(raw), strict=True
         )
     )
+
+
+def _present(differences: pd.Series[float]) -> NDArray[np.float64]:
+    return np.asarray(differences.dropna().to_numpy(float), np.float64)
+
+
+def _mean(data: Prepared, differences: NDArray[np.float64]) -> MeanOverParticipants | NotComputed:
+    if data.refused:
+        return NotComputed(data.zero_sentence)
+    if len(differences) < FEWEST:
+        return NotComputed(
+            few("participants with an estimate above zero at both amplitudes", len(differences))
+        )
+    return mean_over_participants(differences, data.choices.confidence)
 
 
 def _paired_t(

@@ -6,13 +6,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 from analysis.reading.delimited import read_tables
-from analysis.statistics import omnibus, order_and_reliability
+from analysis.statistics import omnibus
 from analysis.statistics.coder_agreement import agreement
 from analysis.statistics.growth import growth
 from analysis.statistics.mixed_model import mixed_model
 from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.order_effects import order_effects
 from analysis.statistics.pairwise import pairwise
 from analysis.statistics.power_law import power_law
+from analysis.statistics.reliability import reliability
 from analysis.statistics.verbal_coding import SHIPPED, load_codebook
 from analysis.statistics.yes_no import analyse_differences
 
@@ -24,9 +26,10 @@ if TYPE_CHECKING:
     from analysis.statistics.growth import Growth
     from analysis.statistics.mixed_model import MixedModel
     from analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
-    from analysis.statistics.order_and_reliability import OrderEffects, Reliability
+    from analysis.statistics.order_effects import OrderEffects
     from analysis.statistics.pairwise import PairComparison
     from analysis.statistics.power_law import PowerLaw
+    from analysis.statistics.reliability import Reliability
     from analysis.statistics.yes_no import DescendingDifference
     from experiments.study.analysis_choices import SdConvention, Test, ZeroRule
 
@@ -106,8 +109,8 @@ def conclude(data: Dataset, prepared: Prepared | None, rule: str | None) -> Infe
         mixed_model=run("mixed_model", mixed_model),
         power_law=run("power_law", power_law),
         growth=run("growth", growth),
-        order=run("order", order_and_reliability.order),
-        reliability=run("reliability", order_and_reliability.reliability),
+        order=run("order", order_effects),
+        reliability=run("reliability", reliability),
         normalisation=NormalisationUsed(
             rule=rule,
             zero_rule=data.choices.zero_rule,

@@ -5,14 +5,16 @@ Without catch steps "yes" is confounded with bias, and d' does not exist.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
-from analysis.statistics.confidence_interval import ConfidenceInterval
 from analysis.statistics.mean_over_participants import mean_over_participants
 from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.probit import d_primes
+from analysis.statistics.proportions import clustered_interval
 from analysis.statistics.psychometric import psychometric
 from analysis.statistics.verbal_reports import code_reports
 from experiments.dataset.schema import PARTICIPANT
@@ -20,18 +22,25 @@ from experiments.dataset.schema import PARTICIPANT
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    import pandas as pd
+    from numpy.typing import NDArray
 
     from analysis.statistics.coder_agreement import CoderAgreement
+    from analysis.statistics.confidence_interval import ConfidenceInterval
     from analysis.statistics.mean_over_participants import MeanOverParticipants
+    from analysis.statistics.probit import DPrimeOfSize
     from analysis.statistics.psychometric import PsychometricCurve
     from analysis.statistics.verbal_coding import Codebook
     from analysis.statistics.verbal_reports import VerbalReports
 
+#: Of fewer steps of a kind a participant's own d' is mostly its correction.
+TRIALS_FOR_OWN = 20
+#: Steps this much apart in size, µm, are of one size.
+SAME_SIZE = 1e-6
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepAnswers:
-    """Answers on one kind of step; the interval is of the share of "yes", exact."""
+    """Answers on one kind of step; the interval is of the share of "yes", see `proportions`."""
 
     from_um_pp: float
     to_um_pp: float
@@ -69,13 +78,19 @@ class SignalDetection:
     ----------
     pooled : Sensitivity
         Of all answers.
+    by_size : tuple of DPrimeOfSize or NotComputed
+        d' of each size of step, by a probit model with participants.
+    all_sizes : DPrimeOfSize or NotComputed
+        The same, all sizes taken as one.
     mean_d_prime : MeanOverParticipants or NotComputed
-        Of participants who had both kinds of step.
+        Of participants' own, where each has `TRIALS_FOR_OWN` of both kinds of step.
     participants : Mapping
         Participant -> their own.
     """
 
     pooled: Sensitivity
+    by_size: tuple[DPrimeOfSize, ...] | NotComputed
+    all_sizes: DPrimeOfSize | NotComputed
     mean_d_prime: MeanOverParticipants | NotComputed
     participants: Mapping[str, Sensitivity]
 
@@ -141,16 +156,6 @@ class DescendingDifference:
     coders: CoderAgreement | NotComputed | None = None
 
 
-def exact_interval(yes: int, n: int, confidence: float = 0.95) -> ConfidenceInterval:
-    """Return Clopper and Pearson's exact interval of a proportion."""
-    from statsmodels.stats.proportion import proportion_confint  # noqa: PLC0415
-
-    low, high = proportion_confint(yes, n, alpha=1 - confidence, method="beta")
-    return ConfidenceInterval(
-        float(np.nan_to_num(low, nan=0.0)), float(np.nan_to_num(high, nan=1.0)), confidence
-    )
-
-
 def d_prime(hits: float, signals: float, false_alarms: float, noises: float) -> tuple[float, float]:
     """Return d' and the criterion c of a yes-no task, with the log-linear correction.
 
@@ -186,19 +191,16 @@ def analyse_differences(
         return NotComputed("no answered steps of the descending difference")
     changes = steps[~steps["catch"]]
     catches = steps[steps["catch"]]
-    by_step = changes.groupby(["amplitude_before_um_pp", "amplitude_um_pp"])["difference_felt"]
-    counted = by_step.agg(["size", "sum"]).sort_index(ascending=False)
+    by_step = changes.groupby(["amplitude_before_um_pp", "amplitude_um_pp"])
     rows = [
         StepAnswers(
-            from_um_pp=float(before),
-            to_um_pp=float(after),
-            n=n,
-            yes=yes,
-            interval=exact_interval(yes, n, confidence),
+            from_um_pp=float(own["amplitude_before_um_pp"].iloc[0]),
+            to_um_pp=float(own["amplitude_um_pp"].iloc[0]),
+            n=len(own),
+            yes=int(own["difference_felt"].sum()),
+            interval=interval_of(own, confidence),
         )
-        for (before, after), (n, yes) in zip(
-            counted.index.tolist(), counted.to_numpy(int).tolist(), strict=True
-        )
+        for _, own in reversed(list(by_step))
     ]
     catch_n, catch_yes = len(catches), int(catches["difference_felt"].sum())
     return DescendingDifference(
@@ -206,7 +208,7 @@ def analyse_differences(
         catch=CatchAnswers(
             n=catch_n,
             yes=catch_yes,
-            interval=exact_interval(catch_yes, catch_n, confidence) if catch_n else None,
+            interval=interval_of(catches, confidence) if catch_n else None,
         ),
         signal_detection=signal_detection(changes, catches, confidence),
         psychometric=psychometric(steps, confidence),
@@ -215,6 +217,12 @@ def analyse_differences(
         participants=int(steps[PARTICIPANT].nunique()),
         answers_per_participant_and_step=_repetitions(changes),
     )
+
+
+def interval_of(answers: pd.DataFrame, confidence: float) -> ConfidenceInterval:
+    """Return the interval of the share of "yes", answers of a participant being alike."""
+    own = answers.groupby(answers[PARTICIPANT].astype(str))["difference_felt"].agg(["sum", "size"])
+    return clustered_interval(own["sum"].to_numpy(float), own["size"].to_numpy(float), confidence)
 
 
 def _repetitions(changes: pd.DataFrame) -> float:
@@ -243,6 +251,12 @@ def signal_detection(
         str(who): _sensitivity(*row)
         for who, row in zip(both.index, both.to_numpy(int).tolist(), strict=True)
     }
+    answers = pd.concat([catches, changes])
+    sizes = step_sizes(answers)
+    felt = answers["difference_felt"].to_numpy(float)
+    who = pd.factorize(answers[PARTICIPANT].astype(str))[0]
+    by_size = d_primes(sizes, felt, who, confidence)
+    together = d_primes((sizes != 0).astype(float), felt, who, confidence)
     return SignalDetection(
         pooled=_sensitivity(
             int(changes["difference_felt"].sum()),
@@ -250,11 +264,32 @@ def signal_detection(
             int(catches["difference_felt"].sum()),
             len(catches),
         ),
-        mean_d_prime=mean_over_participants(
-            np.array([found.d_prime for found in own.values()]), confidence
-        ),
+        by_size=by_size,
+        all_sizes=together
+        if isinstance(together, NotComputed)
+        else replace(together[0], removed_um_pp=float("nan")),
+        mean_d_prime=_mean_of_own(own, confidence),
         participants=own,
     )
+
+
+def step_sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
+    """Return how much amplitude each step removed, µm peak to peak; rounding makes no new size."""
+    removed = steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]
+    return np.asarray((removed / SAME_SIZE).round().to_numpy(float) * SAME_SIZE + 0.0)
+
+
+def _mean_of_own(
+    own: Mapping[str, Sensitivity], confidence: float
+) -> MeanOverParticipants | NotComputed:
+    """Return the mean of participants' own d', where their counts can tell one from another."""
+    fewest = min((min(each.changes, each.catches) for each in own.values()), default=0)
+    if fewest < TRIALS_FOR_OWN:
+        return NotComputed(
+            f"a participant's own d' of {fewest} steps of a kind is pressed towards 0 by the "
+            f"correction for counts of 0 (at least {TRIALS_FOR_OWN} are needed)"
+        )
+    return mean_over_participants(np.array([each.d_prime for each in own.values()]), confidence)
 
 
 def _sensitivity(hits: int, changes: int, false_alarms: int, catches: int) -> Sensitivity:

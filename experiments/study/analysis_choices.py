@@ -47,6 +47,7 @@ Test = Literal[
     "reliability",
     "difference",
 ]
+Primary = Literal["ranks", "logarithms"]
 Share = Annotated[float, Field(ge=0, le=1)]
 
 
@@ -132,6 +133,13 @@ class AnalysisChoices(BaseModel):
     thresholds: Thresholds = Field(
         default=Thresholds(), description="When a participant's data is flagged."
     )
+    primary: Primary = Field(
+        default="ranks",
+        description="The primary analysis, which the report's answer and the power plan rest on: "
+        "ranks (Friedman's test, and Wilcoxon's test of each pair, Holm-corrected; keeps estimates "
+        "of zero) or logarithms (repeated-measures ANOVA, and paired t of each pair, "
+        "Holm-corrected). Every other test is reported as secondary.",
+    )
     tests: tuple[Test, ...] | None = Field(
         default=None,
         description='Tests to run; left out: all. The others are reported as "not chosen".',
@@ -143,11 +151,14 @@ class AnalysisChoices(BaseModel):
     )
     bootstrap_resamples: Annotated[int, Field(ge=200, le=100_000)] = Field(
         default=5000,
-        description="Resamples of each bootstrap.",
+        description="No longer used: no interval is a bootstrap's. Read so that older study files "
+        "stay valid.",
         json_schema_extra={"unit": "resamples"},
     )
     bootstrap_seed: Annotated[int, Field(ge=0)] = Field(
-        default=2007, description="Seed of the bootstrap.", json_schema_extra={"unit": "none"}
+        default=2007,
+        description="No longer used, as bootstrap_resamples.",
+        json_schema_extra={"unit": "none"},
     )
     codebook: str | None = Field(
         default=None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from analysis.reporting import html
-from analysis.reporting.apa import RELIABLE
+from analysis.reporting.apa import reliable
 from analysis.reporting.html import ReportSection
 from analysis.reporting.numbers import grouped, p_value
 from analysis.statistics.not_computed import NotComputed
@@ -24,12 +24,19 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         return section
     texts = []
     if anova.mauchly_p is not None:
-        verdict = "violated" if anova.mauchly_p < RELIABLE else "not rejected"
+        level = analysis.dataset.choices.confidence
+        verdict = "violated" if reliable(anova.mauchly_p, level) else "not rejected"
         texts.append(
             f"Sphericity {verdict}: Mauchly's W = {grouped(anova.mauchly_w, 3)}, "
-            f"{p_value(anova.mauchly_p)}; ε = {grouped(anova.epsilon_gg, 3)} "
-            f"(Greenhouse-Geisser), {grouped(anova.epsilon_hf, 3)} (Huynh-Feldt); corrected "
-            f"{p_value(anova.p_gg)} and {p_value(anova.p_hf)}."
+            f"{p_value(anova.mauchly_p)}. The Greenhouse-Geisser correction is used whatever this "
+            f"test says, which has little power in a dozen people: ε = "
+            f"{grouped(anova.epsilon_gg, 3)}, {p_value(anova.p_gg)} (Huynh-Feldt: "
+            f"{grouped(anova.epsilon_hf, 3)}, {p_value(anova.p_hf)})."
+        )
+    elif anova.df1 > 1:
+        texts.append(
+            "Sphericity cannot be tested: fewer participants than amplitudes. The "
+            f"Greenhouse-Geisser correction is used, ε = {grouped(anova.epsilon_gg, 3)}."
         )
     if anova.shapiro_p is not None:
         texts.append(

@@ -53,11 +53,12 @@ def comparisons(analysis: Analysis) -> ReportSection:
                     TableColumn(title="d_z"),
                     TableColumn(title=f"{level} CI", unit="of d_z"),
                     TableColumn(title="Up / down", unit="participants"),
+                    TableColumn(title="n", unit="logs / ranks"),
                     TableColumn(title="p Wilcoxon", unit="Holm"),
                 ],
                 [_row(pair) for pair in pairs],
-                f"Paired comparisons of log estimates ({pairs[0].n} participants with an "
-                "estimate at every amplitude) and Wilcoxon's test on the estimates themselves. "
+                "Paired comparisons of log estimates, of everybody with an estimate above zero at "
+                "both amplitudes, and Wilcoxon's test on the estimates themselves, of everybody. "
                 "d_z: mean difference over the standard deviation of the differences, with its "
                 "exact interval (non-central t).",
             )
@@ -92,6 +93,7 @@ def _row(pair: PairComparison) -> list[str]:
         f"{pair.from_um_pp:g} → {pair.to_um_pp:g}",
         *tested,
         f"{ranks.up} / {ranks.down}",
+        f"{pair.n_logs} / {pair.n}",
         _bare_p(ranks.p_holm),
     ]
 

@@ -22,9 +22,12 @@ WORDINGS_SHOWN = 40
 
 def _caption(found: DescendingDifference) -> str:
     fit = found.psychometric
-    texts = ["Share of “yes” at each step down, with Clopper and Pearson's exact intervals."]
-    if found.answers_per_participant_and_step > 1:
-        texts.append("Answers of the same participant count as independent in these intervals.")
+    intervals = (
+        "Share of “yes” at each step down, with Clopper and Pearson's intervals; where a "
+        "participant answered several times, of as many answers as there would be independent "
+        "ones (Korn and Graubard)."
+    )
+    texts = [intervals]
     if not isinstance(fit, NotComputed):
         texts.append(
             "Curve: logistic, by generalised estimating equations that let a participant's answers "

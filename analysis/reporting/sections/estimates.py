@@ -1,52 +1,37 @@
-"""Fig. 15, Table III beside the paper's, and all descriptive statistics."""
+"""Table III beside the paper's, and all descriptive statistics."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.figures.shared import LINES_AT_MOST
-from analysis.preprocessing import normalisation
 from analysis.published import biet2007
 from analysis.reporting import html
 from analysis.reporting.html import ReportSection, TableColumn
 from analysis.reporting.numbers import DASH, grouped, interval
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from markupsafe import Markup
 
     from analysis.result import Analysis
 
 
-def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return Fig. 15 and Table III, large, and the full descriptives."""
+def estimates(analysis: Analysis) -> ReportSection:
+    """Return Table III, large, and the full descriptives."""
     section = ReportSection("Magnitude estimates")
     if analysis.prepared is None:
         return section
-    rule = normalisation.RULES[analysis.rule]
     level = 100 * analysis.dataset.choices.confidence
-    section.blocks.append(
-        html.figure(
-            svgs["fig15"],
-            f"Perceived slipperiness against vibration amplitude. {_lines(analysis)} "
-            f"Normalisation: {analysis.rule} ({rule.formula}).",
-            "Line chart of mean slipperiness: "
-            + ", ".join(
-                f"{grouped(mean, 1)} at {amplitude:g} µm"
-                for amplitude, mean in analysis.cells.mean().items()
-            ),
-        )
-    )
     section.blocks.append(table3(analysis))
     section.blocks.append(
         html.table(
             [
                 TableColumn(title="Amplitude", unit="µm, p-p"),
                 TableColumn(title="Mean"),
-                TableColumn(title="Within-participant", unit=f"{level:g} % interval"),
-                TableColumn(title="Bootstrap", unit=f"{level:g} % interval"),
+                TableColumn(title="Student's", unit=f"{level:g} % interval"),
                 TableColumn(title="Geometric mean"),
+                TableColumn(title="n", unit="above 0"),
+                TableColumn(title="Student's", unit=f"{level:g} % interval"),
+                TableColumn(title="Within-participant", unit=f"{level:g} % interval"),
                 TableColumn(title="Median"),
                 TableColumn(title="SD", unit="sample"),
                 TableColumn(title="SD", unit="population"),
@@ -55,39 +40,25 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
                 [
                     f"{row['amplitude_um_pp']:g}",
                     grouped(row["mean"]),
-                    interval(row["within_low"], row["within_high"]),
-                    interval(row["bootstrap_low"], row["bootstrap_high"]),
+                    interval(row["mean_low"], row["mean_high"]),
                     grouped(row["geometric_mean"]),
+                    str(row["geometric_n"]),
+                    interval(row["geometric_low"], row["geometric_high"]),
+                    interval(row["within_low"], row["within_high"]),
                     grouped(row["median"]),
                     grouped(row["sd_sample"]),
                     grouped(row["sd_population"]),
                 ]
                 for row in analysis.description.to_dict(orient="records")
             ],
-            "All descriptive statistics. Within-participant intervals compare amplitudes; "
-            "bootstrap intervals (percentile, participants resampled) are of the mean itself, and "
-            "a little short for few participants. Geometric means leave estimates of zero to the "
-            "zero rule.",
+            "All descriptive statistics. Intervals of geometric means are computed on logarithms "
+            "and taken back; within-participant ones compare amplitudes. "
+            "Geometric means leave estimates of zero to the zero rule.",
         )
     )
     if len(analysis.textures):
         section.blocks.append(textures(analysis))
     return section
-
-
-def _lines(analysis: Analysis) -> str:
-    """Say what Fig. 15 shows of so many participants."""
-    people = len(analysis.cells)
-    if people == 1:
-        return "One participant's means: no spread and no intervals."
-    level = 100 * analysis.dataset.choices.confidence
-    intervals = (
-        f" with {level:g} % within-participant confidence intervals (Cousineau-Morey)"
-        if analysis.description["within_low"].notna().any()
-        else ""
-    )
-    each = "each participant's means" if people <= LINES_AT_MOST else "where participants lie"
-    return f"Thick: means of {people} participants{intervals}. Pale: {each}."
 
 
 def textures(analysis: Analysis) -> Markup:

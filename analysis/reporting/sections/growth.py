@@ -53,11 +53,11 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         best = ", ".join(f"{MODEL_NAMES[name]} {count}" for name, count in own.best.items())
         section.blocks.append(
             html.paragraph(
-                "Too few trials to compare growth functions in single participants; their "
+                "Single participants' trials do not tell growth functions apart; their "
                 "exponents are descriptive."
                 if own.undecided == len(own.participants)
-                else f"Favoured in single participants' trials: {best}; undecided for lack of "
-                f"trials {own.undecided}. With so few amplitudes a "
+                else f"Favoured in single participants' trials: {best}; undecided (too few "
+                f"trials, or ΔAICc below 2) {own.undecided}. With so few amplitudes a "
                 "participant's exponent is descriptive.",
                 "note",
             )
@@ -95,6 +95,7 @@ def _models(found: GrowthComparison, title: str, unit: str = "") -> Markup:
         ],
         rows,
         f"{title}: growth functions of {found.n} participants' mean log estimates, compared by "
-        "the corrected Akaike criterion.",
-        marked=list(found.models).index(found.best),
+        "the corrected Akaike criterion."
+        + (" None is marked: the best is not 2 below the next." if found.undecided else ""),
+        marked=None if found.undecided else list(found.models).index(found.best),
     )

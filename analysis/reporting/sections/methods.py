@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 from analysis.reporting import html
 from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import grouped
+from analysis.reporting.numbers import grouped, unit_number
+from analysis.reporting.primary import FAMILIES
 from analysis.statistics.not_computed import NotComputed
 from analysis.wording import listed
 from experiments.dataset.schema import PARTICIPANT
@@ -97,8 +98,9 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
     if not isinstance(difference, NotComputed) and difference.steps:
         section.blocks.append(
             html.paragraph(
-                "Answers of the descending difference: exact intervals and generalised estimating "
-                "equations from statsmodels; d′ and c after the log-linear correction."
+                "Answers of the descending difference: intervals of shares and generalised "
+                "estimating equations from statsmodels; d′ of each step size by a probit model "
+                "with participants; a participant's own d′ and c after the log-linear correction."
             )
         )
     section.blocks.append(
@@ -113,6 +115,7 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
         ("Session software", ", ".join(data.details.get("software", ("not recorded",)))),
         ("Study's hash", ", ".join(data.details.get("study_hash", ("not recorded",)))),
         ("Seeds", listed(data.details.get("seed", ("not recorded",)), SEEDS_LISTED)),
+        ("Primary analysis", f"{choices.primary} ({FAMILIES[choices.primary].title})"),
         ("Zero rule", f"{choices.zero_rule}"),
         ("Standard deviation", choices.standard_deviation),
         ("Data, SHA-256", data.sha256),
@@ -132,9 +135,9 @@ def _procedure(choices: AnalysisChoices) -> str:
     """Return what was done with magnitude estimates, and by what."""
     return (
         "Estimates were normalised, averaged per participant and amplitude, and tested as "
-        "natural logarithms or ranks. Repeated-measures ANOVA, sphericity and intraclass "
-        "correlations: pingouin; mixed model and Holm's correction: statsmodels; other tests, "
-        "fits, the non-central t and the bootstrap of means "
-        f"({choices.bootstrap_resamples} resamples, seed {choices.bootstrap_seed}): SciPy. "
-        "Sentences call reliable what has p < .05."
+        "natural logarithms or ranks. Primary analysis: "
+        f"{FAMILIES[choices.primary].title}; every other test is secondary, and not corrected for "
+        "the others. Repeated-measures ANOVA and sphericity: pingouin; mixed model and Holm's "
+        "correction: statsmodels; other tests, fits and the non-central t: SciPy. Sentences call "
+        f"reliable what has p < {unit_number(1 - choices.confidence, 3).rstrip('0')}."
     )

@@ -211,7 +211,7 @@ def test_pairs_that_all_tell_apart_alike_are_not_called_alike(table_by_hand, pag
     analysis = analyse(table_by_hand(pairs_alike("abcde")))
     text = page(analysis)
     assert not re.search(r"\bnan\b", text)
-    assert "Without spread between participants, not tested: 0.5 and 1 µm." in text
+    assert "Not tested on logarithms: 0.5 and 1 µm (all participants have the same value" in text
     assert "All 2 pairs of amplitudes differed" in text
 
 
@@ -227,8 +227,8 @@ def test_a_p_that_is_smaller_than_any_number_is_significant():
         d_z_interval=None,
     )
     ranks = SignedRank(up=12, down=0, p=0.0, p_holm=0.0)
-    row = PairComparison(from_um_pp=0.5, to_um_pp=1.2, n=12, logs=logs, ranks=ranks)
-    assert apa.pairwise([row, row], "95 %").startswith("All 2 pairs of amplitudes differed")
+    row = PairComparison(from_um_pp=0.5, to_um_pp=1.2, n=12, n_logs=12, logs=logs, ranks=ranks)
+    assert apa.pairwise_logs([row, row], 0.95).startswith("All 2 pairs of amplitudes differed")
 
 
 def test_people_who_repeat_themselves_exactly_have_no_reliability_and_no_warning(table_by_hand):

@@ -41,23 +41,26 @@ def test_what_is_no_result_is_refused():
 def test_inference_has_its_documented_keys_in_their_order(dataset):
     row = dataset.difference_row
     people = {f"{n:02d}": [row(1, 2.3, 1.2, "yes"), row(2, 1.2, 1.2, "no")] for n in range(1, 7)}
-    found = json.loads(text(analyse(dataset(differences=people)).inference))
+    # One in another order: of one order for all, effects of order are not computed.
+    rows = {"01": dataset.default_estimates(1)[::-1]}
+    found = json.loads(text(analyse(dataset(rows=rows, differences=people)).inference))
     assert " ".join(found) == (
         "rm_anova friedman page_trend linear_trend pairwise mixed_model power_law growth order "
         "reliability normalisation difference"
     )
     assert " ".join(found["rm_anova"]) == (
         "scale F df1 df2 p epsilon_gg p_gg epsilon_hf p_hf eta2_generalised eta2_generalised_ci "
-        "mauchly_w mauchly_p shapiro_w shapiro_p n n_incomplete"
+        "mauchly_w mauchly_p shapiro_w shapiro_p n n_incomplete "
+        "amplitudes_um_pp left_out_um_pp"
     )
     assert " ".join(found["pairwise"][0]) == (
-        "from_um_pp to_um_pp n ratio ratio_ci t df p d_z d_z_ci p_wilcoxon up down p_holm "
+        "from_um_pp to_um_pp n n_logs ratio ratio_ci t df p d_z d_z_ci p_wilcoxon up down p_holm "
         "p_wilcoxon_holm"
     )
     assert " ".join(found["linear_trend"]) == "unit mean ci sd t df p n n_incomplete"
     assert " ".join(found["growth"]["friction"]) == "models best n exponent reduction"
     assert " ".join(found["growth"]["amplitude"]["models"]["power"]) == (
-        "parameters sd log_likelihood aic aicc bic points estimated delta_aicc weight"
+        "parameters sd log_likelihood aic aicc bic points estimated at_bound delta_aicc weight"
     )
     assert found["order"]["position"]["unit"] == "natural logarithm per trial"
     assert " ".join(found["difference"]) == (

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import optimize, special, stats
 
-from analysis.reporting import apa
+from analysis.reporting import apa_difference
 from analysis.statistics.psychometric import curve, psychometric, separated
 from analysis.statistics.verbal_coding import load_codebook
 from analysis.statistics.yes_no import analyse_differences
@@ -83,7 +83,7 @@ def test_data_without_a_finite_slope_gets_the_reason(removed, felt, words):
     )
     found = psychometric(steps)
     assert words in found.reason
-    assert words in apa.psychometric(found, "95%")
+    assert words in apa_difference.psychometric(found, 0.95)
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.booleans()), min_size=1, max_size=12))

@@ -1,0 +1,103 @@
+"""The sentences on the descending difference, in APA style (7th edition)."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from analysis.reporting.apa import level_of, reliable
+from analysis.reporting.numbers import bracketed, number, p_value
+from analysis.statistics.not_computed import NotComputed
+
+if TYPE_CHECKING:
+    from analysis.statistics.probit import DPrimeOfSize
+    from analysis.statistics.psychometric import PsychometricCurve
+    from analysis.statistics.yes_no import DescendingDifference, Finding, SignalDetection
+
+
+def psychometric(found: PsychometricCurve | NotComputed, confidence: float) -> str:
+    """Return the sentence of the curve of "yes" against the size of the step."""
+    if isinstance(found, NotComputed):
+        return f"No curve of “yes” against the size of the step was fitted: {found.reason}."
+    verb = "depended" if reliable(found.p, confidence) else "did not depend reliably"
+    half = (
+        f"; half of the answers are “yes” at {number(found.half_yes_um_pp)} µm"
+        if found.half_yes_um_pp is not None and found.half_yes_um_pp > 0
+        else ""
+    )
+    return (
+        f"“Yes” {verb} on the size of the step, log odds {number(found.log_odds_per_um_pp)} per µm "
+        f"(peak to peak) removed, {level_of(confidence)} CI {bracketed(found.interval)}, "
+        f"t({found.df}) = {number(found.t)}, {p_value(found.p)}{half} (logistic curve by "
+        "generalised estimating equations, answers of a participant exchangeable)."
+    )
+
+
+def finding(found: Finding) -> str:
+    """Return the paper's finding: who felt a difference, and who said it was less slippery."""
+    n = found.n
+    if n == 1:
+        felt = "a difference" if found.felt_a_difference else "no difference"
+        said = "said" if found.said_less_slippery else "did not say"
+        return (
+            f"The one participant felt {felt} when the amplitude fell, and {said} that the surface "
+            "became less slippery."
+        )
+    everyone = f"All {n}" if found.all_felt_a_difference else f"{found.felt_a_difference} of {n}"
+    said = f"all {n}" if found.all_said_less_slippery else f"{found.said_less_slippery} of {n}"
+    return (
+        f"{everyone} participants felt a difference when the amplitude fell "
+        f"({found.felt_every_change} of {n} at every step), and {said} said that the surface "
+        "became less slippery."
+    )
+
+
+def difference_sentences(
+    found: DescendingDifference | NotComputed, confidence: float = 0.95
+) -> list[str]:
+    """Return the sentences on the descending difference; none where it was not run."""
+    if isinstance(found, NotComputed):
+        return []
+    texts = [finding(found.finding)] if found.finding.n else []
+    texts.append(psychometric(found.psychometric, confidence))
+    detection = found.signal_detection
+    if isinstance(detection, NotComputed):
+        texts.append(f"Sensitivity was not computed: {detection.reason}.")
+        return texts
+    pooled = detection.pooled
+    texts.append(
+        f"“Yes” was said on {pooled.hits} of {pooled.changes} steps and on "
+        f"{pooled.false_alarms} of {pooled.catches} catch steps. "
+        f"{sensitivity(detection, confidence)}"
+    )
+    return texts
+
+
+def sensitivity(found: SignalDetection, confidence: float) -> str:
+    """Return the sentence on d', step size by step size."""
+    if isinstance(found.by_size, NotComputed):
+        return f"d′ was not computed: {found.by_size.reason}."
+    parts = [f"{_d_prime(each)} for steps of {each.removed_um_pp:g} µm" for each in found.by_size]
+    text = "; ".join(parts)
+    mean = found.mean_d_prime
+    own = (
+        ""
+        if isinstance(mean, NotComputed)
+        else f" Mean of participants' own d′ {number(mean.mean)}, {level_of(confidence)} CI "
+        f"{bracketed(mean.interval)}."
+    )
+    return (
+        f"{text[0].upper()}{text[1:]} (probit model with participants, profile-likelihood "
+        f"intervals, {level_of(confidence)}).{own}"
+    )
+
+
+def _d_prime(found: DPrimeOfSize) -> str:
+    low, high = found.interval
+    if not isfinite(low) and not isfinite(high):
+        return "d′ not determined by so few answers"
+    if not isfinite(high):
+        return f"at ceiling, d′ ≥ {number(low)}"
+    if not isfinite(low):
+        return f"at floor, d′ ≤ {number(high)}"
+    return f"d′ = {number(found.d_prime)} {bracketed(found.interval)}"

@@ -1,0 +1,138 @@
+"""What is read in two minutes: question, design, answer, one figure, and what to doubt."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from analysis.figures.shared import LINES_AT_MOST
+from analysis.preprocessing import normalisation
+from analysis.reporting import apa, apa_difference, html
+from analysis.reporting.html import ReportSection
+from analysis.reporting.numbers import counted, grouped
+from analysis.statistics.not_computed import NotComputed
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from markupsafe import Markup
+
+    from analysis.result import Analysis
+
+#: Fewer participants than this make every interval wide and every "not told apart" empty.
+SMALL = 6
+#: What to doubt is shown to this many; the rest is in the sections concerned.
+DOUBTS_SHOWN = 8
+
+
+def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+    """Return the summary."""
+    section = ReportSection("Summary", shown="always")
+    choices = analysis.dataset.choices
+    doubts = _doubts(analysis)
+    if analysis.prepared is not None and analysis.prepared.zeros:
+        section.blocks.append(html.paragraph(analysis.prepared.zero_sentence, "problem"))
+    section.blocks += [
+        html.labelled("Question", _question(analysis)),
+        html.labelled("Design", _design(analysis)),
+    ]
+    answers: list[str] = []
+    if analysis.prepared is not None:
+        answers += apa.primary_sentences(analysis.inference, choices.primary, choices.confidence)
+        if not isinstance(analysis.inference.power_law, NotComputed):
+            answers.append(apa.power_law(analysis.inference.power_law, choices.confidence))
+    felt = analysis.inference.difference
+    if not isinstance(felt, NotComputed) and felt.finding.n:
+        answers.append(apa_difference.finding(felt.finding))
+    section.blocks.append(html.labelled("Answer", " ".join(answers)))
+    if "fig15" in svgs and analysis.prepared is not None:
+        section.blocks.append(_figure(analysis, svgs["fig15"]))
+    if doubts:
+        section.blocks.append(html.heading("What to doubt"))
+        section.blocks.append(html.bullets(doubts[:DOUBTS_SHOWN], "problem"))
+        if len(doubts) > DOUBTS_SHOWN:
+            section.blocks.append(
+                html.details(
+                    f"{len(doubts) - DOUBTS_SHOWN} more", [html.bullets(doubts[DOUBTS_SHOWN:])]
+                )
+            )
+    return section
+
+
+def _question(analysis: Analysis) -> str:
+    parts = []
+    if analysis.prepared is not None:
+        parts.append("Does perceived slipperiness change with the vibration's amplitude, and how?")
+    if not isinstance(analysis.inference.difference, NotComputed):
+        parts.append("Do participants feel a step down in amplitude, and what do they say of it?")
+    return " ".join(parts)
+
+
+def _design(analysis: Analysis) -> str:
+    people = len(analysis.flags) - len(analysis.excluded)
+    parts = [counted(people, "participant", "participants")]
+    if analysis.prepared is not None:
+        amplitudes = ", ".join(f"{a:g}" for a in analysis.cells.columns)
+        trials = counted(len(analysis.estimates), "estimate", "estimates")
+        parts.append(f"{trials} of {amplitudes} µm")
+    felt = analysis.inference.difference
+    if not isinstance(felt, NotComputed):
+        steps = sum(step.n for step in felt.steps)
+        parts.append(
+            f"{counted(steps, 'step', 'steps')} down and "
+            f"{counted(felt.catch.n, 'catch step', 'catch steps')}"
+        )
+    return "; ".join(parts) + " (amplitudes peak to peak)."
+
+
+def _doubts(analysis: Analysis) -> list[str]:
+    """Return what a careful reader would hold against the answer, the gravest first."""
+    found = []
+    people = len(analysis.flags) - len(analysis.excluded)
+    if 1 < people < SMALL:
+        found.append(
+            f"{people} participants: intervals are wide, and what is not told apart may differ."
+        )
+    order = analysis.inference.order
+    if isinstance(order, NotComputed) and "not identifiable" in order.reason:
+        found.append(f"Effects of order are {order.reason}.")
+    found += analysis.problems
+    flagged = int(analysis.flags.any(axis=1).sum())
+    if flagged:
+        found.append(
+            f"{flagged} of {len(analysis.flags)} participants carry a flag of data quality; the "
+            "chief results without them stand under Participants and data quality."
+        )
+    felt = analysis.inference.difference
+    if not isinstance(felt, NotComputed) and isinstance(felt.signal_detection, NotComputed):
+        found.append(f"Sensitivity was not computed: {felt.signal_detection.reason}.")
+    return found
+
+
+def _figure(analysis: Analysis, svg: str) -> Markup:
+    rule = normalisation.RULES[analysis.rule]
+    return html.figure(
+        svg,
+        f"Perceived slipperiness against vibration amplitude. {_lines(analysis)} "
+        f"Normalisation: {analysis.rule} ({rule.formula}).",
+        "Line chart of mean slipperiness: "
+        + ", ".join(
+            f"{grouped(mean, 1)} at {amplitude:g} µm"
+            for amplitude, mean in analysis.cells.mean().items()
+        ),
+    )
+
+
+def _lines(analysis: Analysis) -> str:
+    """Say what Fig. 15 shows of so many participants."""
+    people = len(analysis.cells)
+    if people == 1:
+        return "One participant's means: no spread and no intervals."
+    level = 100 * analysis.dataset.choices.confidence
+    intervals = (
+        f" Dark bars: geometric means with {level:g} % within-participant confidence intervals "
+        "(Cousineau-Morey on logarithms), where nobody's estimate is zero."
+        if analysis.description["within_low"].notna().any()
+        else ""
+    )
+    each = "each participant's means" if people <= LINES_AT_MOST else "where participants lie"
+    return f"Blue: means of {people} participants. Pale: {each}.{intervals}"

@@ -1,0 +1,51 @@
+"""The jackknife over participants: an error for an estimate that is not a mean of theirs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.preprocessing.sufficiency import TINY
+from analysis.statistics.confidence_interval import ConfidenceInterval
+from analysis.statistics.mean_over_participants import MeanOverParticipants
+from analysis.statistics.not_computed import NotComputed
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def jackknife(
+    estimate: float, without: NDArray[np.float64], *, confidence: float
+) -> MeanOverParticipants | NotComputed:
+    """Return an estimate with Student's interval and its test against 0.
+
+    The standard error is the jackknife's (Tukey 1958, Ann. Math. Stat. 29, 614), which for a
+    regression over clusters is at least as wide as the sandwich's and covers for few of them
+    (Bell and McCaffrey 2002, Surv. Methodol. 28, 169-181). Degrees of freedom are n - 1.
+
+    Parameters
+    ----------
+    estimate : float
+        Of everybody.
+    without : array, shape (participants,)
+        The same, each participant left out in turn.
+    confidence : float
+        Of the interval.
+    """
+    from scipy import stats  # noqa: PLC0415 - a second's import
+
+    n = len(without)
+    error = float(np.sqrt((n - 1) / n * ((without - estimate) ** 2).sum()))
+    if not error > TINY * max(abs(estimate), 1.0):
+        return NotComputed("all participants have the same value: no spread to judge it by")
+    half = float(stats.t.ppf((1 + confidence) / 2, n - 1)) * error
+    t = estimate / error
+    return MeanOverParticipants(
+        mean=estimate,
+        interval=ConfidenceInterval(estimate - half, estimate + half, confidence),
+        sd=error * n**0.5,
+        t=t,
+        df=n - 1,
+        p=float(2 * stats.t.sf(abs(t), n - 1)),
+    )

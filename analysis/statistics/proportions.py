@@ -1,0 +1,57 @@
+"""Intervals of a share of "yes": exact, and where participants answered several times."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.statistics.confidence_interval import ConfidenceInterval
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+def exact_interval(yes: float, n: float, confidence: float = 0.95) -> ConfidenceInterval:
+    """Return Clopper and Pearson's exact interval of a proportion, of independent answers."""
+    from statsmodels.stats.proportion import proportion_confint  # noqa: PLC0415
+
+    low, high = proportion_confint(yes, n, alpha=1 - confidence, method="beta")
+    return ConfidenceInterval(
+        float(np.nan_to_num(low, nan=0.0)), float(np.nan_to_num(high, nan=1.0)), confidence
+    )
+
+
+def clustered_interval(
+    yes: NDArray[np.float64], answers: NDArray[np.float64], confidence: float = 0.95
+) -> ConfidenceInterval:
+    """Return the interval of a share where a participant's answers resemble each other.
+
+    Clopper and Pearson's, of as many answers as there would be independent ones (Korn and
+    Graubard 1998, Surv. Methodol. 24, 193-201): the answers over the design effect, corrected by
+    Student's t for few participants. Where nobody differs from anybody, the answers count as one
+    a participant. With one answer a participant it is Clopper and Pearson's own.
+
+    Parameters
+    ----------
+    yes, answers : array, shape (participants,)
+        Each participant's counts; everybody answered at least once.
+    """
+    from scipy import stats  # noqa: PLC0415 - a second's import
+
+    people, total = len(answers), float(answers.sum())
+    share = float(yes.sum()) / total
+    if people == total:
+        return exact_interval(share * total, total, confidence)
+    if people == 1:
+        return ConfidenceInterval(0.0, 1.0, confidence)
+    independent = share * (1 - share) / total
+    left = yes - share * answers
+    clustered = people / (people - 1) * float((left**2).sum()) / total**2
+    effective = float(people)
+    if independent > 0:
+        alike = max(clustered / independent, 1.0)
+        tail = (1 - confidence) / 2
+        few = stats.t.ppf(tail, total - 1) / stats.t.ppf(tail, people - 1)
+        effective = min(total / alike * float(few) ** 2, total)
+    return exact_interval(share * effective, effective, confidence)

@@ -1,0 +1,105 @@
+"""d' by step size, and shares of clustered answers: that intervals hold what they promise."""
+
+from math import inf, isfinite
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+from analysis.reporting.json_form import record
+from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.probit import d_primes
+from analysis.statistics.proportions import clustered_interval, exact_interval
+from analysis.statistics.yes_no import Sensitivity, _mean_of_own
+
+
+def answers(rng, people, steps, catches, d):
+    """Return sizes, answers, people of equal-variance observers with criteria of their own."""
+    who = np.repeat(np.arange(people), steps + catches)
+    sizes = np.tile([1.0] * steps + [0.0] * catches, people)
+    criterion = rng.normal(0.8, 0.4, people)
+    yes = rng.random(len(who)) < norm.cdf(d * (sizes > 0) - criterion[who])
+    return sizes, yes.astype(float), who
+
+
+def interval_of(data):
+    sizes, felt, who = data
+    return d_primes(sizes, felt, who, 0.95)[0].interval
+
+
+@pytest.mark.parametrize("d", [1.0, 2.0, 3.0])
+def test_with_three_steps_and_one_catch_the_interval_covers(d):
+    """The interval of the mean of participants' d' covers .002 at d' = 2 here, .000 at 3."""
+    rng = np.random.default_rng(int(d))
+    found = [interval_of(answers(rng, 12, 3, 1, d)) for _ in range(40)]
+    assert sum(low <= d <= high for low, high in found) >= 35
+
+
+def test_a_known_d_prime_is_recovered_for_each_size_of_step():
+    rng = np.random.default_rng(3)
+    who = np.repeat(np.arange(60), 60)
+    sizes = np.tile(np.repeat([0.0, 0.5, 1.1], 20), 60)
+    truth = {0.0: 0.0, 0.5: 0.8, 1.1: 1.9}
+    centre = np.array([truth[size] for size in sizes]) - rng.normal(0.5, 0.3, 60)[who]
+    felt = (rng.random(len(who)) < norm.cdf(centre)).astype(float)
+    found = d_primes(sizes, felt, who, 0.95)
+    assert [each.removed_um_pp for each in found] == [0.5, 1.1]
+    assert [each.d_prime for each in found] == pytest.approx([0.8, 1.9], abs=0.12)
+
+
+def test_where_every_step_was_felt_there_is_a_lower_bound_only():
+    who = np.repeat(np.arange(8), 4)
+    sizes = np.tile([1.0, 1.0, 1.0, 0.0], 8)
+    found = d_primes(sizes, (sizes > 0).astype(float), who, 0.95)[0]
+    assert found.at_ceiling
+    assert found.d_prime is None
+    assert found.interval.high == inf
+    assert 1 < found.interval.low < 5
+    assert record(found)["ci95"] == [found.interval.low, None]
+
+
+def test_two_people_or_no_catch_steps_give_no_d_prime():
+    sizes, felt, who = answers(np.random.default_rng(1), 2, 3, 1, 1.0)
+    assert "participants: 2" in d_primes(sizes, felt, who, 0.95).reason
+    assert "no catch" in d_primes(np.ones(9), np.ones(9), np.repeat(np.arange(3), 3), 0.95).reason
+
+
+def test_there_is_no_mean_of_individual_d_primes_of_a_few_trials():
+    def own(steps):
+        return Sensitivity(
+            hits=2, changes=steps, false_alarms=1, catches=steps, d_prime=1.0, criterion=0.0
+        )
+
+    few = _mean_of_own({str(n): own(19) for n in range(5)}, 0.95)
+    assert isinstance(few, NotComputed)
+    assert "at least 20" in few.reason
+    assert "at least 20" not in _mean_of_own({str(n): own(20) for n in range(5)}, 0.95).reason
+
+
+@pytest.mark.parametrize("people,repeats,alike", [(6, 10, 0.3), (12, 10, 0.6), (30, 3, 0.3)])
+def test_the_interval_of_a_share_covers_where_a_participant_s_answers_are_alike(
+    people, repeats, alike
+):
+    """Clopper and Pearson's over all answers covers some .58 to .86 of these."""
+    rng = np.random.default_rng(people)
+    p = 0.5
+    a = p * (1 - alike) / alike
+    covered = 0
+    for _ in range(300):
+        own = rng.beta(a, a, people)
+        yes = rng.binomial(repeats, own).astype(float)
+        low, high = clustered_interval(yes, np.full(people, float(repeats)))
+        covered += low <= p <= high
+    assert covered >= 0.92 * 300
+
+
+def test_one_answer_a_participant_is_clopper_and_pearson_s_own_interval():
+    yes = np.array([1.0, 0, 1, 1, 0, 1])
+    assert clustered_interval(yes, np.ones(6)) == exact_interval(4, 6)
+
+
+def test_answers_all_alike_count_as_one_a_participant():
+    low, high = clustered_interval(np.full(5, 10.0), np.full(5, 10.0))
+    assert (low, high) == pytest.approx((0.025 ** (1 / 5), 1.0))
+    assert list(clustered_interval(np.array([3.0]), np.array([4.0]))) == [0, 1]
+    assert isfinite(low)
