@@ -122,10 +122,9 @@ def _answer(
         "columns": [report.column_json(answer) for answer in found],
     }
     said = report.lines(table.title, found)
-    # Sums and sums of squares are enough for independent groups, a list is not needed.
-    usable = _usable(columns) + [s for s in columns if design == "independent" and s.witness]
+    # Sums and sums of squares are enough for most of it, a list or a count is not needed.
+    usable = [s for s in columns if s.witness or (not s.refused and s.consistent)]
     if arguments.conclusions and design and len(usable) > 1:
-        usable.sort(key=columns.index)
         across = answers.across(usable, design, arguments.measure, arguments.seed)
         written["conclusions"] = report.across_json(across)
         said += report.across_lines(across)

@@ -110,15 +110,16 @@ class Across:
     Parameters
     ----------
     bounds : tuple of Conclusion
-        Over all data sets and pairings; none where the data sets are too many to list.
-    not_bounded : tuple of str
+        Over all data sets and pairings; from sums and sums of squares alone where the data sets
+        are too many to list.
+    not_listed : tuple of str
         Labels of the columns with too many.
     distributions : tuple of Distribution
         Over uniform samples.
     """
 
     bounds: tuple[Conclusion, ...]
-    not_bounded: tuple[str, ...]
+    not_listed: tuple[str, ...]
     distributions: tuple[Distribution, ...]
 
 
@@ -221,7 +222,7 @@ def all_variants(solutions: Solutions) -> tuple[Variant, ...]:
 
 
 def across(columns: Sequence[Solutions], design: Design, measure: str, seed: int) -> Across:
-    """Return bounds and distributions; no bounds where the data sets are too many to list.
+    """Return bounds and distributions; no distributions where a column cannot be counted.
 
     Raises
     ------
@@ -234,17 +235,21 @@ def across(columns: Sequence[Solutions], design: Design, measure: str, seed: int
         )
 
         return Across(
-            bounds=tuple(independent_conclusions(columns)), not_bounded=(), distributions=()
+            bounds=tuple(independent_conclusions(columns)), not_listed=(), distributions=()
         )
-    from analysis.reconstruction.conclusions import conclusions  # noqa: PLC0415 - if asked for
+    from analysis.reconstruction.conclusions import (  # noqa: PLC0415 - if asked for
+        conclusions,
+        of_moments,
+    )
     from analysis.reconstruction.distributions import distributions  # noqa: PLC0415
     from analysis.reconstruction.sampling import LISTED, Sampler  # noqa: PLC0415
 
-    samplers = [Sampler(solutions, measure) for solutions in columns]
-    drawn = distributions(samplers, seed)
-    long = tuple(s.column.label for s in columns if s.multisets > LISTED)
+    long = tuple(s.column.label for s in columns if s.refused or s.multisets > LISTED)
+    drawable = not any(s.refused for s in columns)
+    samplers = [Sampler(solutions, measure) for solutions in columns] if drawable else []
+    drawn = distributions(samplers, seed) if drawable else []
     return Across(
-        bounds=() if long else tuple(conclusions(samplers)),
-        not_bounded=long,
+        bounds=tuple(of_moments(columns) if long else conclusions(samplers)),
+        not_listed=long,
         distributions=tuple(drawn),
     )

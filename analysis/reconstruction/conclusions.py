@@ -6,19 +6,14 @@ pairings, and whether the conclusion holds in all of them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
-from math import inf, log
+from math import inf, isfinite
 from typing import TYPE_CHECKING
 
-from analysis.reconstruction.bounds import (
-    Range,
-    larger,
-    log_mean,
-    paired_t,
-    repeated_measures_f,
-    slope,
-)
+import numpy as np
+
+from analysis.reconstruction.bounds import Range, larger, log_mean, of_rows, slope
 from analysis.reconstruction.comparable_columns import (
     LEVEL,
     labels,
@@ -26,10 +21,19 @@ from analysis.reconstruction.comparable_columns import (
     require_comparable,
     values_of,
 )
+from analysis.reconstruction.extreme_t import paired_t, t_of_moments
+from analysis.reconstruction.least_f import attained_f, least_f
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from analysis.reconstruction.bounds import Table
     from analysis.reconstruction.sampling import Sampler
+    from analysis.reconstruction.solutions import Solutions
     from analysis.reconstruction.state_table import Array
+
+# A row a column, participants in the same order.
+Ratings = tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,12 @@ class Conclusion:
     decided : bool
         Whether the answer is the same in every data set.
     sharp : bool
-        Whether both ends of the range are attained.
+        Whether both ends of the range are attained; for F, which has no upper end, the lower.
+    labels : tuple of str
+        The columns concerned.
+    at_low, at_high : tuple of tuple of float
+        A table that attains each end: ratings, a row for each of these columns, participants in
+        the same order; empty if none is known.
     """
 
     name: str
@@ -60,6 +69,9 @@ class Conclusion:
     p_high: float | None
     decided: bool
     sharp: bool
+    labels: tuple[str, ...] = ()
+    at_low: Ratings = ()
+    at_high: Ratings = ()
 
 
 def conclusions(columns: list[Sampler]) -> list[Conclusion]:
@@ -76,67 +88,110 @@ def conclusions(columns: list[Sampler]) -> list[Conclusion]:
 
 def pairs(columns: list[Sampler]) -> list[Conclusion]:
     """Return sign test and paired t of every two columns, whatever the pairing."""
-    n = columns[0].solutions.column.n
-    both = zip(labels([c.solutions for c in columns]), (c.listed for c in columns), strict=True)
     return [
-        conclusion
-        for (name_x, x), (name_y, y) in combinations(both, 2)
-        for conclusion in (
-            _sign((name_x, name_y), larger(x, y), n),
-            _t((name_x, name_y), paired_t(x, y), n - 1),
-        )
+        test([a.solutions, b.solutions], bound(a.listed, b.listed))
+        for a, b in combinations(columns, 2)
+        for test, bound in ((signs, larger), (t_test, paired_t))
     ]
 
 
-def _sign(names: tuple[str, str], count: Range, n: int) -> Conclusion:
+def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:
+    """Return the sign test of two columns, given how many participants may have rated higher."""
     from scipy.stats import binomtest  # noqa: PLC0415 - SciPy takes longer than the counts
 
+    n, (one, other) = columns[0].column.n, labels(columns)
     ps = [float(binomtest(int(k), n).pvalue) for k in range(int(count.low), int(count.high) + 1)]
-    return Conclusion(
-        f"sign.{names[0]}.{names[1]}",
-        f"participants of {n} who rated {names[1]} above {names[0]} (sign test, ties against)",
-        count.low,
-        count.high,
-        min(ps),
-        max(ps),
-        decided=(min(ps) < LEVEL) == (max(ps) < LEVEL),
-        sharp=count.sharp,
-    )
+    words = f"participants of {n} who rated {other} above {one} (sign test, ties against)"
+    return _concluded("sign", words, columns, count, (min(ps), max(ps)))
 
 
-def _t(names: tuple[str, str], t: Range, degrees: int) -> Conclusion:
+def t_test(columns: Sequence[Solutions], t: Range) -> Conclusion:
+    """Return the paired t test of two columns, given the range of t."""
     from scipy.stats import t as student  # noqa: PLC0415
 
+    degrees, (one, other) = columns[0].column.n - 1, labels(columns)
     # Within the range t comes closest to 0 at one end, or at 0 itself.
     nearest = 0.0 if t.low < 0 < t.high else min(abs(t.low), abs(t.high))
     ps = [float(2 * student.sf(edge, degrees)) for edge in (max(abs(t.low), abs(t.high)), nearest)]
+    words = f"paired t({degrees}) of {other} minus {one}"
+    return _concluded("t", words, columns, t, (ps[0], ps[1]))
+
+
+def f_test(columns: Sequence[Solutions], f: Range) -> Conclusion:
+    """Return the repeated-measures F test, given the least F."""
+    from scipy.stats import f as fisher  # noqa: PLC0415
+
+    k, n = len(columns), columns[0].column.n
+    degrees = (k - 1, (k - 1) * (n - 1))
+    p = float(fisher.sf(f.low, *degrees))
+    words = f"repeated-measures F{degrees}, at least"
+    # F has no upper end, so nothing is decided by a least F that is not significant.
+    found = _concluded("rm_f", words, columns, f, (0.0, p), decided=p < LEVEL)
+    return replace(found, name="rm_f")
+
+
+def _concluded(
+    name: str,
+    words: str,
+    columns: Sequence[Solutions],
+    found: Range,
+    p: tuple[float, float] | None,
+    *,
+    decided: bool | None = None,
+) -> Conclusion:
+    """Put a range into words; p decides where it lies on one side of the level."""
+    if decided is None:
+        decided = p is None or (p[0] < LEVEL) == (p[1] < LEVEL)
+    ps = p or (None, None)
     return Conclusion(
-        f"t.{names[0]}.{names[1]}",
-        f"paired t({degrees}) of {names[1]} minus {names[0]}",
-        t.low,
-        t.high,
+        ".".join([name, *labels(columns)]),
+        words,
+        found.low,
+        found.high,
         ps[0],
         ps[1],
-        decided=(ps[0] < LEVEL) == (ps[1] < LEVEL),
-        sharp=t.sharp,
+        decided=decided,
+        sharp=bool(found.at_low) and (bool(found.at_high) or not isfinite(found.high)),
+        labels=tuple(labels(columns)),
+        at_low=_ratings(columns, found.at_low),
+        at_high=_ratings(columns, found.at_high),
+    )
+
+
+def _ratings(columns: Sequence[Solutions], table: Table) -> Ratings:
+    """Return a table in steps as ratings; an empty one stays empty."""
+    return tuple(
+        tuple(float(v) for v in values_of(column, np.array(row)))
+        for column, row in zip(columns, table, strict=False)
     )
 
 
 def together(columns: list[Sampler]) -> list[Conclusion]:
     """Return the repeated-measures F's lower bound and, given amplitudes, the exponents."""
-    from scipy.stats import f as fisher  # noqa: PLC0415
-
-    listed = [column.listed for column in columns]
-    k, n = len(listed), listed[0].shape[1]
-    least, degrees = repeated_measures_f(listed), (k - 1, (k - 1) * (n - 1))
-    p = float(fisher.sf(least, *degrees))
+    found, solutions = attained_f(columns), [column.solutions for column in columns]
     return [
-        Conclusion(
-            "rm_f", f"repeated-measures F{degrees}, at least", least, inf, 0.0, p,
-            decided=p < LEVEL, sharp=False,
-        ),
-        *_exponents(columns, listed),
-    ]  # fmt: skip
+        *([f_test(solutions, found)] if found else []),
+        *_exponents(columns, [column.listed for column in columns]),
+    ]
+
+
+def of_moments(columns: Sequence[Solutions]) -> list[Conclusion]:
+    """Return what sums and sums of squares alone bound, for columns of any size: t and F.
+
+    Raises
+    ------
+    UserError
+        The columns cannot stand side by side.
+    """
+    require_comparable(columns)
+    n = columns[0].column.n
+    moments = [column.attained[0] for column in columns]
+    found = [
+        t_test([columns[i], columns[j]], t_of_moments(moments[i], moments[j], n))
+        for i, j in combinations(range(len(columns)), 2)
+    ]
+    least = least_f(moments, n)
+    return found if least is None else [*found, f_test(columns, Range(least, inf))]
 
 
 def _exponents(columns: list[Sampler], listed: list[Array]) -> list[Conclusion]:
@@ -149,18 +204,21 @@ def _exponents(columns: list[Sampler], listed: list[Array]) -> list[Conclusion]:
     ranges = {}
     if all(mean.min() > 0 for mean in means):
         ranges["arithmetic"] = [
-            Range(log(mean.min()), log(mean.max()), sharp=True) for mean in means
+            of_rows(np.log(mean), listed[i]) for i, mean in zip(logs, means, strict=True)
         ]
     # A rating of zero has no logarithm.
     if all(c.min() > 0 for c in chosen):
-        ranges["geometric"] = [log_mean(c) for c in chosen]
-    found = []
-    for kind, parts in ranges.items():
-        exponent = slope(parts, list(logs.values()))
-        found.append(
-            Conclusion(
-                f"exponent.{kind}", f"exponent of the {kind} means", exponent.low, exponent.high,
-                None, None, decided=True, sharp=exponent.sharp,
-            )
-        )  # fmt: skip
-    return found
+        ranges["geometric"] = [
+            of_rows(log_mean(c), listed[i]) for i, c in zip(logs, chosen, strict=True)
+        ]
+    concerned = [columns[i].solutions for i in logs]
+    return [
+        replace(
+            _concluded(
+                "exponent", f"exponent of the {kind} means", concerned,
+                slope(parts, list(logs.values())), None,
+            ),
+            name=f"exponent.{kind}",
+        )
+        for kind, parts in ranges.items()
+    ]  # fmt: skip

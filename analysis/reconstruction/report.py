@@ -12,7 +12,7 @@ from analysis.reconstruction.saddle_point import words
 from analysis.reconstruction.sampling import LISTED
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from analysis.reconstruction.answers import Across, ColumnAnswer, Variant
     from analysis.reconstruction.conclusions import Conclusion
@@ -64,7 +64,7 @@ def across_json(answer: Across) -> Json:
     return {
         "always": [_finite(asdict(found)) for found in answer.bounds if found.decided],
         "depends": [_finite(asdict(found)) for found in answer.bounds if not found.decided],
-        "not_bounded": list(answer.not_bounded),
+        "not_listed": list(answer.not_listed),
         "distributions": [
             _finite(asdict(found))
             | {"quantiles": [[p, _finite_or_none(v)] for p, v in found.quantiles]}
@@ -133,12 +133,11 @@ def across_lines(answer: Across) -> list[str]:
         (False, "Depends on the data set or the pairing"),
     ):
         if found := [bound for bound in answer.bounds if bound.decided is decided]:
-            said += [heading, *map(_bound, found), ""]
-    if answer.not_bounded:
-        said += [
-            f"No bounds: more than {LISTED:,} multisets in {', '.join(answer.not_bounded)}",
-            "",
-        ]
+            said += [heading, *(line for bound in found for line in _bound_lines(bound)), ""]
+    if answer.not_listed:
+        named = ", ".join(answer.not_listed)
+        bounds = "these bounds are from sums and sums of squares alone"
+        said += [f"More than {LISTED:,} multisets in {named}: {bounds}", ""]
     if not answer.distributions:
         return said
     first = answer.distributions[0]
@@ -151,10 +150,27 @@ def across_lines(answer: Across) -> list[str]:
     return [*said, ""]
 
 
+def _bound_lines(found: Conclusion) -> Iterator[str]:
+    """Yield a bound, and a table that attains each of its ends."""
+    yield _bound(found)
+    ends = ((found.low, found.at_low), (found.high, found.at_high))
+    for value, table in ends[:1] if found.low == found.high else ends:
+        if table:
+            yield f"    {_number(value)} with {ratings(found.labels, table)}"
+
+
+def ratings(labels: Sequence[str], table: Sequence[Sequence[float]]) -> str:
+    """Return a table in words: each column's ratings, participants in the same order."""
+    return "; ".join(
+        f"{label}: {' '.join(f'{v:g}' for v in row)}"
+        for label, row in zip(labels, table, strict=True)
+    )
+
+
 def _bound(found: Conclusion) -> str:
     sharp = "" if found.sharp else " (a bound, perhaps not attained)"
-    if not isfinite(found.high) and found.p_high is not None:
-        return f"  {found.question} {_number(found.low)}, p at most {found.p_high:.2g}"
+    if not isfinite(found.high) and found.name == "rm_f":
+        return f"  {found.question} {_number(found.low)}, p at most {found.p_high:.2g}{sharp}"
     extent = _join(_number(found.low), _number(found.high))
     p = ""
     if found.p_low is not None and found.p_high is not None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,9 +10,6 @@ from analysis.published import biet2007
 from analysis.reconstruction.published_table import CONVENTIONS, read
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction.solutions import Solutions
-
-if TYPE_CHECKING:
-    from analysis.reconstruction.conclusions import Conclusion
 
 AMPLITUDES_UM_PP = tuple(biet2007.BY_AMPLITUDE)
 
@@ -28,18 +24,6 @@ class Count:
     ordered: int
 
 
-@dataclass(frozen=True)
-class Section:
-    """Counts, what holds in every data set that Table III allows, and what depends.
-
-    The counts are for both conventions of the SD, the conclusions for one.
-    """
-
-    counts: tuple[Count, ...]
-    always: tuple[Conclusion, ...]
-    depends: tuple[Conclusion, ...]
-
-
 def columns() -> list[Solutions]:
     """Return the solutions of the four columns, in the order of `AMPLITUDES_UM_PP`."""
     return [Solutions(column) for column in read(biet2007.TABLE3_FILE).columns]
@@ -52,19 +36,6 @@ def counts() -> tuple[Count, ...]:
         for amplitude, solutions in zip(AMPLITUDES_UM_PP, columns(), strict=True)
         for convention in CONVENTIONS
         for other in [solutions.under(convention, solutions.column.rounding)]
-    )
-
-
-def section(convention: str = "sample") -> Section:
-    """Return the whole section under one convention of the SD; some seconds."""
-    from analysis.reconstruction.conclusions import conclusions  # noqa: PLC0415
-
-    chosen = [one.under(convention, one.column.rounding) for one in columns()]
-    found = conclusions([Sampler(solutions) for solutions in chosen])
-    return Section(
-        counts(),
-        tuple(c for c in found if c.decided),
-        tuple(c for c in found if not c.decided),
     )
 
 

@@ -29,6 +29,7 @@ SOURCES: tuple[tuple[str, str], ...] = (
     ("analysis.reproduction.datasets", "datasets.json"),
     ("analysis.reproduction.film", "film.json"),
     ("analysis.reproduction.plate", "plate.json"),
+    ("analysis.reproduction.constants", "constants.json"),
 )
 #: Ours may move by this much, relative, before it counts as drift: other processors and library
 #: versions round differently.

@@ -3,8 +3,8 @@
 The paper prints none of these numbers; they are what its Table III implies, whoever rated what,
 for whole ratings from 0 to 100. The paper does not say which standard deviation it printed, so a
 conclusion's lowest and highest value are over the data sets of both conventions and over all
-pairings of the ratings of one participant; the reason tells them apart. Where no data set is
-known to attain a bound, the reason says so.
+pairings of the ratings of one participant; the reason tells them apart and gives the table that
+attains it. See `attained_bounds` for where the tables come from.
 """
 
 from __future__ import annotations
@@ -15,7 +15,9 @@ from math import prod
 from typing import TYPE_CHECKING, Any
 
 from analysis.reconstruction.published_table import CONVENTIONS
+from analysis.reconstruction.report import ratings
 from analysis.reproduction import allowed_datasets
+from analysis.reproduction.attained_bounds import COMMAND, known
 from analysis.reproduction.comparison import Outcome, record
 
 if TYPE_CHECKING:
@@ -43,8 +45,7 @@ def _conclusions() -> dict[str, dict[str, Conclusion]]:
     """Return the conclusions by name and convention of the SD."""
     found: dict[str, dict[str, Conclusion]] = {}
     for convention in CONVENTIONS:
-        section = allowed_datasets.section(convention)
-        for one in section.always + section.depends:
+        for one in known(convention):
             found.setdefault(one.name, {})[convention] = one
     return found
 
@@ -81,21 +82,23 @@ def tables(convention: str) -> Outcome:
 def bound(name: str, end: str) -> Outcome:
     """Return a conclusion's lowest or highest value over all data sets and pairings."""
     found = _conclusions()[name]
-    low = {convention: one.low for convention, one in found.items()}
-    high = {convention: one.high for convention, one in found.items()}
-    values, pick = (low, min) if end == "lowest" else (high, max)
+    values = {word: one.low if end == "lowest" else one.high for word, one in found.items()}
+    extreme = (min if end == "lowest" else max)(values, key=lambda word: values[word])
+    attained = found[extreme]
+    table = attained.at_low if end == "lowest" else attained.at_high
     always = all(one.decided for one in found.values())
     holds = "the same conclusion in every data set" if always else "depends on the data set"
     each = ", ".join(f"{value:.4g} with the {word} SD" for word, value in values.items())
     ps = [p for one in found.values() for p in (one.p_low, one.p_high) if p is not None]
-    p = f"; p from {min(ps):.2g} to {max(ps):.2g}" if ps else ""
-    sharp = "" if all(one.sharp for one in found.values()) else "; a bound, maybe not met"
-    question = found[CONVENTIONS[0]].question
+    p = f"p at most {max(ps):.2g}" if name == "rm_f" else f"p from {min(ps):.2g} to {max(ps):.2g}"
     return Outcome(
         published=None,
-        ours=pick(values.values()),
+        ours=values[extreme],
         unit="",
-        reason=f"{question}: {holds}; {each}; rounded, not truncated{p}{sharp}",
+        reason=(
+            f"{attained.question}: {holds}; {each}; rounded, not truncated; {p}; attained with the "
+            f"{extreme} SD by {ratings(attained.labels, table)}; {COMMAND} searches all again"
+        ),
     )
 
 

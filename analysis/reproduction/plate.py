@@ -19,9 +19,10 @@ if TYPE_CHECKING:
 _GAPS = (
     "ideal glue, gaps of 1 mm, shorted electrodes, default mesh (a finer one gives 33.94 kHz). The "
     "paper's electrodes are driven by two signals in antiphase (Section III-C-3); a source holds "
-    "its voltage, so the peak is the short-circuit resonance. Floating electrodes would give "
-    "34.72 kHz, 0.1 % from the published peak, but are not what was driven; why the published "
-    "peak lies 2 % higher is not known"
+    "its voltage, so the peak is the short-circuit resonance. No single model of ours meets both "
+    "frequency and amplitude: this one gives 34.06 kHz and 3.23 µm p-p at the edge antinode; "
+    "floating electrodes, which are not what was driven, 34.72 kHz and 2.09 µm p-p. Why the "
+    "published peak lies 2 % higher is not known"
 )
 
 
@@ -132,8 +133,10 @@ def fig12_amplitude() -> Outcome:
         ours=_peak().peak_um_pp,
         unit="µm p-p",
         reason=(
-            "Q = 60 for the whole plate, at the edge antinode x = 0, y = 24.5 mm (2.19 in the "
-            "middle); the paper names neither the point nor peak or peak to peak"
+            "agrees only peak to peak and only at the edge antinode x = 0, y = 24.5 mm (2.19 in "
+            "the middle), with Q = 60 for the whole plate; the paper names neither the point nor "
+            "peak or peak to peak. The same model's frequency does not agree (fig12.frequency), "
+            "and no single model of ours meets both"
         ),
     )
 

@@ -6,6 +6,7 @@ import csv
 import json
 
 import pytest
+from scipy.stats import ttest_rel
 
 import slipscale
 
@@ -102,14 +103,40 @@ def test_conclusions_are_said_and_written_as_strict_json(capsys, tmp_path):
     assert found["distributions"][0]["samples"] == 1000
 
 
-def test_too_many_data_sets_to_list_leave_distributions_without_bounds(capsys, tmp_path):
+def test_columns_too_large_to_count_are_bounded_all_the_same(capsys, tmp_path):
+    (tmp_path / "t.csv").write_text(
+        "label,n,mean,sd,scale_maximum\na,300,40.00,12.00,100\nb,300,60.00,12.00,100\n"
+    )
+    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv"), *PAIRED]) == 2
+    said = capsys.readouterr()
+    assert "paired t(299) of b minus a: 14.4" in said.out
+    assert "not counted" in said.err
+
+
+def test_bounds_come_with_the_tables_that_attain_them(capsys, tmp_path):
+    (tmp_path / "t.csv").write_text(TWO.replace("6.40,1.14", "6.40,1.52"))
+    words = ["reconstruct", str(tmp_path / "t.csv"), *PAIRED]
+    assert slipscale.main([*words, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["conclusions"]
+    (t,) = (row for row in found["always"] + found["depends"] if row["name"] == "t.a.b")
+    for value, table in ((t["low"], t["at_low"]), (t["high"], t["at_high"])):
+        assert ttest_rel(*reversed(table)).statistic == pytest.approx(value)
+    slipscale.main(words)
+    first = " ".join(f"{v:g}" for v in t["at_low"][0])
+    assert f"{t['low']:.4g} with a: {first}; b: " in capsys.readouterr().out
+
+
+def test_too_many_data_sets_to_list_are_bounded_by_sums_and_sums_of_squares(capsys, tmp_path):
     (tmp_path / "t.csv").write_text(
         "label,n,mean,sd,scale_maximum\na,14,40.00,12.00,100\nb,14,60.00,12.00,100\n"
     )
     assert slipscale.main(["reconstruct", str(tmp_path / "t.csv"), *PAIRED]) == 0
     said = capsys.readouterr().out
-    assert "No bounds" in said
-    assert "paired t(13)" in said
+    assert "these bounds are from sums and sums of squares alone" in said
+    # By hand: 20 over 24/√14, SDs of 12 in opposite order; and its square.
+    assert "paired t(13) of b minus a: 3.118 to infinite" in said
+    assert "(a bound, perhaps not attained)" in said
+    assert "repeated-measures F(1, 13), at least 9.722" in said
 
 
 @pytest.mark.parametrize(

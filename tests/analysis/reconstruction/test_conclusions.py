@@ -9,11 +9,13 @@ import pytest
 from scipy.stats import ttest_rel
 
 from analysis.published.biet2007 import TABLE3, agrees
-from analysis.reconstruction.bounds import larger, paired_t, repeated_measures_f
+from analysis.reconstruction.bounds import larger
 from analysis.reconstruction.conclusions import pairs, together
+from analysis.reconstruction.extreme_t import paired_t, t_of_moments
+from analysis.reconstruction.least_f import least_f
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction.solutions import Solutions
-from analysis.reproduction.allowed_datasets import section, table3_dataset
+from analysis.reproduction.allowed_datasets import columns, table3_dataset
 from analysis.statistics import batched
 
 
@@ -27,8 +29,22 @@ def every_pairing(x, y):
     return [(a, np.array(b)) for a in x for row in y for b in permutations(row)]
 
 
+def attained(found, statistic):
+    """Whether the tables that a range comes with have the values at its ends."""
+    return [statistic(*map(np.array, at)) for at in (found.at_low, found.at_high)] == [
+        pytest.approx(found.low),
+        pytest.approx(found.high),
+    ]
+
+
 def test_the_sign_count_is_bounded_sharply_over_every_pairing(small):
     counts = [int((b > a).sum()) for a, b in every_pairing(*small)]
+    for x, y in permutations(small):
+        found = larger(x, y)
+        assert attained(found, lambda a, b: (b > a).sum())
+        assert all(
+            sorted(at) in rows.tolist() for at, rows in zip(found.at_low, (x, y), strict=True)
+        )
     found = larger(*small)
     assert (found.low, found.high) == (min(counts), max(counts))
 
@@ -46,14 +62,16 @@ def test_nearest_neighbours_find_what_trying_every_pair_finds(column, monkeypatc
     for x, y in permutations(lists, 2):
         tried = paired_t(x, y)
         with monkeypatch.context() as patch:
-            patch.setattr("analysis.reconstruction.bounds.SEARCHED", 0)
-            assert paired_t(x, y) == tried
-        assert tried.sharp
+            patch.setattr("analysis.reconstruction.extreme_t.SEARCHED", 0)
+            found = paired_t(x, y)
+            assert (found.low, found.high) == (tried.low, tried.high)
+        for one in (tried, found):
+            assert attained(one, lambda a, b: ttest_rel(b, a).statistic)
 
 
 def test_too_many_pairs_to_compare_are_bounded_from_outside(small, monkeypatch):
     sharp = paired_t(*small)
-    monkeypatch.setattr("analysis.reconstruction.bounds.COMPARED", 0)
+    monkeypatch.setattr("analysis.reconstruction.extreme_t.COMPARED", 0)
     loose = paired_t(*small)
     assert not loose.sharp
     assert loose.low <= sharp.low <= sharp.high <= loose.high
@@ -68,7 +86,10 @@ def test_a_mean_that_leaves_the_sum_open_is_bounded_over_every_sum(column):
     assert (found.low, found.high) == (pytest.approx(min(ts)), pytest.approx(max(ts)))
     tables = np.stack([np.stack(pair, axis=1) for pair in every_pairing(x, y)])
     smallest = batched.repeated_measures_f(tables.astype(float)).min()
-    assert repeated_measures_f([x, y]) <= smallest + 1e-9
+    moments = [tuple({(int(r.sum()), int((r**2).sum())) for r in rows}) for rows in (x, y)]
+    assert least_f(moments, 4) <= smallest + 1e-9
+    outer = t_of_moments(moments[0], moments[1], 4)
+    assert outer.low <= found.low <= found.high <= outer.high
 
 
 def test_pairs_asks_for_sign_and_t_of_every_two_columns(column):
@@ -102,37 +123,22 @@ def test_exponents_need_two_amplitudes_and_geometric_ones_no_zero(column):
     assert kinds(column, "1.50", (1.0, 2.0)) == ["rm_f", "exponent.arithmetic"]
 
 
-@pytest.fixture(scope="module")
-def table_3():
-    return section()
-
-
-def test_the_section_counts_every_column_under_both_conventions(table_3):
-    found = {(c.amplitude_um_pp, c.sd_convention): c.multisets for c in table_3.counts}
-    assert len(found) == 8
-    assert found[0.5, "sample"] == 1336
-    assert found[0.5, "population"] == 522
-
-
-def test_table_3_always_has_what_was_derived_by_hand_and_prototype(table_3):
-    always = {c.name: c for c in table_3.always}
-    everybody = always["sign.0.5 um.1.2 um"]
-    assert (everybody.low, everybody.high, everybody.sharp) == (12, 12, True)
-    assert everybody.p_high == pytest.approx(2 / 4096)
-    assert always["sign.0 um.1.2 um"].low == 10
-    assert always["rm_f"].low == pytest.approx(88.36, abs=0.005)
-    assert always["rm_f"].p_high == pytest.approx(7.5e-16, rel=0.01)
-    assert always["exponent.arithmetic"].low == pytest.approx(0.948, abs=5e-4)
-    geometric = always["exponent.geometric"]
+def test_exponents_of_table_3s_means_are_those_derived_by_hand_and_prototype():
+    found = {c.name: c for c in together([Sampler(one) for one in columns()])}
+    assert found["exponent.arithmetic"].low == pytest.approx(0.948, abs=5e-4)
+    geometric = found["exponent.geometric"]
     assert (round(geometric.low, 3), round(geometric.high, 3)) == (0.994, 1.007)
+    log_um = np.log([0.5, 1.2, 2.3])
+    for value, table in ((geometric.low, geometric.at_low), (geometric.high, geometric.at_high)):
+        assert np.polyfit(log_um, np.log(table).mean(axis=1), 1)[0] == pytest.approx(value)
 
 
-def test_table_3_leaves_0_against_0_5_um_open(table_3):
-    depends = {c.name: c for c in table_3.depends}
-    t, sign = depends["t.0 um.0.5 um"], depends["sign.0 um.0.5 um"]
-    assert (round(t.low, 2), round(t.high, 2), t.sharp) == (1.15, 4.16, True)
-    assert (round(t.p_low, 4), round(t.p_high, 2)) == (0.0016, 0.27)
-    assert (sign.low, sign.high, sign.sharp) == (4, 11, True)
+def test_the_least_f_is_attained_by_the_table_that_comes_with_it():
+    found = together([Sampler(one) for one in columns()])[0]
+    assert (found.name, found.sharp, found.high) == ("rm_f", True, np.inf)
+    table = np.array(found.at_low).T[None]
+    assert batched.repeated_measures_f(table)[0] == pytest.approx(found.low, rel=1e-12)
+    assert found.low == pytest.approx(88.36272, abs=5e-6)
 
 
 def test_a_drawn_data_set_has_table_3s_means_and_repeats_with_its_seed():

@@ -44,7 +44,8 @@ def test_no_pair_of_columns_leaves_the_ranges_of_t_and_of_signs(drawn, bounds, p
     names = [f"{AMPLITUDES_UM_PP[place]:g}um" for place in pair]
     low, high = (bounds[f"conclusions.t.{'.'.join(names)}.{end}"] for end in ("lowest", "highest"))
     t = paired_t(arranged)
-    assert low <= t.min() <= t.max() <= high
+    # The search may come upon the very table that attains a bound.
+    assert low * (1 - 1e-9) <= t.min() <= t.max() <= high * (1 + 1e-9)
     assert t.min() < 1.1 * low
     above = (arranged[:, :, 1] > arranged[:, :, 0]).sum(axis=1)
     assert above.min() >= bounds[f"conclusions.sign.{'.'.join(names)}.lowest"]
@@ -59,6 +60,5 @@ def test_no_table_falls_below_the_least_f(drawn, bounds):
         arranged = least_alike(np.swapaxes(tries, 1, 2))
         best = tries[repeated_measures_f(arranged).argmin()]
     reached = repeated_measures_f(least_alike(best.T[None]))[0]
-    # Reached but for rounding: the bound is attained.
     least = bounds["conclusions.rm_f.lowest"]
     assert least * (1 - 1e-9) <= reached < 1.1 * least

@@ -1,0 +1,126 @@
+"""What holds in every data set that Table III allows, and the tables that attain each bound.
+
+The search over all pairs of data sets takes minutes, so its result is recorded: for each bound a
+table of ratings. What is told is then computed from the recorded table by the definitions, after
+checking that the table prints Table III; that nothing lies beyond is what the search proves, and
+``python -m analysis.reproduction.attained_bounds`` repeats it.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.reconstruction.bounds import Range, as_table
+from analysis.reconstruction.conclusions import conclusions, f_test, signs, t_test
+from analysis.reconstruction.published_table import CONVENTIONS
+from analysis.reconstruction.sampling import Sampler
+from analysis.reconstruction.witness import gives_what_is_printed
+from analysis.reproduction.allowed_datasets import columns
+from analysis.statistics import batched
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from analysis.reconstruction.bounds import Table
+    from analysis.reconstruction.conclusions import Conclusion
+    from analysis.reconstruction.published_table import Convention
+    from analysis.reconstruction.solutions import Solutions
+    from analysis.reconstruction.state_table import Array
+
+RECORDED = Path(__file__).with_name("recorded") / "attained_bounds.json"
+COMMAND = "python -m analysis.reproduction.attained_bounds"
+
+
+def _participants_higher(tables: Array) -> Array:
+    found: Array = (tables[:, :, 1] > tables[:, :, 0]).sum(axis=1)
+    return found
+
+
+# A conclusion's kind: its test in words, and its statistic of tables (table, participant, column).
+KINDS: dict[
+    str, tuple[Callable[[Sequence[Solutions], Range], Conclusion], Callable[[Array], Array]]
+] = {
+    "sign": (signs, _participants_higher),
+    "t": (t_test, batched.paired_t),
+    "rm_f": (f_test, batched.repeated_measures_f),
+}
+
+
+@cache
+def known(convention: Convention) -> tuple[Conclusion, ...]:
+    """Return the conclusions under one convention of the SD, from the recorded tables.
+
+    Raises
+    ------
+    ValueError
+        A recorded table does not print Table III.
+    """
+    chosen = {s.column.label: s for s in _columns(convention)}
+    found = []
+    for name, ends in json.loads(RECORDED.read_text(encoding="utf-8"))[convention].items():
+        concerned = [chosen[label] for label in ends["columns"]]
+        test, statistic = KINDS[name.partition(".")[0]]
+        tables = [_checked(name, concerned, ends[end]) for end in ("lowest", "highest")]
+        values = [
+            float(statistic(np.array(table, dtype=float).T[None])[0]) if table else inf
+            for table in tables
+        ]
+        found.append(test(concerned, Range(values[0], values[1], *tables)))
+    return tuple(found)
+
+
+def _columns(convention: Convention) -> list[Solutions]:
+    return [one.under(convention, one.column.rounding) for one in columns()]
+
+
+def _checked(name: str, concerned: Sequence[Solutions], table: Sequence[Sequence[int]]) -> Table:
+    """Return a table's ratings, which are steps of 1 above 0, if they print Table III."""
+    for solutions, row in zip(concerned, table, strict=bool(table)):
+        if not gives_what_is_printed(solutions.column, row):
+            raise ValueError(f"{RECORDED.name}: {name}: {solutions.column.label} is not Table III")
+    return as_table(*(np.array(row) for row in table))
+
+
+def search(convention: Convention) -> list[Conclusion]:
+    """Return the same by the search over all data sets and pairings; minutes."""
+    found = conclusions([Sampler(solutions) for solutions in _columns(convention)])
+    return [one for one in found if one.name.partition(".")[0] in KINDS]
+
+
+def _record() -> None:
+    """Write the tables that the search finds."""
+    entries: dict[str, dict[str, dict[str, object]]] = {
+        convention: {
+            one.name: {
+                "columns": one.labels,
+                **{
+                    end: [[int(v) for v in row] for row in table]
+                    for end, table in (("lowest", one.at_low), ("highest", one.at_high))
+                },
+            }
+            for one in search(convention)
+        }
+        for convention in CONVENTIONS
+    }
+    RECORDED.write_text(_text(entries), encoding="utf-8")
+
+
+def _text(entries: dict[str, dict[str, dict[str, object]]]) -> str:
+    """Return JSON with a line a bound, so that a difference shows which one moved."""
+    parts = [
+        f"{json.dumps(convention)}: {{\n"
+        + ",\n".join(f"{json.dumps(name)}: {json.dumps(ends)}" for name, ends in bounds.items())
+        + "\n}"
+        for convention, bounds in entries.items()
+    ]
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
+if __name__ == "__main__":
+    _record()
