@@ -80,11 +80,33 @@ def run(arguments: argparse.Namespace) -> int:
             'column) or "independent" (others in each) in the file, or --design'
         )
     columns = [Solutions(column, arguments.memory_gib) for column in table.columns]
+    _announce(columns)
     if arguments.sample is None:
         _answer(table, columns, design, arguments)
     else:
         _sample(columns, arguments)
     return _status(columns)
+
+
+# Shorter waits are not announced.
+WORTH_SAYING_S = 5.0
+
+
+def _announce(columns: list[Solutions]) -> None:
+    """Say on stderr what takes long, before it starts."""
+    from analysis.reconstruction.counting import duration, seconds_to_count  # noqa: PLC0415
+
+    for solutions in columns:
+        if solutions.refused:
+            continue
+        seconds = seconds_to_count(solutions.problems)
+        if seconds > WORTH_SAYING_S:
+            gib = max(task.bytes for task in solutions.problems) / 2**30
+            print(
+                f"column '{solutions.column.label}': counting takes {duration(seconds)} and "
+                f"{gib:.1f} GiB",
+                file=sys.stderr,
+            )
 
 
 def _check(arguments: argparse.Namespace) -> None:
@@ -123,7 +145,9 @@ def _answer(
     }
     said = report.lines(table.title, found)
     # Sums and sums of squares are enough for most of it, a list or a count is not needed.
-    usable = [s for s in columns if s.witness or (not s.refused and s.consistent)]
+    usable = [
+        s for s in columns if (s.targets.wanted and s.witness) or (not s.refused and s.consistent)
+    ]
     if arguments.conclusions and design and len(usable) > 1:
         across = answers.across(usable, design, arguments.measure, arguments.seed)
         written["conclusions"] = report.across_json(across)

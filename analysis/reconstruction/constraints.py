@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 
 # Pairs of a sum and a sum of squares that are looked at one by one.
 MOST_PAIRS = 100_000
+# Of more, so many sums are looked at, each with its middle sum of squares.
+LOOKED_AT = 9
 
 
 @dataclass(frozen=True)
@@ -40,6 +42,10 @@ class Targets:
         Why not, if not; empty otherwise.
     refused : str
         Why they cannot be listed; then `wanted` is empty without meaning anything.
+    looked_at : tuple of Wanted
+        Some of them, where they are not listed.
+    pairs : int
+        About how many there are, where they are not listed.
     """
 
     wanted: tuple[Wanted, ...]
@@ -47,6 +53,8 @@ class Targets:
     grimmer: bool
     reason: str
     refused: str = ""
+    looked_at: tuple[Wanted, ...] = ()
+    pairs: int = 0
 
     @property
     def moments(self) -> tuple[Moments, ...]:
@@ -58,8 +66,8 @@ def targets(column: Column) -> Targets:
     """Return what the ratings of `column` must meet."""
     sums = admissible_sums(column)
     reason = impossible(column)
-    if not reason and (refused := _too_many(column, sums)):
-        return Targets((), grim=True, grimmer=True, reason="", refused=refused)
+    if not reason and (number := _number_of_pairs(column, sums)) > MOST_PAIRS:
+        return _unlisted(column, sums, number)
     pairs = [(s, q) for s in sums for q in admissible_squares(column, s)]
     wanted = [_wanted(column, Moments(column.n, total, squares)) for total, squares in pairs]
     possible = tuple(wish for wish in wanted if wish is not None)
@@ -102,16 +110,34 @@ def impossible(column: Column) -> str:
     return "; ".join(found)
 
 
-def _too_many(column: Column, sums: range) -> str:
-    """Say that the few decimals admit too many sums and sums of squares to list, if they do."""
+def _number_of_pairs(column: Column, sums: range) -> int:
+    """Return about how many sums and sums of squares the printed decimals admit."""
     # They differ little from sum to sum.
     middle = admissible_squares(column, sums[len(sums) // 2]) if sums else range(0)
-    pairs = len(sums) * len(middle)
-    if pairs <= MOST_PAIRS:
-        return ""
-    return (
-        f"about {pairs:,} pairs of a sum and a sum of squares give the printed mean and SD, more "
-        f"than {MOST_PAIRS:,}: too few decimals for n = {column.n:,} on this scale"
+    return len(sums) * len(middle)
+
+
+def _unlisted(column: Column, sums: range, number: int) -> Targets:
+    """Say that there are too many to list, and look at some."""
+    places = {len(sums) * (2 * i + 1) // (2 * LOOKED_AT) for i in range(LOOKED_AT)}
+    some = (sums[place] for place in sorted(places))
+    middles = ((total, admissible_squares(column, total)) for total in some)
+    wanted = (
+        _wanted(column, Moments(column.n, total, squares[len(squares) // 2]))
+        for total, squares in middles
+        if squares
+    )
+    return Targets(
+        (),
+        grim=True,
+        grimmer=True,
+        reason="",
+        refused=(
+            f"about {number:,} pairs of a sum and a sum of squares give the printed mean and SD, "
+            f"more than {MOST_PAIRS:,}: too few decimals for n = {column.n:,} on this scale"
+        ),
+        looked_at=tuple(wish for wish in wanted if wish is not None),
+        pairs=number,
     )
 
 

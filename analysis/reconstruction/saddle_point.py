@@ -9,7 +9,8 @@ S and Q have the same parity, so that every reachable pair counts twice.
 
 from __future__ import annotations
 
-from math import log, pi
+from itertools import chain, combinations
+from math import exp, log, pi
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,18 +23,20 @@ if TYPE_CHECKING:
 # Sums for which the estimate is computed; those between are like them.
 SUMS_LOOKED_AT = 15
 STEPS = 200
+# A printed extreme is in so large a share of the multisets at least, or nothing is estimated.
+LEAST_SHARE = 0.02
 CONVERGED = 1e-10
 
 
 def log10_multisets(targets: Targets) -> float | None:
     """Return the decimal logarithm of about how many multisets there are.
 
-    None where an extreme or a median is printed, which the approximation does not cover, and
-    where it does not converge.
+    None where a median is printed, which the approximation does not cover, where a printed extreme
+    is in few of the multisets, and where it does not converge.
     """
     by_sum: dict[int, list[Wanted]] = {}
-    for wish in targets.wanted:
-        if wish.present or wish.medians is not None:
+    for wish in targets.wanted or targets.looked_at:
+        if wish.medians is not None:
             return None
         by_sum.setdefault(wish.moments.total, []).append(wish)
     if not by_sum:
@@ -43,20 +46,42 @@ def log10_multisets(targets: Targets) -> float | None:
     logs = []
     for total in chosen:
         wishes = by_sum[total]
-        found = _log_coefficient(wishes[len(wishes) // 2])
+        found = _log_with_extremes(wishes[len(wishes) // 2])
         if found is None:
             return None
         logs.append(found + log(len(wishes)))
     mean = np.logaddexp.reduce(logs) - log(len(logs))
-    return float((mean + log(len(sums))) / log(10))
+    # Of the pairs that were not listed those looked at stand for all.
+    more = targets.pairs / len(targets.looked_at) if targets.looked_at else 1.0
+    return float((mean + log(len(sums)) + log(more)) / log(10))
 
 
-def _log_coefficient(wish: Wanted) -> float | None:
-    """Return the natural logarithm of the approximation for one sum and sum of squares."""
+def _log_with_extremes(wish: Wanted) -> float | None:
+    """Return the natural logarithm for one sum and sum of squares, printed extremes present.
+
+    By inclusion and exclusion: those within the bounds, less those that lack one of the values.
+    """
+    every = chain.from_iterable(
+        combinations(wish.present, size) for size in range(len(wish.present) + 1)
+    )
+    reference: float | None = None
+    share = 0.0
+    for lacking in every:
+        found = _log_coefficient(wish, frozenset[int]().union(*lacking))
+        if found is None:
+            return None
+        reference = found if reference is None else reference
+        share += (-1) ** len(lacking) * exp(found - reference)
+    return reference + log(share) if reference is not None and share > LEAST_SHARE else None
+
+
+def _log_coefficient(wish: Wanted, without: frozenset[int]) -> float | None:
+    """Return the natural logarithm for one sum and sum of squares, `without` these values."""
     n, total, squares = wish.moments.n, wish.moments.total, wish.moments.squares
     mean = total / n
     scale = max((squares / n - mean**2), 1e-12) ** 0.5
-    u = (np.arange(wish.low, wish.high + 1) - mean) / scale
+    values = np.setdiff1d(np.arange(wish.low, wish.high + 1), list(without))
+    u = (values - mean) / scale
     powers = np.stack([np.ones_like(u), u, u**2])
     moments = np.array([n, 0.0, float(n)])  # of u: its mean is 0 and its variance 1
     at = np.array([-3.0, 0.0, -0.5])

@@ -34,8 +34,9 @@ def witness(column: Column, targets: Targets) -> tuple[int, ...]:
 
     None found does not mean that there is none.
     """
-    middle = len(targets.wanted) // 2
-    for wish in targets.wanted[middle : middle + TRIED]:
+    wanted = targets.wanted or targets.looked_at
+    middle = len(wanted) // 2
+    for wish in wanted[middle : middle + TRIED]:
         for part in islice(partition(wish), TRIED):
             found = _free_values(part)
             given = [value for value, times in part.given for _ in range(times)]

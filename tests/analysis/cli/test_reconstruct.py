@@ -151,3 +151,10 @@ def test_too_many_data_sets_to_list_are_bounded_by_sums_and_sums_of_squares(caps
 def test_a_users_mistake_exits_2_with_a_sentence(capsys, words, said):
     assert slipscale.main(["reconstruct", *words]) == 2
     assert said in capsys.readouterr().err
+
+
+def test_what_takes_long_is_announced(capsys, tmp_path, monkeypatch):
+    (tmp_path / "t.csv").write_text(TWO)
+    monkeypatch.setattr("analysis.cli.reconstruct.WORTH_SAYING_S", 0.0)
+    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv")]) == 0
+    assert "column 'a': counting takes about 1 s and 0.0 GiB" in capsys.readouterr().err

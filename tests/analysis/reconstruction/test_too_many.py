@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from analysis.reconstruction.answers import column_answer
 from analysis.reconstruction.constraints import within_reach
+from analysis.reconstruction.counting import seconds_to_count
 from analysis.reconstruction.partition import Moments
 from analysis.reconstruction.saddle_point import log10_multisets
 from analysis.reconstruction.solutions import Solutions
@@ -72,9 +73,43 @@ def test_the_saddle_point_estimate_is_near_the_exact_count(column, facts, within
     assert 1 / within < ratio < within
 
 
-def test_extremes_are_not_estimated(column):
-    solutions = Solutions(column(12, "50.00", "10.00", observed_maximum="70"))
+@pytest.mark.parametrize(
+    "facts, extremes",
+    [
+        ((12, "50.00", "10.00"), {"observed_maximum": "66"}),
+        ((12, "50.00", "10.00"), {"maximum_deviation": "18.00"}),
+        ((30, "50.00", "10.00"), {"observed_maximum": "70", "observed_minimum": "31"}),
+    ],
+)
+def test_printed_extremes_are_estimated_within_a_fifth(column, facts, extremes):
+    solutions = Solutions(column(*facts, **extremes))
+    ratio = 10 ** log10_multisets(solutions.targets) / solutions.multisets
+    assert 1 / 1.2 < ratio < 1.2
+
+
+def test_medians_are_not_estimated(column):
+    solutions = Solutions(column(12, "50.00", "10.00", median="50"))
     assert log10_multisets(solutions.targets) is None
+
+
+def test_too_few_decimals_leave_a_witness_and_an_estimate(column):
+    """Some pairs of sum and sum of squares stand for all, where all can still be counted."""
+    listed = Solutions(column(40, "50.0", "20"))
+    pairs = len(listed.targets.wanted)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("analysis.reconstruction.constraints.MOST_PAIRS", 10)
+        answer = column_answer(Solutions(listed.column), "multisets")
+    assert pairs > 10
+    assert "too few decimals" in answer.refused
+    assert gives_what_is_printed(listed.column, [int(v) for v in answer.witness])
+    # Sums of squares that are not looked at have more or fewer; together about as many.
+    assert answer.log10_estimate == pytest.approx(log10_multisets(listed.targets), abs=0.05)
+
+
+def test_counting_is_timed_by_its_cells_and_its_bits(column):
+    short, long = (Solutions(column(n, "50.00", "10.00")).problems for n in (30, 60))
+    assert seconds_to_count(short) < 2
+    assert 5 < seconds_to_count(long) < 30
 
 
 @settings(max_examples=50, deadline=None)
