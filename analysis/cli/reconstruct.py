@@ -54,6 +54,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         choices=("paired", "independent"),
         help="for --conclusions: whether all columns are of the same participants; as in the file",
     )
+    parser.add_argument(
+        "--html",
+        type=Path,
+        metavar="FILE",
+        help="write one page with figures and samples that opens anywhere, too",
+    )
     parser.add_argument("--json", action="store_true", help="machine-readable; counts as strings")
     parser.add_argument("--out", type=Path, metavar="FILE", help="write here instead of the screen")
     parser.add_argument(
@@ -117,6 +123,8 @@ def _check(arguments: argparse.Namespace) -> None:
         return
     if arguments.sample < 1:
         raise UserError(f"--sample is {arguments.sample}, expected 1 or more")
+    if arguments.html:
+        raise UserError("--sample writes data sets and --html a page, with samples: choose one")
     if arguments.json:
         raise UserError("--sample writes CSV and --json writes JSON: choose one")
     if arguments.conclusions:
@@ -144,14 +152,27 @@ def _answer(
         "columns": [report.column_json(answer) for answer in found],
     }
     said = report.lines(table.title, found)
+    known = None
     # Sums and sums of squares are enough for most of it, a list or a count is not needed.
     usable = [
         s for s in columns if (s.targets.wanted and s.witness) or (not s.refused and s.consistent)
     ]
     if arguments.conclusions and design and len(usable) > 1:
-        across = answers.across(usable, design, arguments.measure, arguments.seed)
-        written["conclusions"] = report.across_json(across)
-        said += report.across_lines(across)
+        known = answers.across(usable, design, arguments.measure, arguments.seed)
+        written["conclusions"] = report.across_json(known)
+        said += report.across_lines(known)
+    if arguments.html:
+        from analysis.reconstruction_page.page import Source, render  # noqa: PLC0415 - matplotlib
+
+        source = Source(
+            title=table.title,
+            columns=tuple(zip(columns, found, strict=True)),
+            across=known,
+            measure=arguments.measure,
+            seed=arguments.seed,
+        )
+        with _output(arguments.html) as file:
+            file.write(render(source))
     with _output(arguments.out) as file:
         print(json.dumps(written, indent=2) if arguments.json else "\n".join(said), file=file)
 

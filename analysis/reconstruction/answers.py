@@ -128,8 +128,7 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
     if solutions.refused:
         return _uncounted(solutions)
     column, found = solutions.column, solutions.targets
-    cells = sum((task.bytes // 8) * len(task.goals) for task in solutions.problems)
-    worth = solutions.consistent and cells <= MARGINAL_CELLS
+    worth = solutions.consistent and worth_marginals(solutions)
     return ColumnAnswer(
         label=column.label,
         sd_convention=column.sd_convention,
@@ -166,6 +165,12 @@ def _uncounted(solutions: Solutions) -> ColumnAnswer:
         witness=tuple(float(column.scale.value(v)) for v in solutions.witness),
         log10_estimate=log10_multisets(found),
     )
+
+
+def worth_marginals(solutions: Solutions) -> bool:
+    """Whether exact marginals are worth their time unasked."""
+    cells = sum((task.bytes // 8) * len(task.goals) for task in solutions.problems)
+    return cells <= MARGINAL_CELLS
 
 
 def worth_ordering(solutions: Solutions, measure: str) -> bool:

@@ -85,11 +85,12 @@ def lines(title: str, answers: Iterable[ColumnAnswer]) -> list[str]:
     """Return the columns' answers for people, a line each."""
     said = [title or "published table", ""]
     for answer in answers:
-        said += [*_column_lines(answer), ""]
+        said += [*column_lines(answer), ""]
     return said
 
 
-def _column_lines(answer: ColumnAnswer) -> Iterator[str]:
+def column_lines(answer: ColumnAnswer) -> Iterator[str]:
+    """Yield what is known of one column."""
     yield f"{answer.label}  ({answer.sd_convention} SD, rounding: {answer.rounding})"
     if answer.multisets is None:
         yield from _uncounted_lines(answer)

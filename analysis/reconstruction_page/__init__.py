@@ -1,0 +1,1 @@
+"""One page on all data sets behind a published table."""

@@ -1,0 +1,113 @@
+"""How the ratings of all data sets behind a column are distributed: what the page draws."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.reconstruction.answers import worth_marginals
+from analysis.reconstruction.marginals import Marginals, marginals
+
+if TYPE_CHECKING:
+    from analysis.reconstruction.solutions import Solutions
+    from analysis.reconstruction.state_table import Array
+
+# Bars of a histogram at most.
+BARS = 25
+BAND = (0.025, 0.975)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bands:
+    """A quantity at places along the scale, over all data sets.
+
+    Parameters
+    ----------
+    edges : ndarray, shape (places + 1,)
+        Where each place begins and ends, in the scale's own unit.
+    mean, low, high, least, most : ndarray, shape (places,)
+        Mean, 2.5 % and 97.5 % quantile, smallest and largest value.
+    exact : bool
+        Over all data sets; else over the samples.
+    """
+
+    edges: Array
+    mean: Array
+    low: Array
+    high: Array
+    least: Array
+    most: Array
+    exact: bool
+
+
+def histogram(solutions: Solutions, samples: Array) -> Bands:
+    """Return how many ratings fall into each bar, over samples (in steps above the minimum)."""
+    scale = solutions.column.scale
+    first, last = int(samples.min()), int(samples.max())
+    width = -(-(last - first + 1) // BARS)
+    starts = np.arange(first, last + width + 1, width)
+    counts = np.stack(
+        [((samples >= a) & (samples < b)).sum(axis=1) for a, b in pairwise(starts)], axis=1
+    )
+    low, high = np.quantile(counts, BAND, axis=0, method="inverted_cdf")
+    # A bar stands around its ratings: from half a step below to half a step above.
+    edges = float(scale.minimum) + float(scale.step) * (starts - 0.5)
+    return Bands(
+        edges=edges,
+        mean=counts.mean(axis=0),
+        low=low,
+        high=high,
+        least=counts.min(axis=0),
+        most=counts.max(axis=0),
+        exact=False,
+    )
+
+
+def cumulative(solutions: Solutions, samples: Array, measure: str) -> Bands:
+    """Return the share of ratings up to each value: exact where that is worth its time."""
+    if worth_marginals(solutions):
+        return _exact_cumulative(solutions, marginals(solutions, measure))
+    values = np.arange(int(samples.min()), int(samples.max()) + 1)
+    shares = np.stack([(samples <= v).mean(axis=1) for v in values], axis=1)
+    low, high = np.quantile(shares, BAND, axis=0, method="inverted_cdf")
+    return Bands(
+        edges=_edges(solutions, values),
+        mean=shares.mean(axis=0),
+        low=low,
+        high=high,
+        least=shares.min(axis=0),
+        most=shares.max(axis=0),
+        exact=False,
+    )
+
+
+def _exact_cumulative(solutions: Solutions, found: Marginals) -> Bands:
+    n = found.n
+    first = min(found.order_statistic(1))
+    last = max(found.order_statistic(n))
+    values = np.arange(first, last + 1)
+    # Shares of data sets with 0 to n ratings of so many steps or fewer.
+    chances = np.array([[c / found.total for c in found.at_most[v]] for v in values])
+    running = np.cumsum(chances, axis=1)
+    # What floating point leaves of a sum of 1 is 1.
+    low, high = ((running >= p - 1e-12).argmax(axis=1) / n for p in BAND)
+    possible = chances > 0
+    return Bands(
+        edges=_edges(solutions, values),
+        mean=chances @ np.arange(n + 1) / n,
+        low=low,
+        high=high,
+        least=possible.argmax(axis=1) / n,
+        most=(n - possible[:, ::-1].argmax(axis=1)) / n,
+        exact=True,
+    )
+
+
+def _edges(solutions: Solutions, values: Array) -> Array:
+    scale = solutions.column.scale
+    steps = np.append(values, values[-1] + 1)
+    found: Array = float(scale.minimum) + float(scale.step) * steps
+    return found

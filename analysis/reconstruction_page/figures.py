@@ -1,0 +1,56 @@
+"""The page's figures: histogram and cumulative distribution over all data sets."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from figure_style import BLUE, INK, canvas, styled
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from analysis.reconstruction.state_table import Array
+    from analysis.reconstruction_page.distributions import Bands
+
+# Narrow, so that the words can be read on a telephone.
+SIZE = (5.2, 2.5)
+
+
+@styled
+def histogram_figure(bands: Bands) -> Figure:
+    """Return how many ratings fall into each bar: mean, 95 % band, smallest and largest."""
+    figure, axes = canvas(size=SIZE)
+    middle, width = (bands.edges[1:] + bands.edges[:-1]) / 2, np.diff(bands.edges)
+    axes.bar(middle, bands.mean, width=0.92 * width, color=BLUE, alpha=0.35, label="mean")
+    axes.vlines(
+        middle, bands.least, bands.most, color=INK, linewidth=0.8, label="smallest to largest"
+    )
+    axes.vlines(middle, bands.low, bands.high, color=BLUE, linewidth=3.2, label="95 % of data sets")
+    axes.set(xlabel="Rating", ylabel="Participants", ylim=(0, None))
+    axes.legend(loc="upper left", bbox_to_anchor=(0, 1.18), ncols=3, frameon=False)
+    return figure
+
+
+@styled
+def cumulative_figure(bands: Bands) -> Figure:
+    """Return the share of ratings up to each value: mean, 95 % band, smallest and largest."""
+    figure, axes = canvas(size=SIZE)
+    at = bands.edges
+
+    def steps(values: Array) -> Array:
+        return np.append(values, values[-1])
+
+    axes.fill_between(
+        at, steps(bands.least), steps(bands.most), step="post", color=INK, alpha=0.10,
+        linewidth=0, label="smallest to largest",
+    )  # fmt: skip
+    axes.fill_between(
+        at, steps(bands.low), steps(bands.high), step="post", color=BLUE, alpha=0.30,
+        linewidth=0, label="95 % of data sets",
+    )  # fmt: skip
+    axes.step(at, steps(bands.mean), where="post", color=BLUE, label="mean")
+    axes.set(xlabel="Rating", ylabel="Share up to the rating", ylim=(0, 1.02))
+    axes.legend(loc="upper left", bbox_to_anchor=(0, 1.18), ncols=3, frameon=False)
+    return figure

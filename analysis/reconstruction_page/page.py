@@ -1,0 +1,264 @@
+"""All data sets behind a published table as one self-contained page."""
+
+from __future__ import annotations
+
+import csv
+import io
+from base64 import b64encode
+from dataclasses import dataclass
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from analysis.reconstruction.report import column_lines, ratings
+from analysis.reconstruction.sampling import Sampler
+from analysis.reconstruction_page.distributions import cumulative, histogram
+from analysis.reconstruction_page.figures import cumulative_figure, histogram_figure
+from analysis.reporting import html
+from figure_style import svg
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from analysis.reconstruction.answers import Across, ColumnAnswer
+    from analysis.reconstruction.conclusions import Conclusion
+    from analysis.reconstruction.distributions import Distribution
+    from analysis.reconstruction.solutions import Solutions
+    from analysis.reconstruction.state_table import Array
+
+# Data sets a column that the histograms are over, and those that come with the page.
+DRAWN = 2000
+WITH_THE_PAGE = 100
+
+try:
+    VERSION = version("slipscale")
+except PackageNotFoundError:  # a checkout that was never installed
+    VERSION = "unknown"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """What the page is made from.
+
+    Parameters
+    ----------
+    title : str
+        Of the table.
+    columns : sequence of (Solutions, ColumnAnswer)
+        Each column and what is known of it.
+    across : Across or None
+        What is known across columns, if it was asked for.
+    measure, seed : str, int
+        What the samples repeat with.
+    """
+
+    title: str
+    columns: Sequence[tuple[Solutions, ColumnAnswer]]
+    across: Across | None
+    measure: str
+    seed: int
+
+
+def render(source: Source) -> str:
+    """Return the page."""
+    css = files("analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
+    sections = [_column(source, place) for place in range(len(source.columns))]
+    if source.across is not None:
+        sections.append(_across(source.across))
+    if samples := long_samples(source):
+        sections.append(_samples(samples))
+    return (
+        _environment()
+        .get_template("page.html")
+        .render(
+            title=source.title or "Published table",
+            version=VERSION,
+            css=Markup(css),  # noqa: S704 - our own file
+            facts=_facts(source),
+            sections=sections,
+        )
+    )
+
+
+@cache
+def _environment() -> Environment:
+    return Environment(
+        loader=PackageLoader("analysis.reconstruction_page"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+
+
+def _facts(source: Source) -> list[tuple[str, str]]:
+    """Return what stands at the top: name and value."""
+    answers = [answer for _, answer in source.columns]
+    none = [answer.label for answer in answers if answer.consistent is False]
+    return [
+        ("Columns", str(len(answers))),
+        ("Without any data set", ", ".join(none) or "none"),
+        ("Equally likely", source.measure),
+        ("Seed of what is drawn", str(source.seed)),
+    ]
+
+
+def _drawn(source: Source, place: int, number: int) -> Array | None:
+    """Return samples of a column in steps; None if it has none that can be drawn."""
+    solutions, _ = source.columns[place]
+    if solutions.refused or not solutions.consistent:
+        return None
+    # As `--sample` draws them: a column's samples do not depend on the columns beside it.
+    return Sampler(solutions, source.measure).draw(
+        number, np.random.default_rng([source.seed, place])
+    )
+
+
+def _column(source: Source, place: int) -> html.ReportSection:
+    """Return a column's counts, figures and order statistics."""
+    solutions, answer = source.columns[place]
+    section = html.ReportSection(answer.label)
+    # The heading has the label, and a table the sorted ratings.
+    said = (" ".join(line.split()) for line in list(column_lines(answer))[1:])
+    convention = f"{answer.sd_convention} SD, rounding: {answer.rounding}"
+    facts = [convention, *(line for line in said if not line.startswith("sorted ratings"))]
+    section.blocks.append(html.bullets(facts))
+    samples = _drawn(source, place, DRAWN)
+    if samples is None:
+        return section
+    up_to = cumulative(solutions, samples, source.measure)
+    over = "all data sets" if up_to.exact else f"{DRAWN:,} data sets drawn"
+    section.blocks += [
+        html.figure(
+            svg(histogram_figure(histogram(solutions, samples)), salt=f"histogram{place}"),
+            f"How many of the {solutions.column.n} participants gave each rating, over {DRAWN:,} "
+            "data sets drawn uniformly.",
+            f"Histogram of the ratings at {answer.label} with bands",
+        ),
+        html.figure(
+            svg(cumulative_figure(up_to), salt=f"cumulative{place}"),
+            f"Share of the ratings up to a value, over {over}.",
+            f"Cumulative distribution of the ratings at {answer.label} with bands",
+        ),
+    ]
+    if answer.order_statistics:
+        section.blocks.append(
+            html.table(
+                [
+                    html.TableColumn(title="Rank"),
+                    html.TableColumn(title="Smallest"),
+                    html.TableColumn(title="Mean"),
+                    html.TableColumn(title="Largest"),
+                ],
+                [
+                    (str(row.rank), f"{row.minimum:g}", f"{row.mean:.2f}", f"{row.maximum:g}")
+                    for row in answer.order_statistics
+                ],
+                "Sorted ratings over all data sets, exact; rank 1 is the smallest.",
+            )
+        )
+    return section
+
+
+def _across(found: Across) -> html.ReportSection:
+    """Return what holds in every data set and what depends."""
+    section = html.ReportSection("Across columns")
+    for decided, caption in (
+        (True, "The same answer in every data set and pairing."),
+        (False, "Depends on the data set or the pairing."),
+    ):
+        bounds = [bound for bound in found.bounds if bound.decided is decided]
+        if bounds:
+            section.blocks.append(
+                html.table(
+                    [
+                        html.TableColumn(title="Question", left=True),
+                        html.TableColumn(title="Smallest"),
+                        html.TableColumn(title="Largest"),
+                        html.TableColumn(title="p"),
+                        html.TableColumn(title="Attained"),
+                    ],
+                    [_row(bound) for bound in bounds],
+                    caption,
+                )
+            )
+    attained = [line for bound in found.bounds for line in _attained(bound)]
+    if attained:
+        section.blocks += [html.heading("Tables that attain them"), html.bullets(attained, "note")]
+    if found.distributions:
+        section.blocks.append(
+            html.table(
+                [
+                    html.TableColumn(title="Statistic", left=True),
+                    html.TableColumn(title="Pairing", left=True),
+                    html.TableColumn(title="Median"),
+                    html.TableColumn(title="2.5 %"),
+                    html.TableColumn(title="97.5 %"),
+                    html.TableColumn(title="p < 0.05"),
+                ],
+                [_distribution(row) for row in found.distributions],
+                f"Over {found.distributions[0].samples:,} uniform samples, by pairing; "
+                "how often a test has p < 0.05.",
+            )
+        )
+    return section
+
+
+def _distribution(row: Distribution) -> tuple[str, ...]:
+    at = dict(row.quantiles)
+    share = "" if row.significant is None else f"{row.significant:.1%}"
+    values = (f"{at[q]:.4g}" for q in (0.5, 0.025, 0.975))
+    return (row.question, row.pairing, *values, share)
+
+
+def _row(bound: Conclusion) -> tuple[str, ...]:
+    p = "" if bound.p_low is None else f"{bound.p_low:.2g} to {bound.p_high:.2g}"
+    return (
+        bound.question,
+        f"{bound.low:.4g}",
+        f"{bound.high:.4g}",
+        p,
+        "yes" if bound.sharp else "perhaps not",
+    )
+
+
+def _attained(bound: Conclusion) -> Iterator[str]:
+    ends = ((bound.low, bound.at_low), (bound.high, bound.at_high))
+    for value, table in ends[:1] if bound.low == bound.high else ends:
+        if table:
+            yield f"{bound.question}: {value:.4g} with {ratings(bound.labels, table)}"
+
+
+def _samples(text: str) -> html.ReportSection:
+    """Return the section with the samples to take along."""
+    address = "data:text/csv;base64," + b64encode(text.encode()).decode()
+    link = Markup('<p><a download="samples.csv" href="{}">samples.csv</a>: {}</p>').format(
+        address,
+        f"{WITH_THE_PAGE} data sets of each column, a rating a row; column, sample, place, rating. "
+        "Whose rating stands at which place is not known.",
+    )
+    return html.ReportSection("Samples", [link])
+
+
+def long_samples(source: Source) -> str:
+    """Return samples as CSV, a rating a row; empty if no column has any."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["column", "sample", "place", "rating"])
+    rows = 0
+    for place, (solutions, answer) in enumerate(source.columns):
+        drawn = _drawn(source, place, WITH_THE_PAGE)
+        if drawn is None:
+            continue
+        scale = solutions.column.scale
+        for number, row in enumerate(drawn.tolist(), start=1):
+            for at, steps in enumerate(row, start=1):
+                writer.writerow([answer.label, number, at, f"{float(scale.value(steps)):.10g}"])
+                rows += 1
+    return out.getvalue() if rows else ""
