@@ -55,6 +55,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="for --conclusions: whether all columns are of the same participants; as in the file",
     )
     parser.add_argument(
+        "--batch",
+        action="store_true",
+        help="TABLE is a CSV of any number of rows, of any tables: write a verdict a row to --out, "
+        "going on where an earlier run stopped",
+    )
+    parser.add_argument(
+        "--workers", type=int, default=1, metavar="N", help="processes for --batch (default 1)"
+    )
+    parser.add_argument(
         "--html",
         type=Path,
         metavar="FILE",
@@ -67,13 +76,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=4.0,
         metavar="GIB",
-        help="memory that a table of states may take (default 4)",
+        help="memory that a table of states may take (default 4); with --batch, in each process",
     )
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Answer for every column; 1 if one of them is inconsistent."""
     # Imported here so that --help needs no NumPy.
+    if arguments.batch:
+        from analysis.cli.reconstruct_batch import run_batch  # noqa: PLC0415
+
+        return run_batch(arguments)
     from analysis.reconstruction.published_table import read  # noqa: PLC0415
     from analysis.reconstruction.solutions import Solutions  # noqa: PLC0415
 

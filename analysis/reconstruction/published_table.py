@@ -171,6 +171,28 @@ class PublishedTable:
     design: Design | None = None
 
 
+@dataclass(frozen=True)
+class Row:
+    """A row of a CSV file: its cells, and a column or what is wrong with it.
+
+    Parameters
+    ----------
+    line : int
+        On which it ends.
+    cells : tuple of str
+        As they stand there.
+    column : Column or None
+        What it says; None if it cannot be understood.
+    told : tuple of (int, str)
+        Why not: line and words.
+    """
+
+    line: int
+    cells: tuple[str, ...]
+    column: Column | None
+    told: tuple[tuple[int, str], ...] = ()
+
+
 class _File(_Record):
     """A table as its TOML file has it."""
 
@@ -191,16 +213,33 @@ def read(path: Path) -> PublishedTable:
     shipped = SHIPPED / f"{path}.toml"
     if not path.exists() and path.name == str(path) and shipped.exists():
         path = shipped
+    text = _text_of(path)
+    if path.suffix.lower() == ".csv":
+        return from_csv(text, str(path), title=path.stem)
+    return from_toml(text, str(path))
+
+
+def read_rows(path: Path) -> list[Row]:
+    """Read the rows of a CSV file, those that cannot be understood with the reason.
+
+    Raises
+    ------
+    UserError
+        It cannot be read, is no CSV, or its header is wrong.
+    """
+    if path.suffix.lower() != ".csv":
+        raise UserError(f"{path}: expected a CSV file, a row for each column of a published table")
+    return _csv_rows(_text_of(path), str(path))
+
+
+def _text_of(path: Path) -> str:
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        return path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         names = ", ".join(sorted(p.stem for p in SHIPPED.glob("*.toml")))
         raise UserError(
             f"{path}: cannot be read ({error}); expected a TOML or CSV file, or one of: {names}"
         ) from None
-    if path.suffix.lower() == ".csv":
-        return from_csv(text, str(path), title=path.stem)
-    return from_toml(text, str(path))
 
 
 def from_toml(text: str, source: str = "the table") -> PublishedTable:
@@ -226,6 +265,20 @@ def from_csv(text: str, source: str = "the table", title: str = "") -> Published
     and what else a TOML column has; empty cells are absent. Cells are parted by commas, or by
     semicolons or tabs where the header has these.
     """
+    rows = _csv_rows(text, source)
+    if told := [fault for row in rows for fault in row.told]:
+        raise complaint(source, told)
+    return PublishedTable(title, tuple(row.column for row in rows if row.column is not None))
+
+
+def _csv_rows(text: str, source: str) -> list[Row]:
+    """Return the rows under the header.
+
+    Raises
+    ------
+    UserError
+        The text is no CSV, has no rows, or the header is wrong.
+    """
     try:
         rows = list(_rows(text))
     except csv.Error as error:
@@ -234,21 +287,22 @@ def from_csv(text: str, source: str = "the table", title: str = "") -> Published
         raise UserError(f"{source} has no rows; expected a header and one row a column")
     (first, header), *rows = rows
     names = [name.strip() for name in header]
-    told = [(first, f"line {first}, {words}") for words in _wrong_names(names)]
-    columns = []
-    for place, (line, cells) in enumerate(rows, 1):
-        if len(cells) != len(names):
-            counts = f"expected {len(names)} cells, as the header has, found {len(cells)}"
-            told.append((line, f"line {line}: {counts}"))
-            continue
-        entry = {name: c.strip() for name, c in zip(names, cells, strict=True) if c.strip()}
-        try:
-            columns.append(_from_row(entry, place))
-        except ValidationError as error:
-            told += sentences(_of_row(error, names), partial(_line, line))
-    if told:
-        raise complaint(source, told)
-    return PublishedTable(title, tuple(columns))
+    found = [_row(names, line, cells, place) for place, (line, cells) in enumerate(rows, 1)]
+    if told := [(first, f"line {first}, {words}") for words in _wrong_names(names)]:
+        raise complaint(source, told + [fault for row in found for fault in row.told])
+    return found
+
+
+def _row(names: list[str], line: int, cells: list[str], place: int) -> Row:
+    kept = tuple(cells)
+    if len(cells) != len(names):
+        counts = f"expected {len(names)} cells, as the header has, found {len(cells)}"
+        return Row(line, kept, None, ((line, f"line {line}: {counts}"),))
+    entry = {name: c.strip() for name, c in zip(names, cells, strict=True) if c.strip()}
+    try:
+        return Row(line, kept, _from_row(entry, place))
+    except ValidationError as error:
+        return Row(line, kept, None, tuple(sentences(_of_row(error, names), partial(_line, line))))
 
 
 def _rows(text: str) -> Iterator[tuple[int, list[str]]]:

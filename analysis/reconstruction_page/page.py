@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
+from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -222,7 +223,7 @@ def _row(bound: Conclusion) -> tuple[str, ...]:
     return (
         bound.question,
         f"{bound.low:.4g}",
-        f"{bound.high:.4g}",
+        f"{bound.high:.4g}" if isfinite(bound.high) else "infinite",
         p,
         "yes" if bound.sharp else "perhaps not",
     )

@@ -1,0 +1,82 @@
+"""`slipscale reconstruct --batch`: a verdict for every row of a CSV, resumable."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import asdict, fields
+from typing import TYPE_CHECKING
+
+from faults import ANSWER_IS_NO, DONE, UserError
+
+if TYPE_CHECKING:
+    from argparse import Namespace
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from analysis.reconstruction.published_table import Row
+
+
+def run_batch(arguments: Namespace) -> int:
+    """Write a verdict a row, going on where an earlier run stopped; 1 if a row is inconsistent."""
+    from analysis.reconstruction.batch import Verdict, summary, verdicts  # noqa: PLC0415
+    from analysis.reconstruction.published_table import read_rows  # noqa: PLC0415
+
+    if arguments.out is None:
+        raise UserError("--batch needs --out FILE, the CSV to write the verdicts to")
+    if arguments.workers < 1:
+        raise UserError(f"--workers is {arguments.workers}, expected 1 or more")
+    others = ("sample", "html", "json", "conclusions", "variants")
+    if given := [f"--{name}" for name in others if getattr(arguments, name)]:
+        raise UserError(f"--batch writes a verdict a row: leave out {', '.join(given)}")
+    rows = read_rows(arguments.table)
+    names = [field.name for field in fields(Verdict)]
+    found = _earlier(arguments.out, names, rows)
+    try:
+        with arguments.out.open("a", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, names, lineterminator="\n")
+            if not file.tell():
+                writer.writeheader()
+            left = rows[len(found) :]
+            for verdict in verdicts(left, arguments.memory_gib, arguments.workers):
+                writer.writerow(asdict(verdict))
+                # What was answered is kept, whatever comes.
+                file.flush()
+                found.append((verdict.verdict, verdict.failed))
+    except OSError as error:
+        raise UserError(f"{arguments.out}: cannot be written ({error.strerror})") from None
+    print("\n".join(summary(found)))
+    return ANSWER_IS_NO if any(word == "inconsistent" for word, _ in found) else DONE
+
+
+def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[str, str]]:
+    """Return the verdicts that are there, and cut off a line that was not finished.
+
+    Raises
+    ------
+    UserError
+        The file holds something else, or verdicts on other rows.
+    """
+    from analysis.reconstruction.batch import digest  # noqa: PLC0415
+
+    if not path.exists():
+        return []
+    try:
+        text = path.read_bytes().decode("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"{path}: cannot be read ({error})") from None
+    whole = text[: text.rfind("\n") + 1]
+    reader = csv.reader(io.StringIO(whole, newline=""))
+    head, there = next(reader, names), [dict(zip(names, cells, strict=False)) for cells in reader]
+    same = len(there) <= len(rows) and all(
+        (entry.get("line"), entry.get("digest")) == (str(row.line), digest(row))
+        for entry, row in zip(there, rows, strict=False)
+    )
+    if head != names or not same or (text and not whole):
+        raise UserError(
+            f"{path}: is there already and holds no verdicts on these rows; expected a new file, "
+            "or the one that an interrupted --batch of the same table left"
+        )
+    if whole != text:
+        path.write_bytes(whole.encode("utf-8"))
+    return [(entry["verdict"], entry["failed"]) for entry in there]
