@@ -176,7 +176,10 @@ def _nearest(few: Array, many: Array) -> tuple[int, int]:
 
     tree, best, at = cKDTree(many), inf, (0, 0)
     for first in range(0, len(few), BLOCK):
-        distances, places = tree.query(few[first : first + BLOCK], distance_upper_bound=best)
+        # On all cores: a point's neighbour does not depend on the others'.
+        distances, places = tree.query(
+            few[first : first + BLOCK], distance_upper_bound=best, workers=-1
+        )
         nearest = int(distances.argmin())
         if distances[nearest] < best:
             best, at = float(distances[nearest]), (first + nearest, int(places[nearest]))

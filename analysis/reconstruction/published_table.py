@@ -78,6 +78,9 @@ class _Record(BaseModel):
 class Scale(_Record):
     """The values that a rating can take: from `minimum` to `maximum` in steps of `step`.
 
+    With ``items`` a rating is the mean of so many answers; ``step`` is told of an answer, and held
+    as a rating's.
+
     Raises
     ------
     ValueError
@@ -87,6 +90,18 @@ class Scale(_Record):
     minimum: Exact = Fraction(0)
     maximum: Exact
     step: Exact = Fraction(1)
+
+    items: Annotated[int, Field(ge=1, le=1000)] = 1
+
+    @model_validator(mode="before")
+    @classmethod
+    def _mean_of_items(cls, given: object) -> object:
+        """Divide the step of an answer by the number of items: a rating is their mean."""
+        items = given.get("items") if isinstance(given, dict) else None
+        # Anything else than a number above 0 is refused as the field that it is.
+        if not isinstance(given, dict) or not str(items).isdecimal() or not int(str(items)):
+            return given
+        return given | {"step": _exact(given.get("step", 1)) / int(str(items))}
 
     @model_validator(mode="after")
     def _whole_steps(self) -> Scale:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from contextlib import suppress
+from fractions import Fraction
 
 import pytest
 from hypothesis import given
@@ -172,3 +173,30 @@ def test_any_text_is_a_table_or_a_users_mistake(text, begun, read):
 
 def test_no_sum_of_squares_of_the_right_parity_is_a_grimmer_reason(column):
     assert "GRIMMER" in Solutions(column(5, "2.40", "1.00", maximum=10)).reason
+
+
+def test_a_mean_of_items_has_steps_as_fine_as_the_items_make_it():
+    text = """
+[scale]
+minimum = 1
+maximum = 7
+items = 3
+[[column]]
+n = 4
+mean = "3.25"
+sd = "1.26"
+"""
+    (column,) = from_toml(text).columns
+    assert (column.scale.step, column.scale.steps) == (Fraction(1, 3), 18)
+    header = "n,mean,sd,scale_minimum,scale_maximum,scale_items\n"
+    (row,) = from_csv(header + "4,3.25,1.26,1,7,3\n").columns
+    assert row.scale == column.scale
+    (direct,) = from_toml(text.replace("items = 3", 'step = "1/3"')).columns
+    assert Solutions(column).multisets == Solutions(direct).multisets > 0
+
+
+@pytest.mark.parametrize("items", ["0", "-2", "1.5", '"three"'])
+def test_items_that_are_no_number_of_items_are_refused(items):
+    text = f"[scale]\nmaximum = 7\nitems = {items}\n[[column]]\nn = 4\nmean = 3.25\nsd = 1.26\n"
+    with pytest.raises(UserError, match=r"line 3, scale\.items"):
+        from_toml(text)
