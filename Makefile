@@ -2,12 +2,13 @@
 # make test    lint, types, import layers, tests
 # make docs    the documentation site, in build/site: open build/site/index.html
 # make coverage  how much of some rooms their tests reach; all: make coverage COVERED="analysis experiments hardware stimuli"
+# make torture  the campaign of kills and disk faults (minutes)
 # make setup   only the environment, in .venv
 PYTHON ?= python3
 BIN = .venv/bin
 ARGS ?=
 
-.PHONY: setup pilot test lint docs coverage requirements
+.PHONY: setup pilot test lint docs torture coverage requirements
 setup:
 	@$(PYTHON) tools/setup.py
 
@@ -34,6 +35,10 @@ coverage: setup
 # Warnings are errors. The tests build the site too.
 docs: setup
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict $(ARGS)
+
+# Kills and disk faults below the journal; docs/reliability.md. Long: make torture ARGS="--every 1 --participants 3"
+torture: setup
+	PYTHONPATH=. $(BIN)/python tools/torture.py $(ARGS)
 
 # Pins for every platform and Python; no index addresses in the file.
 requirements:

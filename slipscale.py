@@ -55,7 +55,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "run": ("experiments.cli.sessions", "run a participant's session in PsychoPy"),
     "resume": ("experiments.cli.sessions", "go on with an interrupted run"),
     "check": ("experiments.cli.sessions", "before the participant arrives: is all in order?"),
-    "data": ("experiments.cli.data", "data sets: build from the journals, verify against them"),
+    "data": (
+        "experiments.cli.data",
+        "data sets: build from the journals, verify against them, withdraw",
+    ),
     "analyse": ("analysis.cli.analyse", "data set -> tables, figures, report"),
     "reproduce": ("analysis.cli.reproduce", "the paper's tables and figures beside ours"),
     "reconstruct": (

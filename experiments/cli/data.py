@@ -1,4 +1,4 @@
-"""The command ``slipscale data``: build a data set from its journals, verify it against them."""
+"""The command ``slipscale data``: build a data set, verify it, withdraw from it."""
 
 from __future__ import annotations
 
@@ -17,10 +17,20 @@ if TYPE_CHECKING:
 
 def add_data(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale data``."""
-    commands = parser.add_subparsers(dest="what", metavar="build | verify", required=True)
+    commands = parser.add_subparsers(
+        dest="what", metavar="build | verify | withdraw", required=True
+    )
     build = commands.add_parser("build", help="write all tables anew from the journals")
     verify = commands.add_parser(
         "verify", help="compare the tables with the journals, and prove the journals whole"
+    )
+    withdraw = commands.add_parser(
+        "withdraw", help="remove a participant's data for good; the number is not used again"
+    )
+    withdraw.add_argument("dataset", type=Path, metavar="DATASET", help="a data set's folder")
+    withdraw.add_argument("--participant", required=True, metavar="01", help="who withdraws")
+    withdraw.add_argument(
+        "--yes", action="store_true", help="remove; without it only say what would be removed"
     )
     for command in (build, verify):
         command.add_argument("dataset", type=Path, metavar="DATASET", help="a data set's folder")
@@ -28,11 +38,13 @@ def add_data(parser: ArgumentParser) -> None:
 
 
 def run_data(args: Namespace) -> int:
-    """Build or verify; 1 where something is damaged or differs."""
+    """Build, verify or withdraw; 1 where something is damaged or differs."""
     from experiments.dataset.bids import build_dataset  # noqa: PLC0415
     from experiments.dataset.runs import journals  # noqa: PLC0415
     from experiments.dataset.verification import verify  # noqa: PLC0415
 
+    if args.what == "withdraw":
+        return _withdraw(args.dataset, args.participant, remove=args.yes)
     found = journals(args.dataset)
     if not found:
         raise UserError(
@@ -41,6 +53,22 @@ def run_data(args: Namespace) -> int:
         )
     actions = {"build": build_dataset, "verify": verify}
     return _tell(args, actions[args.what](args.dataset), len(found))
+
+
+def _withdraw(dataset: Path, participant: str, *, remove: bool) -> int:
+    from experiments.dataset.withdrawal import replacement, theirs, withdraw  # noqa: PLC0415
+
+    for path in withdraw(dataset, participant) if remove else theirs(dataset, participant):
+        print(f"{'removed' if remove else 'would be removed'}: {path}")
+    if not remove:
+        print("Nothing is removed yet: say --yes.", file=sys.stderr)
+        return ANSWER_IS_NO
+    print(
+        "The results of all participants were removed as well: slipscale analyse makes them anew. "
+        f"Copies that you made elsewhere are yours to remove. Who replaces participant "
+        f"{participant}: --participant {replacement(participant)}"
+    )
+    return DONE
 
 
 def _tell(args: Namespace, problems: Sequence[Problem], journals: int) -> int:

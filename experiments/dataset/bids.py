@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from experiments.dataset.rendering import README, render
 from experiments.dataset.runs import read_runs
 from experiments.dataset.verification import cut_journals
+from experiments.journal.journal import AS_USUAL, OWNER_ONLY
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -19,12 +20,19 @@ if TYPE_CHECKING:
     from experiments.dataset.runs import Problem
 
 
-def write_file(path: Path, content: Content) -> None:
-    """Write a file whole or not at all; UserError where it cannot be written."""
+def write_file(path: Path, content: Content, *, private: bool = False) -> None:
+    """Write a file whole or not at all, for its owner alone if it is private.
+
+    Raises
+    ------
+    UserError
+        It cannot be written.
+    """
     text = content if isinstance(content, str) else json.dumps(content, indent=2) + "\n"
     draft = path.with_name(f".{path.name}.tmp")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        draft.touch(OWNER_ONLY if private else AS_USUAL)
         draft.write_text(text, encoding="utf-8", newline="\n")
         os.replace(draft, path)  # noqa: PTH105 - Path.replace is the same call
     except OSError as error:
@@ -55,10 +63,11 @@ def build_dataset(dataset: Path) -> list[Problem]:
     runs, problems = read_runs(dataset)
     cut = cut_journals(dataset, runs)
     files, unfit = render(runs)
+    private = any(run.plan.study.private_files for run in runs)
     kept = {table for tables in cut.values() for table in tables}
     for name, content in files.items():
         path = dataset / name
         if name in kept or (name == README and path.exists()):
             continue
-        write_file(path, content)
+        write_file(path, content, private=private)
     return [*problems, *unfit, *cut]

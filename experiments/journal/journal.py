@@ -29,7 +29,9 @@ if TYPE_CHECKING:
 
     from hardware.clock import Clock
 
-OWNER_ONLY = 0o600
+# The modes of a new file: for its owner alone, or as the system's own choice (umask) has it.
+OWNER_ONLY, AS_USUAL = 0o600, 0o666
+FALLBACK = "slipscale-kept"
 
 
 class Journal:
@@ -72,14 +74,16 @@ class Journal:
             raise
 
     @classmethod
-    def create(cls, path: Path, clock: Clock) -> Self:
+    def create(cls, path: Path, clock: Clock, *, private: bool = True) -> Self:
         """Make a new journal; an existing one is never overwritten.
 
-        A file without one whole record (the machine died at the first) holds nothing to keep.
+        With ``private``, only its owner may read it, where the system knows owners. A file
+        without one whole record (the machine died at the first) holds nothing to keep.
         """
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            stream = path.open("xb", buffering=0)
+            mode = OWNER_ONLY if private else AS_USUAL
+            stream = _new_file(path, mode)
         except FileExistsError:
             journal = cls.reopen(path, clock)
             if not journal.records:
@@ -166,7 +170,7 @@ class Journal:
             path = folder.joinpath(*gone.parts[-3:])
             try:
                 path.parent.mkdir(parents=True, exist_ok=True)
-                stream = path.open("xb", buffering=0)
+                stream = _new_file(path, OWNER_ONLY)
                 self._stream, self.path = stream, path
                 locks.take(stream, path)
                 self._put(b"".join(encode(record) for record in self.records))
@@ -228,11 +232,16 @@ def fallback_folders() -> list[Path]:
     Each has the form of a data set, so that `slipscale resume` and `slipscale data` work there.
     """
     found = []
-    for parent in (Path.home() / "slipscale-kept", Path(tempfile.gettempdir()) / "slipscale-kept"):
+    for parent in (Path.home() / FALLBACK, Path(tempfile.gettempdir()) / FALLBACK):
         with suppress(OSError):
             parent.mkdir(parents=True, exist_ok=True)
             found.append(Path(tempfile.mkdtemp(prefix="", dir=parent)))
     return found
+
+
+def _new_file(path: Path, mode: int) -> FileIO:
+    """Open a new file for writing, unbuffered; OSError where there is one."""
+    return open(path, "xb", buffering=0, opener=lambda name, flags: os.open(name, flags, mode))
 
 
 def _tell_on_standard_error(sentence: str) -> None:

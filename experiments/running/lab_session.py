@@ -121,7 +121,9 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting) -> RunOutcome:
             f"{remedy(path, state)}"
         )
     clock = SystemClock()
-    return _conduct(dataset, plan, setting, Journal.create(path, clock), clock)
+    return _conduct(
+        dataset, plan, setting, Journal.create(path, clock, private=plan.study.private_files), clock
+    )
 
 
 def go_on(path: Path, setting: Setting) -> RunOutcome:

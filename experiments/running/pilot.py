@@ -150,7 +150,7 @@ def run_simulated(folder: Path, plan: RunPlan, spec: str) -> None:
         clock = VirtualClock(elapsed_s(records))
         opened = Journal.reopen(path, clock)
     else:
-        opened = Journal.create(path, clock)
+        opened = Journal.create(path, clock, private=plan.study.private_files)
     with opened as journal, open_plate(spec, clock=clock, seed=plan.seed) as plate:
         person = SimulatedParticipant(
             seed=plan.seed,

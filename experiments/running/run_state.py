@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from typing import TYPE_CHECKING, Literal
 
+from experiments.dataset.withdrawal import replacement, withdrawn
 from experiments.journal.locks import is_being_written
 from experiments.journal.reading import has_begun
 from experiments.journal.run_record import is_complete, read_usable
@@ -31,9 +32,10 @@ def run_state(path: Path) -> RunState:
 
 
 def participants(dataset: Path) -> list[str]:
-    """Return the labels of the participants that a data set has, sorted."""
+    """Return the labels of a data set's participants and of those who withdrew, sorted."""
     folders = (dataset / "sourcedata").glob("sub-*")
-    return sorted(folder.name.removeprefix("sub-") for folder in folders)
+    present = {folder.name.removeprefix("sub-") for folder in folders}
+    return sorted(present.union(withdrawn(dataset)))
 
 
 def check_alike(dataset: Path, participant: str) -> None:
@@ -45,6 +47,12 @@ def check_alike(dataset: Path, participant: str) -> None:
     def plain(label: str) -> str:
         return label.casefold().lstrip("0")
 
+    for label in withdrawn(dataset):
+        if plain(label) == plain(participant):
+            raise UserError(
+                f"--participant {participant}: they withdrew from {dataset}, and their number is "
+                f"not used again; who replaces them is participant {replacement(label)}"
+            )
     for label in participants(dataset):
         if label != participant and plain(label) == plain(participant):
             raise UserError(

@@ -196,6 +196,11 @@ class Study(BaseModel):
         default=None,
         description="Pink noise in the headphones while the plate may sound; left out: none.",
     )
+    private_files: Flag = Field(
+        default=True,
+        description="Whether journals and the data set's files can be read by their owner only, "
+        "where the system knows owners; false: as the system makes files.",
+    )
     analysis: AnalysisChoices = Field(
         default=AnalysisChoices(),
         description="How the data will be analysed, fixed before anybody looks at them.",

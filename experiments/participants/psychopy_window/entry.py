@@ -10,6 +10,7 @@ import math
 import re
 import unicodedata
 from dataclasses import dataclass, field
+from decimal import Decimal
 from typing import TYPE_CHECKING, Protocol
 
 from experiments.languages.texts import NUMBER_KEYS
@@ -93,6 +94,9 @@ def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
     refusals = {
         "window.too_large": not math.isfinite(value),
         "window.too_small": value < 0,
+        # What is stored must be what was typed: a float tells some 16 digits.
+        "window.too_many_digits": math.isfinite(value)
+        and Decimal(repr(value)) != Decimal(text.replace(",", ".")),
         "window.not_positive": positive and value == 0,
     }
     for reason, applies in refusals.items():

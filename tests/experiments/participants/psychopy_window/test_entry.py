@@ -58,6 +58,7 @@ def test_a_number_is_read_as_people_type_it(typed, value):
         ("0x10", "not_a_number"), ("1_000", "not_a_number"),
         ("1,000", "thousands"), ("12,345,678", "thousands"),
         ("-0.1", "too_small"), ("-5", "too_small"), ("9" * 400, "too_large"),
+        ("12345678901234567890", "too_many_digits"), ("0.10000000000000001", "too_many_digits"),
     ],
 )  # fmt: skip
 def test_what_is_no_number_is_refused_with_its_reason(typed, reason):

@@ -1,0 +1,114 @@
+"""A participant withdraws: all that is theirs goes, and a record that somebody withdrew stays.
+
+Their number is never used again. Whoever replaces them has the label R and their number: the
+place in the counterbalancing follows from the number that a label ends with.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from experiments.dataset.bids import build_dataset, write_file
+from experiments.dataset.runs import journals, read_runs
+from experiments.journal.journal import FALLBACK
+from experiments.journal.locks import is_being_written
+from experiments.journal.run_record import read_usable
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+RECORD = Path("sourcedata", "withdrawn.json")
+
+
+def withdrawn(dataset: Path) -> list[str]:
+    """Return the labels of those who withdrew, in order."""
+    try:
+        entries = json.loads((dataset / RECORD).read_text(encoding="utf-8"))
+        return [str(entry["participant"]) for entry in entries]
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError, LookupError, TypeError) as error:
+        raise UserError(
+            f"{dataset / RECORD}: cannot be read ({error}); expected the list that slipscale data "
+            "withdraw writes"
+        ) from None
+
+
+def replacement(participant: str) -> str:
+    """Return the label of who takes the place of a participant who withdrew.
+
+    >>> replacement("03"), replacement("R03")
+    ('R03', 'RR03')
+    """
+    return f"R{participant}"
+
+
+def theirs(dataset: Path, participant: str) -> list[Path]:
+    """Return all files and folders that hold something of a participant.
+
+    What was derived from all participants holds them too. Journals that were written in a fallback
+    folder are looked for by their label and study.
+
+    Raises
+    ------
+    UserError
+        The data set has no such participant, or one of their sessions runs now.
+    """
+    own = [path for path in journals(dataset) if path.parent.name == f"sub-{participant}"]
+    if not own and not (dataset / f"sub-{participant}").exists():
+        raise UserError(f"--participant {participant}: {dataset} holds nothing of them")
+    if any(is_being_written(path) for path in own):
+        raise UserError(f"--participant {participant}: a session of theirs runs now; end it first")
+    places = (
+        dataset / "sourcedata" / f"sub-{participant}",
+        dataset / f"sub-{participant}",
+        dataset / "derivatives" / "slipscale",
+    )
+    return [*(path for path in places if path.exists()), *_kept_elsewhere(own)]
+
+
+def _kept_elsewhere(own: list[Path]) -> Iterator[Path]:
+    """Yield the fallback folders that hold a participant's journal of the same study."""
+    studies = {plan.study_text for path in own if (plan := read_usable(path, most=1)[0])}
+    if not own:
+        return
+    pattern = f"{FALLBACK}/*/sourcedata/{own[0].parent.name}/*_journal.jsonl"
+    for parent in (Path.home(), Path(tempfile.gettempdir())):
+        for path in sorted(parent.glob(pattern)):
+            plan, _ = read_usable(path, most=1)
+            if plan and plan.study_text in studies:
+                yield path.parents[2]
+
+
+def withdraw(dataset: Path, participant: str) -> list[Path]:
+    """Remove a participant, note that they withdrew, and build the data set anew.
+
+    Returns
+    -------
+    list of Path
+        What was removed.
+    """
+    gone = theirs(dataset, participant)
+    known = withdrawn(dataset)  # raises where the list cannot be read
+    entries = json.loads((dataset / RECORD).read_text(encoding="utf-8")) if known else []
+    day = datetime.now(UTC).date().isoformat()
+    entries.append({"participant": participant, "withdrawn_utc": day})
+    # First the note: a crash in between must not have the number offered again.
+    write_file(dataset / RECORD, json.dumps(entries, indent=2) + "\n")
+    for path in gone:
+        try:
+            shutil.rmtree(path)
+        except OSError as error:
+            raise UserError(f"{path}: cannot be removed ({error.strerror})") from None
+    runs, _ = read_runs(dataset)
+    if not runs:
+        for name in ("participants.tsv", "participants.json"):
+            (dataset / name).unlink(missing_ok=True)
+    build_dataset(dataset)
+    return gone

@@ -1,0 +1,115 @@
+"""Who withdraws leaves nothing but the fact."""
+
+import os
+import stat
+
+import pandas as pd
+import pytest
+
+import slipscale
+from experiments.dataset.bids import build_dataset
+from experiments.dataset.runs import read_runs
+from experiments.dataset.verification import verify
+from experiments.dataset.withdrawal import replacement, withdraw, withdrawn
+from experiments.journal.journal import FALLBACK, Journal
+from experiments.running.run_state import check_alike, participants
+from experiments.study.file import study_text
+from faults import UserError
+from hardware.clock import VirtualClock
+
+
+@pytest.fixture
+def dataset(tmp_path, record_runs, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+    folder = record_runs(tmp_path / "data", "01", "02")
+    build_dataset(folder)
+    (folder / "derivatives/slipscale").mkdir(parents=True)
+    (folder / "derivatives/slipscale/estimates.csv").write_text("sub-01,5\n")
+    return folder
+
+
+def named(folder, label):
+    """Return the files that name a participant, by name or in their text."""
+    return [
+        path.relative_to(folder).as_posix()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and (label in path.as_posix() or label in path.read_text("utf-8"))
+    ]
+
+
+def test_nothing_of_them_is_left_and_the_others_are_whole(dataset):
+    before = read_runs(dataset)[0][1].gathered
+    withdraw(dataset, "01")
+    assert named(dataset, "sub-01") == []
+    assert list(pd.read_csv(dataset / "participants.tsv", sep="\t")["participant_id"]) == ["sub-02"]
+    assert read_runs(dataset)[0][0].gathered == before
+    assert verify(dataset) == []
+
+
+def test_the_number_is_never_offered_again_and_a_replacement_takes_the_place(dataset, plan):
+    withdraw(dataset, "01")
+    assert withdrawn(dataset) == ["01"]
+    assert participants(dataset) == ["01", "02"]
+    for label in ("01", "1"):
+        with pytest.raises(UserError, match="who replaces them is participant R01"):
+            check_alike(dataset, label)
+    check_alike(dataset, replacement("01"))
+    assert plan(participant=replacement("01")).row == plan(participant="01").row
+
+
+def test_a_journal_that_was_kept_elsewhere_goes_too(dataset, plan, tmp_path):
+    kept = tmp_path / "home" / FALLBACK / "x"
+    path = plan().journal_path(kept)
+    path.parent.mkdir(parents=True)
+    path.write_bytes(plan().journal_path(dataset).read_bytes())
+    withdraw(dataset, "01")
+    assert not kept.exists()
+
+
+def test_when_all_have_withdrawn_no_answer_about_them_is_left(dataset):
+    withdraw(dataset, "01")
+    withdraw(dataset, "02")
+    assert withdrawn(dataset) == ["01", "02"]
+    assert not (dataset / "participants.tsv").exists()
+
+
+def test_the_command_removes_only_when_told_twice(dataset, capsys):
+    words = ["data", "withdraw", str(dataset), "--participant", "02"]
+    assert slipscale.main(words) == 1
+    assert "would be removed" in capsys.readouterr().out
+    assert verify(dataset) == []
+    assert slipscale.main([*words, "--yes"]) == 0
+    assert "--participant R02" in capsys.readouterr().out
+    assert slipscale.main([*words, "--yes"]) == 2
+
+
+def test_nobody_withdraws_while_their_session_runs(dataset, plan):
+    path = plan().journal_path(dataset)
+    with (
+        Journal.reopen(path, VirtualClock()),
+        pytest.raises(UserError, match="a session of theirs runs now"),
+    ):
+        withdraw(dataset, "01")
+    assert path.exists()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="elsewhere files have no such modes")
+@pytest.mark.parametrize("private", [True, False])
+def test_files_are_their_owners_unless_the_study_says_otherwise(tmp_path, private):
+    from experiments.running.pilot import pilot_plans, run_pilot  # noqa: PLC0415
+
+    study = tmp_path / "study.toml"
+    line = "" if private else "private_files = false\n"
+    study.write_text(line + study_text("biet2007"), encoding="utf-8")
+    plans = pilot_plans(str(study), participants=1, seed=1, language=None)
+    mask = os.umask(0o022)
+    try:
+        run_pilot(tmp_path / "data", plans, tell=lambda _: None)
+    finally:
+        os.umask(mask)
+    modes = {
+        stat.S_IMODE(path.stat().st_mode)
+        for path in (tmp_path / "data").rglob("*")
+        if path.is_file()
+    }
+    assert modes == {0o600 if private else 0o644}
