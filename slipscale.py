@@ -42,7 +42,15 @@ if (HIDDEN := hidden_package()) is not None:
         sys.exit(2)  # faults.USER_FAULT, which may be what cannot be imported
     raise ImportError(HIDDEN)
 
-from faults import DONE, INTERRUPTED, RIG_FAULT, USER_FAULT, RigError, UserError  # noqa: E402
+from faults import (  # noqa: E402
+    DONE,
+    INTERRUPTED,
+    RIG_FAULT,
+    USER_FAULT,
+    RigError,
+    UserError,
+    harmless,
+)
 
 TYPE_CHECKING = False  # typing's own takes milliseconds to import
 if TYPE_CHECKING:
@@ -144,10 +152,10 @@ def call(name: str, words: list[str]) -> int:
     try:
         return int(run(parser.parse_args(words)))
     except UserError as error:
-        print(f"slipscale {name}: {error}", file=sys.stderr)
+        print(f"slipscale {name}: {harmless(str(error))}", file=sys.stderr)
         return USER_FAULT
     except RigError as error:
-        print(f"slipscale {name}: {error}", file=sys.stderr)
+        print(f"slipscale {name}: {harmless(str(error))}", file=sys.stderr)
         return RIG_FAULT
     except KeyboardInterrupt:
         print(f"slipscale {name}: interrupted", file=sys.stderr)

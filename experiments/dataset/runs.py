@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from experiments.dataset.trials import gather
 from experiments.journal.reading import has_begun
 from experiments.journal.run_record import is_complete, read_usable
-from faults import UserError
+from faults import UserError, harmless
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -42,7 +42,7 @@ class Problem:
 
     def __str__(self) -> str:
         """Return the sentence that names file and place."""
-        return ": ".join(part for part in (self.file, self.place, self.what) if part)
+        return harmless(": ".join(part for part in (self.file, self.place, self.what) if part))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

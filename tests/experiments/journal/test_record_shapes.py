@@ -1,6 +1,7 @@
 """Records of any shape, with their checksums and hashes mended: read, or told in a sentence."""
 
 import json
+import os
 
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -78,7 +79,7 @@ def changed(data, path, how, value):
 
 
 @settings(
-    max_examples=200,
+    max_examples=int(os.environ.get("SLIPSCALE_FUZZ", "200")),  # more in a campaign
     deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
