@@ -26,8 +26,10 @@ from experiments.protocols.steps import (
     NumberQuestion,
     Rest,
     TextQuestion,
+    WholeNumberQuestion,
     YesNoQuestion,
 )
+from experiments.study.file import read_study
 from hardware.clock import SystemClock
 
 if TYPE_CHECKING:
@@ -72,9 +74,25 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
         name="verbal_report",
         question=TextQuestion(prompt=texts["descending_difference.verbal_report"]),
     )
+    consent = Ask(
+        name="informed_consent",
+        question=ChoiceQuestion(
+            prompt=texts["session.consent_question"],
+            options=tuple((code, texts[f"session.consent_{code}"]) for code in ("yes", "no")),
+        ),
+    )
+    age = Ask(
+        name="age_years",
+        question=WholeNumberQuestion(prompt=texts["about_you.age_years"], minimum=18, maximum=99),
+    )
+    about_you = read_study("biet2007")[0].about_you
     stroke = texts["magnitude_estimation.explore"]
     pages: dict[str, ParticipantStep] = {
         "welcome": Instruct(title=texts["session.welcome_title"], text=texts["session.welcome"]),
+        "consent": Instruct(title=texts["session.consent_title"], text=texts["session.consent"]),
+        "consent-question": consent,
+        "consent-missing": Instruct(text=texts["session.consent_missing"]),
+        **{f"about-{each.name}": each.ask(language, texts) for each in about_you},
         "instructions": Instruct(
             title=texts["magnitude_estimation.title"],
             text=texts["magnitude_estimation.instructions"],
@@ -99,6 +117,7 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
         "number-longest": typed(screen_for(number, texts), "12345678901234567890"),
         "number-refused": typed(screen_for(number, texts), "12 ou 13\r"),
         "number-ambiguous": typed(screen_for(number, texts), "1,000\r"),
+        "age-refused": typed(screen_for(age, texts), "17\r"),
         "yes-no": screen_for(yes_no, texts),
         "yes-no-refused": typed(screen_for(yes_no, texts), "x"),
         "choice": screen_for(choice, texts),

@@ -40,7 +40,7 @@ class Laboratory:
     person: object = None
     clock: VirtualClock = field(default_factory=VirtualClock)
 
-    def run(self, plan=None, *, person=None, operator=None, spec=None, unblind=False):
+    def run(self, plan=None, *, person=None, operator=None, spec=None, unblind=False, noise=None):
         """Begin the plan's run, or go on with it where its journal exists."""
         plan = plan or make_plan()
         path = plan.journal_path(self.folder)
@@ -62,6 +62,7 @@ class Laboratory:
                 clock=self.clock,
                 operator=operator or UnattendedOperator(),
                 unblind=unblind,
+                noise=noise,
             )
 
     def simulated(self, plan):

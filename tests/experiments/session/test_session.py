@@ -566,3 +566,29 @@ def test_what_was_typed_when_something_came_is_journaled_offered_again_and_kept_
     assert set(offered[4:]) == {Unfinished()}  # the next trials begin with nothing
     kept = [(r.data["entry"], r.data["name"]) for r in laboratory.records(kind="unfinished")]
     assert kept == [(entry, "estimate") for entry in ("1", "12", "123")]
+
+
+def test_the_plate_moves_only_while_the_noise_is_at_its_level(laboratory):
+    class Noise:
+        """Fades for half a second, in which nothing may be heard of the plate."""
+
+        state = "silent"
+        moved = False
+
+        def start(self):
+            if self.state == "playing":
+                return
+            laboratory.clock.sleep(0.5)
+            self.moved = self.moved or laboratory.plate.vibration_um_pp() > 0
+            self.state = "playing"
+
+        def stop(self):
+            self.state = "silent"
+
+    noise, operator = Noise(), Watching(lambda s: Request(what="pause") if s.done == 6 else None)
+    laboratory.run(noise=noise, operator=operator)
+    assert not noise.moved
+    assert noise.state == "silent"
+    felt = [s for s in operator.told if s.state in ("presenting", "waiting") and s.task]
+    assert {s.noise for s in felt if s.plate != "silent"} == {"playing"}
+    assert {s.plate for s in felt} == {"silent", "as commanded", "lost"}
