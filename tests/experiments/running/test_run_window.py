@@ -206,3 +206,43 @@ def test_a_terminated_session_leaves_a_resumable_journal(start, tmp_path):
     _, err = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 2
     assert f"slipscale resume {JOURNAL}" in err
+
+
+AGED = """name = "aged"
+title = "With an age"
+amplitudes_um_pp = [0.0, 1.2]
+[[about_you]]
+name = "age_years"
+minimum = 18
+maximum = 99
+[[tasks]]
+protocol = "magnitude_estimation"
+"""
+
+
+def test_what_was_typed_when_a_session_is_terminated_is_there_when_it_goes_on(start, tmp_path):
+    (tmp_path / "aged.toml").write_text(AGED)
+    process = start(
+        *("run", "aged.toml", "--participant", "01", "--windowed", "--out", "."), folder=tmp_path
+    )
+    hand = Hand(process, tmp_path)
+    hand.until("age_years")
+    hand.press("key", "1", "7", "Return")  # refused
+    hand.press("key", "3", "4")
+    time.sleep(1.0)
+    process.send_signal(signal.SIGTERM)
+    process.communicate(timeout=PATIENCE_S)
+    (left,) = [r.data for r in read_plan(tmp_path / JOURNAL)[1] if r.kind == "unfinished"]
+    assert (left["name"], left["entry"], list(left["rejected"])) == ("age_years", "34", ["17"])
+
+    hand.process = process = start("resume", JOURNAL, "--windowed", folder=tmp_path)
+    hand.until("age_years")
+    hand.press("key", "Return")  # it stands there already
+    hand.retry = "Return"
+    assert hand.step()["type"] == "Instruct"
+    process.send_signal(signal.SIGTERM)
+    process.communicate(timeout=PATIENCE_S)
+    answers = [r.data["answer"] or {} for r in read_plan(tmp_path / JOURNAL)[1] if r.kind == "done"]
+    assert [(a["value"], list(a["rejected"])) for a in answers if a.get("value")] == [
+        (34.0, ["17"])
+    ]

@@ -538,6 +538,7 @@ def test_faults_and_pauses_are_no_part_of_the_time_that_is_told(laboratory):
     laboratory.run(operator=quick)
     laboratory.folder /= "slow"
     laboratory.run(operator=slow)
+    assert laboratory.records(kind="pause")
     spent = slow.told[-1].elapsed_s - quick.told[-1].elapsed_s
     assert 0 <= spent < 60  # the surface that was felt again, not the pause
 
