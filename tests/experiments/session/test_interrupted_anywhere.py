@@ -1,6 +1,7 @@
 """A study with every option, interrupted everywhere: no answer differs, nothing unfelt is rated."""
 
 import os
+import sys
 
 import pytest
 
@@ -10,6 +11,7 @@ from experiments.journal.run_record import read_plan
 from experiments.participants.simulated import SimulatedParticipant
 from experiments.protocols.steps import Ask, Explore
 from experiments.session.operator import Request, UnattendedOperator
+from hardware.clock import VirtualClock
 
 EVERY_OPTION = """
 name = "everything"
@@ -18,6 +20,7 @@ seed = 5
 participants = 4
 amplitudes_um_pp = [0.0, 1.2]
 task_order = "counterbalanced"
+informed_consent = true
 sessions = ["1", "2"]
 runs = 2
 visits = "same"
@@ -59,6 +62,11 @@ rest_minimum_s = 1.0
 [[about_you]]
 name = "handedness"
 options = ["left", "right"]
+
+[[about_you]]
+name = "age_years"
+minimum = 18
+maximum = 99
 
 [masking_noise]
 level_db = -30.0
@@ -147,6 +155,8 @@ def test_the_study_has_what_it_claims(laboratory, sit_down, everything):
     tables, person = rows(laboratory, everything)
     trials = [row for table in tables.values() for row in table]
     assert person["handedness"] in ("left", "right")
+    assert person["informed_consent"] == "yes"
+    assert 18 <= person["age_years"] <= 99
     assert any("timed_out" in (row["flag"] or "") for row in trials)
     assert any(row["repeats"] for row in trials)
     estimates = tables["magnitudeestimation"]
@@ -172,6 +182,34 @@ def test_wherever_a_run_is_cut_every_row_comes_out_the_same_and_was_felt(
         again = sit_down(everything)
         assert again == {rating: felt[rating] for rating in again}, f"cut after {kept - 1}"
         assert rows(laboratory, everything) == expected, f"cut after record {kept - 1}"
+
+
+def felt_again(records):
+    """Return the trials, by task and number, whose surface was presented again in their course."""
+    now, found = None, set()
+    for record in records:
+        if record.kind == "begin":
+            now, step = record.data["what"]["trial"], record.data["what"]["type"]
+        elif record.kind == "done" and step == "EndTrial":
+            now = None
+        elif record.kind == "represented" and now:
+            found.add((now["task"], now["number"]))
+    return found
+
+
+def assert_felt_and_flagged(laboratory, plan, rated):
+    """Assert that each rating is of what was felt last, and flagged where that was felt again."""
+    tables, _ = rows(laboratory, plan)
+    trials = [(task, row) for task, table in tables.items() for row in table]
+    flagged = {(task, row["trial"]) for task, row in trials if "represented" in (row["flag"] or "")}
+    assert flagged == felt_again(laboratory.records(plan))
+    surfaces = {(task, row["trial"]): row["surface"] for task, row in trials}
+    for (task, trial, name), each in rated.items():
+        # A question that was interrupted is asked twice, of the same surface each time.
+        mean, swing = FELT[surfaces[task, trial]]
+        assert [last for last, _ in each] == pytest.approx([mean] * len(each), abs=swing)
+        if name == "difference_felt":  # an estimate is asked for once the plate is silent
+            assert [now for _, now in each] == pytest.approx([mean] * len(each), abs=swing)
 
 
 class PausesAt(UnattendedOperator):
@@ -200,16 +238,43 @@ def test_whenever_the_operator_pauses_what_is_rated_was_felt_and_the_trial_says_
         again = sit_down(everything, operator=PausesAt(poll))
         paused = bool(laboratory.records(everything, kind="pause"))
         assert set(again) == set(felt)
-        again_felt = laboratory.records(everything, kind="represented")
-        tables, _ = rows(laboratory, everything)
-        trials = [(task, row) for task, table in tables.items() for row in table]
-        flagged = {row["trial"] for _, row in trials if "represented" in (row["flag"] or "")}
-        assert flagged == {record.data["trial"] for record in again_felt} - {None}
-        surfaces = {(task, row["trial"]): row["surface"] for task, row in trials}
-        for (task, trial, name), each in again.items():
-            # A question that was interrupted is asked twice, of the same surface each time.
-            mean, swing = FELT[surfaces[task, trial]]
-            assert [last for last, _ in each] == pytest.approx([mean] * len(each), abs=swing)
-            if name == "difference_felt":  # an estimate is asked for once the plate is silent
-                assert [now for _, now in each] == pytest.approx([mean] * len(each), abs=swing)
+        assert_felt_and_flagged(laboratory, everything, again)
         poll += 1
+
+
+def test_wherever_the_rig_fails_what_is_rated_was_felt_and_the_trial_says_so(
+    laboratory, sit_down, plan, tmp_path
+):
+    everything = plan(EVERY_OPTION, participant="01", session="1", run="01")
+    command, failed = 2, True  # the first connects
+    while failed:
+        laboratory.folder = tmp_path / f"fault{command}"
+        rated = sit_down(everything, spec=f"mock:fault=lost@{command}")
+        failed = bool(laboratory.records(everything, kind="fault"))
+        assert_felt_and_flagged(laboratory, everything, rated)
+        command += 1
+    assert command > 50
+
+
+class PersonsClock:
+    """Moves only when told to, and yet is no pilot's: time that passes is not put back."""
+
+    def __init__(self, start_s=0.0):
+        self._clock = VirtualClock(start_s)
+        self.now, self.sleep = self._clock.now, self._clock.sleep
+
+
+def test_wherever_a_persons_run_is_taken_up_what_is_rated_was_felt_and_the_trial_says_so(
+    laboratory, sit_down, plan, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(sys.modules[type(laboratory).__module__], "VirtualClock", PersonsClock)
+    everything = plan(EVERY_OPTION, participant="01", session="1", run="01")
+    laboratory.folder = tmp_path / "whole"
+    sit_down(everything)
+    lines = everything.journal_path(laboratory.folder).read_bytes().splitlines(keepends=True)
+    for kept in range(1, len(lines)):
+        laboratory.folder = tmp_path / f"cut{kept}"
+        path = everything.journal_path(laboratory.folder)
+        path.parent.mkdir(parents=True)
+        path.write_bytes(b"".join(lines[:kept]))
+        assert_felt_and_flagged(laboratory, everything, sit_down(everything))
