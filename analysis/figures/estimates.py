@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.figures.shared import LINES_AT_MOST, amplitude_axis
+from analysis.figures.shared import LINES_AT_MOST, amplitude_axis, tip
 from analysis.published import biet2007
 from analysis.statistics import omnibus
 from analysis.statistics.descriptives import within_intervals
@@ -98,15 +98,16 @@ def fig15(
     compare : bool
         Show the paper's means where the amplitudes are the paper's.
     """
-    figure = Figure(figsize=(6.8, 4.4), layout="constrained")
+    figure = Figure(figsize=(5.6, 4.2), layout="constrained")
     axes = figure.add_subplot()
     amplitudes = cells.columns.to_numpy(float)
     alone = len(cells) == 1
     if not alone:
         _individuals(axes, cells, amplitudes)
+    means = cells.mean().to_numpy(float)
     axes.plot(
         amplitudes,
-        cells.mean().to_numpy(float),
+        means,
         color=BLUE,
         linewidth=2,
         marker="o",
@@ -114,6 +115,9 @@ def fig15(
         zorder=4,
         label="the participant's mean" if alone else "mean",
     )
+    for amplitude, mean in zip(amplitudes, means, strict=True):
+        text = f"{amplitude:g} µm: mean {mean:.2f}"
+        axes.plot(amplitude, mean, "o", color=BLUE, markersize=6.5, zorder=4, gid=tip(text))
     if logs is not None:
         _geometric(axes, cells, logs, confidence)
     paper = biet2007.published_means()

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.figures.shared import LINES_AT_MOST
+from analysis.statistics.descriptives import student_intervals
 from analysis.statistics.growth_models import MODELS
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.regression import fit_lines
@@ -44,12 +45,14 @@ def growth(
     confidence : float
         Of Student's intervals around the geometric means.
     """
-    figure = Figure(figsize=(6.8, 3.5), layout="constrained")
-    left, right = figure.subplots(1, 2)
+    figure = Figure(figsize=(4.8, 6.8), layout="constrained")
+    # One above the other: side by side they cannot be read on a telephone.
+    left, right = figure.subplots(2, 1)
     above = logs.loc[:, logs.columns.to_numpy(float) > 0]
     amplitudes = above.columns.to_numpy(float)
     centre = above.mean().to_numpy(float)
-    low, high = _student(above, confidence)
+    low, high = student_intervals(above, confidence)
+    low, high = (np.where(np.isfinite(bound), bound, centre) for bound in (low, high))
     fine = np.linspace(amplitudes.min(), amplitudes.max(), 200)
     models = {} if isinstance(found, NotComputed) else found.amplitude.models
     for (name, model), colour, dash in zip(
@@ -112,14 +115,3 @@ def model_parameters(name: str, model: GrowthFit) -> Array:
     """Return a fitted model's parameters as its function takes them."""
     values = [float(value) for value in model.parameters.values()]
     return np.array([np.log(values[0])] if name == "fechner" else values)
-
-
-def _student(table: pd.DataFrame, confidence: float) -> tuple[Array, Array]:
-    """Return Student's intervals of the columns' means."""
-    from scipy import stats  # noqa: PLC0415 - a second's import
-
-    n = table.notna().sum().to_numpy(float)
-    error = table.std(ddof=1).to_numpy(float) / np.sqrt(n)
-    half = np.nan_to_num(stats.t.ppf((1 + confidence) / 2, np.maximum(n - 1, 1)) * error)
-    centre = table.mean().to_numpy(float)
-    return centre - half, centre + half

@@ -9,12 +9,12 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import PercentFormatter
 
-from analysis.figures.shared import LINES_AT_MOST
+from analysis.figures.shared import LINES_AT_MOST, tip
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.psychometric import curve
 from analysis.statistics.yes_no import SAME_SIZE, interval_of, step_sizes
 from experiments.dataset.schema import PARTICIPANT
-from figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
+from figure_style import BLUE, GREY, PALE, VERMILION, styled
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from analysis.statistics.psychometric import PsychometricCurve
     from analysis.statistics.yes_no import DescendingDifference
 
+#: Area of a ring for each participant, square points.
+RING = 34.0
 #: Height of a row of the upper panel and of the lower panel, inches.
 ROW, LOWER = 0.36, 2.9
 
@@ -47,17 +49,17 @@ def difference(
     upper = 0.9 + ROW * rows
     sizes = step_sizes(steps)
     if len(np.unique(sizes)) == 1:
-        figure = Figure(figsize=(6.8, upper), layout="constrained")
+        figure = Figure(figsize=(5.6, upper), layout="constrained")
         _each_step(figure.add_subplot(), found, confidence)
         return figure
     layout = ConstrainedLayoutEngine(hspace=0.08)
-    figure = Figure(figsize=(6.8, upper + LOWER), layout=layout)
+    figure = Figure(figsize=(5.6, upper + LOWER), layout=layout)
     top, bottom = figure.subplots(2, 1, height_ratios=[upper, LOWER])
     _each_step(top, found, confidence)
     top.set_title("Each step down")
     _against_size(bottom, found.psychometric, steps.assign(size=sizes), confidence)
     # Outside: the data may lie anywhere.
-    figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+    figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
@@ -82,7 +84,7 @@ def _each_step(axes: Axes, found: DescendingDifference, confidence: float) -> No
             linewidth=1.8,
             clip_on=False,
             zorder=3,
-        )
+        )[0].set_gid(tip(f"{labels[place]}: {share:.0%}, interval {low:.0%} to {high:.0%}"))
         axes.annotate(
             f"{yes} of {n}",
             (1.03, place),
@@ -107,7 +109,6 @@ def _against_size(
     level = f"{100 * confidence:g} %"
     sizes = np.unique(steps["size"])
     span = float(np.ptp(sizes))
-    swarm = max(0.9 * float(np.diff(sizes).min()), 0.06 * span)
     if not isinstance(fit, NotComputed):
         fine = np.linspace(sizes[0], sizes[-1], 200)
         middle, low, high = curve(fit, fine, confidence)
@@ -116,7 +117,7 @@ def _against_size(
             fine, low, high, color="#CCE3F0", linewidth=0, label=f"its {level} band", zorder=0
         )
     if 1 < steps[PARTICIPANT].nunique() <= LINES_AT_MOST:
-        _participants(axes, steps, swarm)
+        _participants(axes, steps)
     for size in sizes:
         answers = steps[steps["size"] == size]
         yes, n = int(answers["difference_felt"].sum()), len(answers)
@@ -136,36 +137,37 @@ def _against_size(
             label=f"all answers, {level} interval" if size == sizes[-1] else None,
         )
     axes.set_xticks(sizes, ["0\n(catch)" if abs(s) <= SAME_SIZE else f"{s:g}" for s in sizes])
-    axes.set_xlim(sizes[0] - 0.06 * span, sizes[-1] + max(swarm, 0.06 * span))
-    axes.set_ylim(-0.03, 1.03)
+    axes.set_xlim(sizes[0] - 0.06 * span, sizes[-1] + 0.06 * span)
+    axes.set_ylim(-0.09, 1.11)
+    axes.set_yticks(np.linspace(0, 1, 6))
     axes.yaxis.set_major_formatter(PercentFormatter(1.0))
     axes.set_xlabel("Amplitude removed (µm, peak to peak)")
     axes.set_ylabel("“Yes, I feel a difference”")
     axes.set_title("Against the size of the step")
 
 
-def _participants(axes: Axes, steps: pd.DataFrame, width: float) -> None:
-    """Draw each participant's share as a dot: right of all answers, side by side where equal."""
+def _participants(axes: Axes, steps: pd.DataFrame) -> None:
+    """Draw participants' shares where they are: a ring's area counts the people who share it.
+
+    Nothing is spread along an axis, which both are quantities.
+    """
     own = (
         steps.groupby(["size", steps[PARTICIPANT].astype(str)])["difference_felt"]
         .mean()
         .reset_index()
     )
-    alike = own.groupby(["size", "difference_felt"])
-    # Up to twelve dots, as in the paper, have the same spacing; more are closer together.
-    together = np.maximum(alike["size"].transform("size").to_numpy(float), 12)
-    x = own["size"].to_numpy(float) + width * (alike.cumcount().to_numpy(float) + 2) / (
-        together + 2
-    )
-    axes.plot(
-        x,
-        own["difference_felt"].to_numpy(float),
-        "o",
-        color=PALE,
-        markersize=3.6,
-        markeredgewidth=0.5,
-        markeredgecolor=INK,
-        clip_on=False,
-        zorder=5,
-        label="one participant",
-    )
+    counted = own.groupby(["size", "difference_felt"]).size()
+    rows = counted.reset_index(name="people").to_numpy(float).tolist()
+    for place, (size, share, people) in enumerate(rows):
+        axes.scatter(
+            [size],
+            [share],
+            s=RING * people,
+            facecolors="none",
+            edgecolors=PALE,
+            linewidths=1.1,
+            clip_on=False,
+            zorder=3,
+            label="participants (area: how many)" if place == 0 else None,
+            gid=tip(f"{people:g} participants: {share:.0%}"),
+        )

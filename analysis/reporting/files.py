@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import figure_style
 from analysis.figures import estimates, growth, yes_no
+from analysis.figures.shared import with_tips
 from analysis.preprocessing import normalisation
 from analysis.published import biet2007
 from analysis.reporting import json_form, page
@@ -55,7 +56,9 @@ def write_analysis(analysis: Analysis, out: Path) -> Path:
         }.items():
             _write(out / f"{name}.json", json_form.text(value))
         drawn = draw(analysis)
-        svgs = {name: figure_style.svg(figure, salt=name) for name, figure in drawn.items()}
+        svgs = {
+            name: with_tips(figure_style.svg(figure, salt=name)) for name, figure in drawn.items()
+        }
         for name, figure in drawn.items():
             _write(out / f"{name}.svg", f"{XML}{svgs[name]}\n")
             figure_style.save(figure, out / name, (".png", ".pdf"))

@@ -137,9 +137,12 @@ def within_intervals(
     Parameters
     ----------
     logs : DataFrame, shape (participants, amplitudes)
-        Mean natural logarithms; people and amplitudes that are not complete take no part.
+        Mean natural logarithms. Amplitudes at which somebody's is missing take no part, so that
+        nobody is left out; where fewer than two remain, people are.
     """
-    some = logs.columns[logs.notna().any()]
+    some = logs.columns[logs.notna().all()]
+    if len(some) < 2:  # noqa: PLR2004
+        some = logs.columns[logs.notna().any()]
     whole = complete(logs[some])
     centre = logs.mean()
     half = pd.Series(np.nan, index=logs.columns)

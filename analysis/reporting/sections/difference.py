@@ -35,7 +35,7 @@ def _caption(found: DescendingDifference) -> str:
             f"{fit.df} degrees of freedom."
         )
     if 1 < found.participants <= LINES_AT_MOST:
-        texts.append("Small dots: each participant's share, side by side where equal.")
+        texts.append("Rings: participants' own shares; the area counts who has the same.")
     return " ".join(texts)
 
 

@@ -28,8 +28,8 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     section.blocks.append(
         html.figure(
             svgs["growth"],
-            "Left: growth functions fitted to all participants at once, each participant with an "
-            "own factor. Right: the same geometric means on logarithmic axes; the slope is the "
+            "Above: growth functions fitted to all participants at once, each participant with an "
+            "own factor. Below: the same geometric means on logarithmic axes; the slope is the "
             "exponent. Bars: Student's intervals over participants. 0 µm has no place on a "
             "logarithmic axis and takes no part.",
             "Two charts of geometric means against amplitude: with fitted growth functions, and on "

@@ -110,7 +110,12 @@ def _each(analysis: Analysis) -> list[Markup]:
             ],
             rows,
             "Each participant. Exponents rest on few amplitudes and are descriptive"
-            + ("; d′ and c after the log-linear correction." if "d_prime" in known else ".")
+            + (
+                "; a participant's own d′ and c, after the log-linear correction, are mostly that "
+                "correction where steps are few."
+                if "d_prime" in known
+                else "."
+            )
             + (f" {more} more are in individuals.csv." if more > 0 else ""),
         )
     ]

@@ -1,0 +1,71 @@
+"""Figures of a data set: nothing is spread along a quantity, and values show under the pointer."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.collections import PathCollection
+
+from analysis.figures.estimates import fig15
+from analysis.figures.growth import growth
+from analysis.figures.shared import with_tips
+from analysis.figures.yes_no import RING, difference
+from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.verbal_coding import load_codebook
+from analysis.statistics.yes_no import analyse_differences
+from figure_style import svg
+
+AMPLITUDES = [0.0, 0.5, 1.2, 2.3]
+
+
+@pytest.fixture
+def logs():
+    rng = np.random.default_rng(1)
+    return pd.DataFrame(rng.normal([1, 2, 3, 4], 0.2, (8, 4)), columns=AMPLITUDES)
+
+
+def test_participants_shares_lie_at_the_size_of_their_step():
+    rows = [
+        {
+            "participant_id": f"p{who}",
+            "amplitude_before_um_pp": before,
+            "amplitude_um_pp": after,
+            "catch": before == after,
+            "difference_felt": int(before != after and (who + after) % 3 > 0),
+            "verbal_report": "",
+        }
+        for who in range(8)
+        for before, after in ((2.3, 1.2), (1.2, 0.5), (0.5, 0.0), (0.0, 0.0))
+    ]
+    steps = pd.DataFrame(rows).astype({"participant_id": "category"})
+    figure = difference(analyse_differences(steps, load_codebook()), steps)
+    rings = [
+        each
+        for axes in figure.axes
+        for each in axes.collections
+        if isinstance(each, PathCollection)
+    ]
+    places = {round(float(ring.get_offsets()[0][0]), 6) for ring in rings}
+    assert places == {0.0, 0.5, 0.7, 1.1}
+    # The area counts participants: eight at each of four sizes.
+    assert sum(float(ring.get_sizes()[0]) for ring in rings) == pytest.approx(4 * 8 * RING)
+
+
+def test_fig_15_has_no_interval_below_zero_and_shows_its_means_under_the_pointer(logs):
+    """On raw means Cousineau and Morey's interval of the smallest mean reaches below 0 here."""
+    wide = logs + np.random.default_rng(2).normal(0, 0.8, logs.shape)
+    figure = fig15(np.exp(wide), wide)
+    bars = [path for line in figure.axes[0].collections for path in line.get_segments()]
+    assert bars
+    assert all((np.asarray(bar)[:, 1] > 0).all() for bar in bars)
+    text = with_tips(svg(figure, salt="fig15"))
+    assert text.count("<title>") == 4
+    assert "<title>0.5 µm: mean" in text
+    assert "tip-" not in text
+
+
+def test_the_growth_figure_s_panels_lie_one_above_the_other(logs):
+    figure = growth(logs, NotComputed("none"))
+    above, below = (axes.get_position() for axes in figure.axes)
+    assert above.y0 > below.y1
+    assert above.x0 < below.x1
+    assert figure.get_figwidth() < 5.5
