@@ -172,3 +172,24 @@ def test_the_command_says_how_many_and_exits_1_where_none_suffices(capsys):
     assert json.loads(capsys.readouterr().out)["enough"] == 60
     assert slipscale.main([*words, "4"]) == 1
     assert slipscale.main(["power", "--trial-to-trial", "2"]) == 2
+
+
+def test_power_is_that_of_the_declared_primary_analysis():
+    """Logarithms: paired t, one by one, of simulated studies with zeros among them."""
+    rng = np.random.default_rng(5)
+    values = np.round(rng.lognormal(np.log([8, 14, 50]), 0.4, (40, 8, 3)))
+    values[0, 0, 0] = 0
+    found = power_of((0.5, 1.2, 2.3), values, primary="logarithms")
+    reject = []
+    for study in values:
+        logs = np.where(study > 0, np.log(np.maximum(study, 1e-9)), np.nan)
+        ps = [
+            stats.ttest_1samp(logs[:, high] - logs[:, low], 0, nan_policy="omit").pvalue
+            for low, high in ((0, 1), (0, 2), (1, 2))
+        ]
+        reject.append(multipletests(ps, method="holm")[1] < 0.05)
+    share = np.mean(reject, axis=0)
+    assert found.steps[0.5, 1.2] == pytest.approx(share[0])
+    assert found.steps[1.2, 2.3] == pytest.approx(share[2])
+    assert found.omnibus > 0.9
+    assert found.steps != power_of((0.5, 1.2, 2.3), values).steps

@@ -274,3 +274,52 @@ def test_page_s_trend_is_one_sided(reference):
     assert omnibus.page_trend(reference).p < 1e-6
     backwards = ready(np.exp(-reference.whole_logs.to_numpy()))
     assert omnibus.page_trend(backwards).p > 0.999
+
+
+@pytest.mark.parametrize("name", ["nm", "micropascal", "degrees"])
+def test_the_mixed_model_is_lme4_s_whatever_the_stimulus_unit(name):
+    """Without centring, log amplitudes far from 0 end short of the maximum, "converged"."""
+    said = json.loads((HERE / "scales.json").read_text())[name]
+    raw = pd.read_csv(HERE / "scales.csv").query("set == @name")
+    frame = pd.DataFrame(
+        {
+            "participant_id": raw["participant"].astype(str).astype("category"),
+            "session": "",
+            "run": "1",
+            "amplitude_um_pp": raw["x"].astype(float),
+            "normalised": raw["y"],
+        }
+    )
+    ours = mixed_model(prepare(frame.reset_index(drop=True), AnalysisChoices()))
+    assert ours.converged
+    assert ours.exponent == pytest.approx(said["exponent"], rel=1e-4)
+    assert ours.log_likelihood_reml == pytest.approx(said["log_likelihood_reml"], abs=1e-3)
+    for field in ("se", "sd_exponent", "sd_residual"):
+        assert getattr(ours, field) == pytest.approx(said[field], rel=5e-3), field
+
+
+def test_mauchly_is_not_defined_of_fewer_people_than_amplitudes_and_greenhouse_geisser_is_used():
+    """W = 0, p > .999 and the uncorrected p were printed: errors of .17 to .20."""
+    values = np.random.default_rng(1).lognormal(np.log([10, 20, 50, 80]), 0.4, (3, 4))
+    found = omnibus.rm_anova(ready(values))
+    assert found.mauchly_w is None
+    assert found.mauchly_p is None
+    text = apa.rm_anova(found, 0.95)
+    assert "Greenhouse-Geisser" in text
+    assert apa.p_value(found.p_gg) in text
+
+
+def test_an_effect_is_judged_at_the_study_s_own_level():
+    values = np.random.default_rng(8).lognormal(np.log([20, 26, 29]), 0.33, (9, 3))
+    found = omnibus.rm_anova(ready(values))
+    assert 0.01 < found.p_gg < 0.05
+    assert "estimates differed" in apa.rm_anova(found, 0.95)
+    assert "did not differ reliably" in apa.rm_anova(found, 0.99)
+
+
+def test_a_p_is_never_printed_as_zero():
+    from analysis.reporting.latex import _p  # noqa: PLC0415
+
+    assert _p(0.0001) == "$<$.001"
+    assert _p(0.0213) == ".021"
+    assert _p(float("nan")) is None

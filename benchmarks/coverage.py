@@ -1,0 +1,277 @@
+"""Measure how often each interval covers and each test errs, and write docs/trust-in-numbers.md.
+
+Simulated studies of n = 3, 6, 12 and 30 participants, with a known truth, go through the analysis's
+own functions. Run: .venv/bin/python benchmarks/coverage.py [--studies 200] [--write]
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from analysis.preprocessing.log_transform import prepare
+from analysis.statistics import omnibus
+from analysis.statistics.descriptives import student_intervals, within_intervals
+from analysis.statistics.mean_over_participants import MeanOverParticipants
+from analysis.statistics.mixed_model import MixedModel, mixed_model
+from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.order_effects import OrderEffects, order_effects
+from analysis.statistics.pairwise import PairedT, pairwise
+from analysis.statistics.power_law import PowerLaw, power_law
+from analysis.statistics.probit import d_primes
+from analysis.statistics.proportions import clustered_interval
+from analysis.statistics.reliability import Reliability, reliability
+from experiments.study.analysis_choices import AnalysisChoices
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from numpy.typing import NDArray
+
+    from analysis.preprocessing.log_transform import Prepared
+
+    Array = NDArray[np.float64]
+    #: One simulated study -> whether each covers or errs, or None where it is not computed.
+    Trial = Callable[[np.random.Generator, int], bool | None]
+
+SIZES = (3, 6, 12, 30)
+#: A row that takes long is measured on a fifth of the studies.
+SLOW, FIFTH = ("exponent, mixed model",), 5
+AMPLITUDES = np.array([0.3, 0.5, 1.2, 2.3])
+EXPONENT, SD_EXPONENT, SD_PERSON, SD_TRIAL = 0.6, 0.15, 0.5, 0.3
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "trust-in-numbers.md"
+START, END = "<!-- measured: begin -->", "<!-- measured: end -->"
+
+
+def study(
+    rng: np.random.Generator,
+    n: int,
+    *,
+    exponent: float = EXPONENT,
+    repetitions: int = 3,
+    zeros: float = 0.0,
+    drift: float = 0.0,
+    carry: float = 0.0,
+) -> Prepared:
+    """Return a study of power functions; ``zeros`` is the share of zeros at the least amplitude."""
+    rows = []
+    # Shrinks with the exponent: without an effect nobody has one.
+    spread = SD_EXPONENT if exponent else 0.0
+    for who in range(n):
+        own, slope, before = rng.normal(3, SD_PERSON), rng.normal(exponent, spread), 0.0
+        for position, a in enumerate(rng.permutation(np.repeat(AMPLITUDES, repetitions))):
+            log = own + slope * np.log(a) + drift * position + carry * before
+            zero = a == AMPLITUDES[0] and rng.random() < zeros
+            rows.append((f"p{who:02d}", a, 0.0 if zero else np.exp(rng.normal(log, SD_TRIAL))))
+            before = float(a)
+    frame = pd.DataFrame(rows, columns=["participant_id", "amplitude_um_pp", "normalised"])
+    frame["participant_id"] = frame["participant_id"].astype("category")
+    return prepare(frame.assign(session="", run="1"), AnalysisChoices())
+
+
+def holds(interval: Iterable[float] | None, truth: float) -> bool | None:
+    """Return whether an interval holds the truth."""
+    if interval is None:
+        return None
+    low, high = interval
+    return None if np.isnan(low) else bool(low <= truth <= high)
+
+
+def mean_interval(rng: np.random.Generator, n: int, *, log: bool) -> bool | None:
+    """Student's interval of the mean, or of the geometric mean, of skewed estimates."""
+    values = pd.DataFrame(rng.normal(3, 0.6, (n, 1)))
+    table = values if log else np.exp(values)
+    low, high = student_intervals(table, 0.95)
+    truth = 3.0 if log else float(np.exp(3 + 0.6**2 / 2))
+    return holds((low[0], high[0]), truth)
+
+
+def within(rng: np.random.Generator, n: int) -> bool | None:
+    """Within-participant bars: the difference of two, √2 bars long, against the true ratio."""
+    logs = study(rng, n).logs
+    low, high = within_intervals(logs, 0.95)
+    half = float(np.log(high[3] / low[3])) / 2 * 2**0.5
+    centre = float(logs[2.3].mean() - logs[0.5].mean())
+    truth = EXPONENT * float(np.log(2.3 / 0.5))
+    return holds((centre - half, centre + half), truth)
+
+
+def exponent(rng: np.random.Generator, n: int, zeros: float = 0.0) -> bool | None:
+    """Student's interval of the mean exponent."""
+    found = power_law(study(rng, n, zeros=zeros))
+    return holds(found.interval, EXPONENT) if isinstance(found, PowerLaw) else None
+
+
+def mixed(rng: np.random.Generator, n: int) -> bool | None:
+    """Return whether the mixed model's interval covers."""
+    found = mixed_model(study(rng, n))
+    return holds(found.interval, EXPONENT) if isinstance(found, MixedModel) else None
+
+
+def ratio(rng: np.random.Generator, n: int, zeros: float = 0.0) -> bool | None:
+    """Return whether the interval of a ratio of geometric means covers."""
+    found = pairwise(study(rng, n, zeros=zeros))
+    if isinstance(found, NotComputed) or not isinstance(found[-1].logs, PairedT):
+        return None
+    return holds(found[-1].logs.ratio_interval, float((2.3 / 1.2) ** EXPONENT))
+
+
+def errs(test: str) -> Trial:
+    """Return the error of a test where no amplitude differs from any other."""
+
+    def once(rng: np.random.Generator, n: int) -> bool | None:
+        data = study(rng, n, exponent=0.0, zeros=0.0)
+        if test == "anova":
+            anova = omnibus.rm_anova(data)
+            return None if isinstance(anova, NotComputed) else anova.p_gg < 0.05
+        if test == "friedman":
+            ranks = omnibus.friedman(data)
+            return None if isinstance(ranks, NotComputed) else ranks.p < 0.05
+        pairs = pairwise(data)
+        if isinstance(pairs, NotComputed):
+            return None
+        ps = [
+            pair.ranks.p_holm if test == "wilcoxon" else getattr(pair.logs, "p_holm", np.nan)
+            for pair in pairs
+        ]
+        return bool(np.nanmin(ps) < 0.05)
+
+    return once
+
+
+def order_errs(which: str, **effects: float) -> Trial:
+    """Return the error of an order effect that is not there, the other one being there."""
+
+    def once(rng: np.random.Generator, n: int) -> bool | None:
+        found = order_effects(study(rng, n, **effects))  # type: ignore[arg-type]
+        if not isinstance(found, OrderEffects):
+            return None
+        slope = getattr(found, which)
+        return slope.p < 0.05 if isinstance(slope, MeanOverParticipants) else None
+
+    return once
+
+
+def icc(rng: np.random.Generator, n: int) -> bool | None:
+    """Reliability of a single estimate."""
+    own = rng.normal(0, 0.5, (n, 1, 1)) + rng.normal(0, 0.3, (n, 4, 1))
+    logs = own + rng.normal(0, 0.4, (n, 4, 3))
+    who, what, _ = np.indices(logs.shape)
+    frame = pd.DataFrame(
+        {
+            "participant_id": pd.Categorical([f"p{i:02d}" for i in who.ravel()]),
+            "amplitude_um_pp": AMPLITUDES[what.ravel()],
+            "normalised": np.exp(logs.ravel()),
+        }
+    )
+    found = reliability(prepare(frame.assign(session="", run="1"), AnalysisChoices()))
+    return holds(found.single.interval, 0.34 / 0.5) if isinstance(found, Reliability) else None
+
+
+def d_prime(truth: float, steps: int, catches: int, spread: float = 0.0) -> Trial:
+    """Return the coverage of d' of observers with criteria (and sensitivities) of their own."""
+    from scipy.stats import norm  # noqa: PLC0415
+
+    def once(rng: np.random.Generator, n: int) -> bool | None:
+        who = np.repeat(np.arange(n), steps + catches)
+        sizes = np.tile([1.0] * steps + [0.0] * catches, n)
+        criterion, own = rng.normal(0.8, 0.4, n), rng.normal(truth, spread, n)
+        felt = rng.random(len(who)) < norm.cdf(own[who] * sizes - criterion[who])
+        found = d_primes(sizes, felt.astype(float), who, 0.95)
+        return None if isinstance(found, NotComputed) else holds(found[0].interval, truth)
+
+    return once
+
+
+def share(p: float, answers: int, alike: float) -> Trial:
+    """Return the coverage of a share of "yes", a participant's answers being alike."""
+
+    def once(rng: np.random.Generator, n: int) -> bool | None:
+        weight = (1 - alike) / alike if alike else 1e9
+        own = rng.beta(p * weight, (1 - p) * weight, n)
+        yes = rng.binomial(answers, own).astype(float)
+        return holds(clustered_interval(yes, np.full(n, float(answers))), p)
+
+    return once
+
+
+COVERAGE: dict[str, Trial] = {
+    "mean, Student's (log-normal estimates, SD 0.6)": lambda r, n: mean_interval(r, n, log=False),
+    "geometric mean, Student's on logarithms": lambda r, n: mean_interval(r, n, log=True),
+    "within-participant bars (difference of two)": within,
+    "exponent, mean of slopes": exponent,
+    "exponent, 20 % zeros at the least amplitude": lambda r, n: exponent(r, n, 0.2),
+    "exponent, mixed model": mixed,
+    "ratio of geometric means, paired t": ratio,
+    "the same, 20 % zeros at another amplitude": lambda r, n: ratio(r, n, 0.2),
+    "reliability (ICC), jackknife": icc,
+    "d′ = 1, 3 steps and 1 catch step": d_prime(1.0, 3, 1),
+    "d′ = 2, 3 steps and 1 catch step": d_prime(2.0, 3, 1),
+    "d′ = 3, 3 steps and 1 catch step": d_prime(3.0, 3, 1),
+    "d′ = 2, 10 and 10, d′ differs between people (SD 0.4)": d_prime(2.0, 10, 10, 0.4),
+    "share of “yes” .9, one answer each": share(0.9, 1, 0.3),
+    "share of “yes” .5, 10 answers each, correlation .3": share(0.5, 10, 0.3),
+    "share of “yes” .9, 10 answers each, correlation .3": share(0.9, 10, 0.3),
+}
+ERRORS: dict[str, Trial] = {
+    "repeated-measures ANOVA, Greenhouse-Geisser": errs("anova"),
+    "Friedman": errs("friedman"),
+    "Wilcoxon, any of 6 pairs, Holm": errs("wilcoxon"),
+    "paired t, any of 6 pairs, Holm": errs("t"),
+    "drift, while there is carry-over": order_errs("log_slope_per_trial", carry=0.3),
+    "carry-over, while there is drift": order_errs("log_slope_per_um_pp_before", drift=0.05),
+}
+
+
+def measure(trial: Trial, n: int, studies: int, seed: int) -> str:
+    """Return the share of simulated studies, ".95", and of how many where some had no result."""
+    found = [trial(np.random.default_rng([seed, n, number]), n) for number in range(studies)]
+    usable = [one for one in found if one is not None]
+    if not usable:
+        return "–"
+    text = f"{np.mean(usable):.2f}".removeprefix("0")
+    return text if len(usable) == studies else f"{text} ({len(usable)})"
+
+
+def table(title: str, trials: dict[str, Trial], studies: int, seed: int) -> list[str]:
+    """Return a table's lines; each row is printed when it is there."""
+    lines = [f"| {title} | " + " | ".join(f"n = {n}" for n in SIZES) + " |"]
+    lines.append("| --- |" + " --- |" * len(SIZES))
+    for name, trial in trials.items():
+        start = time.perf_counter()
+        fewer = studies // FIFTH if name in SLOW else studies
+        row = " | ".join(measure(trial, n, fewer, seed) for n in SIZES)
+        lines.append(f"| {name} | {row} |")
+        print(lines[-1], f"{time.perf_counter() - start:.1f} s", flush=True)
+    return lines
+
+
+def main() -> None:
+    """Measure, print, and with --write put the tables into the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--studies", type=int, default=200, help="simulated a cell (default: 200)")
+    parser.add_argument("--seed", type=int, default=13, help="of the simulations (default: 13)")
+    parser.add_argument("--write", action="store_true", help="put the tables into the page")
+    args = parser.parse_args()
+    warnings.filterwarnings("ignore")  # statsmodels' on fits that are judged anyway
+    few = args.studies // FIFTH
+    size = f"{args.studies} simulated studies a cell, of the mixed model {few}; seed {args.seed}."
+    lines = [size, ""]
+    lines += table("Interval of .95: share that covers", COVERAGE, args.studies, args.seed)
+    lines += ["", *table("Test at .05: share of errors", ERRORS, args.studies, args.seed)]
+    if args.write:
+        text = PAGE.read_text(encoding="utf-8")
+        before, after = text.split(START)[0], text.split(END)[1]
+        PAGE.write_text(
+            f"{before}{START}\n" + "\n".join(lines) + f"\n{END}{after}", encoding="utf-8"
+        )
+
+
+if __name__ == "__main__":
+    main()
