@@ -8,6 +8,7 @@ participant answers what the simulated plate truly does at that moment, so that 
 does not fit its row was given to another surface. A session counts as
 
 - **hanging** when it has not ended after `HANGS_S`;
+- **not begun** when the plate could not be connected (no fault is on order by then);
 - **given up** when the operator's retries did not suffice: it ends with a fault, resumable;
 - with **wrong attributions** when a row's estimate or readback is not that of its surface;
 - with a **plate left vibrating** when the output is on after the session has ended.
@@ -168,8 +169,10 @@ def session(board: EmulatorProcess, number: int, faults: list[str], folder: Path
     path = plan.journal_path(folder)
     spec = f"serial:{board.port}"
     plate = open_plate(spec, clock=clock)
+    begun = False
     try:
         with no_longer_than(HANGS_S), Journal.create(path, clock) as journal, plate:
+            begun = True
             for each in faults:
                 board.fault(each)
             outcome = run_plan(
@@ -179,7 +182,7 @@ def session(board: EmulatorProcess, number: int, faults: list[str], folder: Path
     except HangsError:
         return "hanging"
     except PlateFault:
-        return "given up"
+        return "given up" if begun else "not begun"
     return outcome
 
 
@@ -212,25 +215,25 @@ def one(board: EmulatorProcess, number: int, *, firmware: bool) -> Counter[str]:
         folder = Path(name)
         outcome = session(board, number, faults, folder)
         counts[outcome] += 1
-        rows = rows_of(folder)
-        (journal,) = folder.glob("sourcedata/sub-01/**/*_journal.jsonl")
-        counts["faults"] += sum(r.kind == "fault" for r in read_plan(journal)[1])
+        rows = [] if outcome == "not begun" else rows_of(folder)
+        for journal in folder.glob("sourcedata/sub-01/**/*_journal.jsonl"):
+            counts["faults"] += sum(r.kind == "fault" for r in read_plan(journal)[1])
     counts["rows"] += len(rows)
     wrong = [row for row in rows if is_wrong(row)]
     counts["wrong attributions"] += len(wrong)
     counts["rows missing"] += outcome == "complete" and SURFACES - len(rows)
     counts["plates left vibrating"] += board.state()["vibrates"]
     board.no_faults()
+    board.back()  # whatever is away, for the next session
     if wrong or outcome != "complete" or counts["plates left vibrating"]:
         print(f"session {number}, {'firmware' if firmware else 'emulated'}: {outcome}, {faults}")
         for row in wrong:
             print(f"  {row}")
-    time.sleep(1.5 * BACK_S)  # whatever is away comes back
     return counts
 
 
 TOLD = (
-    "sessions", "complete", "given up", "hanging", "faults", "rows", "rows missing",
+    "sessions", "complete", "not begun", "given up", "hanging", "faults", "rows", "rows missing",
     "wrong attributions", "plates left vibrating",
 )  # fmt: skip
 NEVER = ("hanging", "rows missing", "wrong attributions", "plates left vibrating")

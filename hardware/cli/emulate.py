@@ -63,6 +63,14 @@ def add_arguments(parser: ArgumentParser) -> None:
         "(default 0.3; 0: never)",
     )
     parser.add_argument(
+        "--watchdog",
+        type=float,
+        default=500.0,
+        metavar="MS",
+        help="the board silences itself when it has heard nothing for so long: 400 to 2000 "
+        "(default 500)",
+    )
+    parser.add_argument(
         "--no-dtr",
         action="store_true",
         help="the line does not tell the board that the host let go: its watchdog has to notice",
@@ -92,8 +100,7 @@ def run(arguments: Namespace) -> int:
     from hardware.plate.twin import Twin  # noqa: PLC0415
     from hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
 
-    if not (isfinite(arguments.noise) and arguments.noise >= 0):
-        raise UserError(f"--noise: {arguments.noise:g}, expected 0 or more µm")
+    _check_numbers(arguments)
     resonator = Resonator()
     if arguments.gain is not None:
         resonator = replace(resonator, gain_um_pp_per_v=arguments.gain)
@@ -127,6 +134,7 @@ def run(arguments: Namespace) -> int:
             ),
             back_s=arguments.back_after,
             dtr=not arguments.no_dtr,
+            watchdog_ms=arguments.watchdog,
             log=log,
             firmware=firmware,
         )
@@ -136,6 +144,19 @@ def run(arguments: Namespace) -> int:
         except EndedBySignal:
             pass  # the usual way to end it
     return DONE
+
+
+def _check_numbers(arguments: Namespace) -> None:
+    """Raise `UserError` for noise or a watchdog that cannot be."""
+    from hardware.backends.serial_board.protocol import WATCHDOG_MS  # noqa: PLC0415
+
+    if not (isfinite(arguments.noise) and arguments.noise >= 0):
+        raise UserError(f"--noise: {arguments.noise:g}, expected 0 or more µm")
+    shortest_ms, longest_ms = WATCHDOG_MS
+    if not shortest_ms <= arguments.watchdog <= longest_ms:
+        raise UserError(
+            f"--watchdog: {arguments.watchdog:g}, expected {shortest_ms} to {longest_ms} ms"
+        )
 
 
 COMMANDS = {"emulate": (add_arguments, run)}

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 FIRMWARE = Path(__file__).parents[1] / "firmware"
 FLAGS = ("-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
 TOO_HOT_C = 75.0  # what the sensor says of a board that is made hot
+WATCHDOG_MS = 500.0
 MILLISECONDS = 1 << 32  # a board's clock has 32 bits
 
 Drives = ctypes.CFUNCTYPE(None, ctypes.c_float, ctypes.c_float)
@@ -89,6 +90,7 @@ def load(library: Path) -> ctypes.CDLL:
             ctypes.POINTER(PlateCalls),
             ctypes.c_float,
             ctypes.c_uint32,
+            ctypes.c_uint32,
         ]
         code.board_receive.restype = ctypes.c_char_p
         code.board_receive.argtypes = [ctypes.c_void_p, ctypes.c_uint8, ctypes.c_uint32]
@@ -113,11 +115,20 @@ class CompiledBoard:
         The plate.
     boot : int
         Differs from one start to the next.
+    watchdog_ms : float
+        It silences itself when it has heard nothing for so long.
     code : ctypes.CDLL
         From `load`.
     """
 
-    def __init__(self, twin: Twin, boot: int, *, code: ctypes.CDLL) -> None:
+    def __init__(
+        self,
+        twin: Twin,
+        boot: int,
+        watchdog_ms: float = WATCHDOG_MS,
+        *,
+        code: ctypes.CDLL,
+    ) -> None:
         self.twin = twin
         self.hot = False
         self.busy = False  # the reference firmware never is
@@ -134,7 +145,7 @@ class CompiledBoard:
         )
         gain_um_pp_per_v = twin.resonator.gain_um_pp_per_v  # as calibrated
         self._board = code.board_start(
-            ctypes.byref(self._calls), gain_um_pp_per_v, boot & 0xFFFF_FFFF
+            ctypes.byref(self._calls), gain_um_pp_per_v, boot & 0xFFFF_FFFF, round(watchdog_ms)
         )
 
     def __del__(self) -> None:

@@ -7,6 +7,7 @@ Each line there is answered with one line of JSON, the state after it:
 ``fault NAME``      at the next command; ``NAME@PHASE/N`` as with ``--fault``
 ``no faults``       forget those that are on order
 ``unplug``          now
+``back``            plugged in and started anew, now
 ``finger``          put a finger on the plate that lowers its Q from 60 to 50
 ``no finger``       take it away
 ``quit``            end (so does SIGTERM)
@@ -33,6 +34,7 @@ ACTS: dict[str, Callable[[Emulator], None]] = {
     "state": lambda _: None,
     "no faults": lambda emulator: emulator.cancel(),
     "unplug": lambda emulator: emulator.unplug(),
+    "back": lambda emulator: emulator.come_back(),
     "finger": lambda emulator: emulator.touch(FINGER),
     "no finger": lambda emulator: emulator.touch(),
 }

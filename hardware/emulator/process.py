@@ -50,6 +50,10 @@ class EmulatorProcess:
         """Pull the plug now."""
         return self._tell("unplug")
 
+    def back(self) -> dict[str, Any]:
+        """Plug the board in and start it anew now."""
+        return self._tell("back")
+
     def finger(self, *, on: bool = True) -> dict[str, Any]:
         """Put a finger on the plate that lowers its Q from 60 to 50, or take it away."""
         return self._tell("finger" if on else "no finger")

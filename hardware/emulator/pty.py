@@ -11,6 +11,7 @@ import tempfile
 import tty
 from collections import deque
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TextIO
 
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from hardware.plate.dynamics import FingerLoad
 
 TICK_S = 0.001
+DEFAULT_LIMITS = wire.BoardLimits()
 FOREIGN_IDENTITY = "Hewlett-Packard,34401A,0,10-5-2"
 NMEA = b"$GPGGA,101530.00,5036.10,N,00308.40,E,1,08,0.9,40.0,M,47.0,M,,*65\r\n"
 NMEA_S = 0.05
@@ -91,6 +93,8 @@ class Emulator:
     dtr : bool
         Whether the line tells the board that the host closed it. The board then silences the
         plate and restarts, as boards with an automatic reset do; without, the watchdog has to.
+    watchdog_ms : float
+        The board silences itself when it has heard nothing for so long.
     log : TextIO
         Where to write what the plate does, a line a millisecond.
     firmware : callable
@@ -106,8 +110,9 @@ class Emulator:
         twin: Twin | None = None,
         back_s: float = 0.3,
         dtr: bool = True,
+        watchdog_ms: float = DEFAULT_LIMITS.watchdog_ms,
         log: TextIO | None = None,
-        firmware: Callable[[Twin, int], EmulatedBoard] | None = None,
+        firmware: Callable[[Twin, int, float], EmulatedBoard] | None = None,
     ) -> None:
         orders = list(injections)
         self._run_faults = {each.fault for each in orders} & set(RUN_FAULTS)
@@ -116,6 +121,7 @@ class Emulator:
         self._twin = twin or Twin()
         self._back_s = back_s
         self._dtr = dtr
+        self._limits = replace(DEFAULT_LIMITS, watchdog_ms=watchdog_ms)
         self._firmware = firmware
         self.board: EmulatedBoard
         self._boots = 0
@@ -180,6 +186,12 @@ class Emulator:
             self._outbox.clear()
             self._come_back_later()
 
+    def come_back(self) -> None:
+        """Start anew now, plugged in, whatever was the matter."""
+        self._boot()
+        if self._master is None:
+            self._plug()
+
     def close(self) -> None:
         """Unplug, and remove the port's link."""
         self.unplug()
@@ -191,9 +203,7 @@ class Emulator:
         self.board.tick(now_s)
         self._send_what_is_due()
         if self._back_at_s is not None and now_s >= self._back_at_s:
-            self._boot()
-            if self._master is None:
-                self._plug()
+            self.come_back()
         if "nmea" in self._run_faults and now_s >= self._nmea_at_s:
             self._nmea_at_s = now_s + NMEA_S
             self._send(NMEA)
@@ -216,9 +226,11 @@ class Emulator:
         if "wrong_identity" in self._run_faults:
             identity = FOREIGN_IDENTITY
         if self._firmware:
-            self.board = self._firmware(self._twin, self._boots)
+            self.board = self._firmware(self._twin, self._boots, self._limits.watchdog_ms)
         else:
-            self.board = Board(self._twin, boot=self._boots, identity=identity, lists=not old)
+            self.board = Board(
+                self._twin, boot=self._boots, identity=identity, lists=not old, limits=self._limits
+            )
 
     def _plug(self) -> None:
         """Make a pseudo-terminal and point the port's link at it.

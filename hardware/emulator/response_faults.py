@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 LATE_S = 0.12  # later than a host waits for one answer
-TRICKLE_S = 0.02  # a byte
+TRICKLE_S = 1.5  # a whole answer: much later than a host waits, sooner than it gives up greeting
 GARBAGE = b"\x00\xff#\x7f<7 \xc3("
 
 
@@ -42,7 +42,7 @@ class Answer:
 def _trickle(answer: Answer) -> list[Piece]:
     pieces: list[Piece] = []
     for byte in answer.reply:
-        pieces += [bytes([byte]), TRICKLE_S]
+        pieces += [bytes([byte]), TRICKLE_S / len(answer.reply)]
     return pieces
 
 

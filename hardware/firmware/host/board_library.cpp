@@ -45,9 +45,11 @@ struct LoadedBoard {
 
 extern "C" {
 
-LoadedBoard* board_start(const PlateCalls* calls, float gain_um_pp_per_v, uint32_t boot) {
+LoadedBoard* board_start(const PlateCalls* calls, float gain_um_pp_per_v, uint32_t boot,
+                         uint32_t watchdog_ms) {
   slipscale::Settings settings;
   settings.gain_um_pp_per_v = gain_um_pp_per_v;
+  settings.limits.watchdog_ms = watchdog_ms;
   return new LoadedBoard(*calls, settings, boot);
 }
 void board_end(LoadedBoard* loaded) { delete loaded; }

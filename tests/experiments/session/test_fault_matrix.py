@@ -66,6 +66,8 @@ MEANS = {"ridges": 1.4, "waves": 0.9}
 LARGEST = {"n/a": [0.5, 1.2, 2.3], "ridges": [1.8], "waves": [1.8]}
 
 BACK_S = 0.1
+# The longest watchdog of a board: on a loaded machine a session may stand still for half a second.
+OPTIONS = ("--back-after", str(BACK_S), "--noise", "0", "--watchdog", "2000")
 FAULTY_TRIAL = 2
 
 ENDING = ["unplug", "unplug_mid_read", "reset", "reset_after", "busy", "hot", "deaf", "trickle"]
@@ -87,13 +89,13 @@ PHASES = ["presenting", "reading", "exploring", "answering", "silencing", "recon
 
 @pytest.fixture(scope="module")
 def board():
-    with EmulatorProcess("--back-after", str(BACK_S), "--noise", "0") as board:
+    with EmulatorProcess(*OPTIONS) as board:
         yield board
 
 
 @pytest.fixture(scope="module")
 def compiled_board():
-    with EmulatorProcess("--back-after", str(BACK_S), "--noise", "0", "--firmware") as board:
+    with EmulatorProcess(*OPTIONS, "--firmware") as board:
         yield board
 
 

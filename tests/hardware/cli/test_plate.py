@@ -93,3 +93,23 @@ def test_faults_on_order_can_be_forgotten(emulate):
     with open_plate(f"serial:{board.port}", clock=SystemClock()) as plate:
         plate.present(VirtualSurface(amplitude_um_pp=1.0))
     assert board.state()["presented_um_pp"] == [1.0]
+
+
+def test_a_board_comes_back_when_told(emulate):
+    board = emulate("--back-after", "0")
+    assert board.unplug()["plugged"] is False
+    assert board.back()["plugged"] is True
+    with open_plate(f"serial:{board.port}", clock=SystemClock()) as plate:
+        plate.present(VirtualSurface(amplitude_um_pp=1.0))
+
+
+@pytest.mark.parametrize("options", [[], ["--firmware"]])
+def test_an_emulated_board_has_the_watchdog_that_was_wanted(emulate, options):
+    board = emulate("--watchdog", "1200", *options)
+    with open_plate(f"serial:{board.port}", clock=SystemClock()) as plate:
+        assert plate.watchdog_s == 1.2
+
+
+def test_a_watchdog_that_no_board_may_have_is_refused(capsys):
+    assert slipscale.main(["plate", "emulate", "--watchdog", "50"]) == 2
+    assert "--watchdog: 50, expected 400 to 2000 ms" in capsys.readouterr().err

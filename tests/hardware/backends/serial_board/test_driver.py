@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime
 
@@ -69,6 +70,7 @@ ENDING = {
     "trickle": PlateTimeout,
 }
 PATIENCE = ("reset", "trickle", "deaf")
+AWAY = ("unplug", "unplug_mid_read", "busy", "hot", "deaf")
 MATRIX = [
     (fault, phase)
     for fault in ENDING
@@ -83,7 +85,7 @@ def serial_plate(board, **options):
     return open_plate(f"serial:{board.port}{words}", clock=SystemClock())
 
 
-def wait_for(condition, *, at_most_s=3.0):
+def wait_for(condition, *, at_most_s=60.0):
     """Poll for something that another process does; the bound only ends a broken test."""
     end_s = time.monotonic() + at_most_s
     while not condition():
@@ -91,7 +93,7 @@ def wait_for(condition, *, at_most_s=3.0):
         time.sleep(0.01)
 
 
-def fault_within(plate, *, at_most_s=3.0):
+def fault_within(plate, *, at_most_s=60.0):
     """Check like a session does, once a frame, until the fault comes up."""
     end_s = time.monotonic() + at_most_s
     while time.monotonic() < end_s:
@@ -149,15 +151,15 @@ def test_a_spoiled_answer_is_repaired_and_its_command_ran_once(board, fault, pha
     assert not state["vibrates"]
 
 
-@pytest.fixture
-def plate(board):
-    plate = serial_plate(board)
-    yield plate
-    plate.close()
-
-
 @pytest.mark.parametrize("fault, phase", MATRIX)
-def test_a_fault_ends_the_trial_silent_and_the_next_one_works(board, plate, fault, phase):
+def test_a_fault_ends_the_trial_silent_and_the_next_one_works(board_that_waits, fault, phase):
+    board = board_that_waits
+    with closing(serial_plate(board)) as plate:
+        _end_a_trial(board, plate, fault, phase)
+    assert not board.state()["vibrates"]
+
+
+def _end_a_trial(board, plate, fault, phase):
     if phase != "exploring":
         board.fault(f"{fault}@{phase}")
 
@@ -173,11 +175,11 @@ def test_a_fault_ends_the_trial_silent_and_the_next_one_works(board, plate, faul
     with pytest.raises(ENDING[fault]):
         trial()
     wait_for(lambda: not board.state()["vibrates"])
+    if fault in AWAY:
+        board.back()
     presented_again(plate, VirtualSurface(amplitude_um_pp=0.5))
     state = board.state()
     assert state["target_um_pp"] == 0.5, state
-    plate.close()
-    assert not board.state()["vibrates"]
 
 
 @pytest.mark.parametrize("fault", PATIENCE)
@@ -365,7 +367,7 @@ def test_limits_are_narrowed_to_the_boards(board):
     wide = PlateLimits(amplitude_um_pp=9, voltage_v=99, frequency_max_hz=9e4, on_time_s=9e9)
     with SerialBoard(board.port, clock=SystemClock(), limits=wide) as plate:
         assert plate.limits == PlateLimits()
-        assert plate.watchdog_s == 0.5
+        assert plate.watchdog_s == 2.0
         with pytest.raises(OverLimit):
             plate.present(VirtualSurface(amplitude_um_pp=2.6))
 
