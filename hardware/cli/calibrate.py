@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import math
 import os
 from datetime import UTC, datetime
@@ -10,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from faults import DONE, UserError
+from hardware.address import positive_number
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from hardware.calibration.sweep import SweepPlan
     from hardware.driver import PlateDriver
     from hardware.records import Readback
-
-CSV_COLUMNS = ("sweep", "frequency_hz", "voltage_v", "amplitude_um_pp")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -35,10 +33,18 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     source.add_argument(
         "--csv",
+        "--from-csv",
         type=Path,
         metavar="FILE",
-        help=f"fit readings made elsewhere; columns {', '.join(CSV_COLUMNS)}, with sweep one of "
-        "coarse, fine, voltage; the plate is not touched",
+        help="fit readings made elsewhere; columns sweep (coarse, fine or voltage), frequency_hz, "
+        "voltage_v, and one of amplitude_um_pp, velocity_mm_s_peak, trace (an oscilloscope's CSV "
+        "file); the plate is not touched",
+    )
+    parser.add_argument(
+        "--mm-s-per-volt",
+        type=positive_number,
+        metavar="MM_S",
+        help="with --csv and traces: velocity in mm/s per volt of the vibrometer's output",
     )
     parser.add_argument(
         "--out",
@@ -108,6 +114,7 @@ def run(arguments: Namespace) -> int:
     # SciPy, pydantic and matplotlib load here: `slipscale plate --help` stays instant.
     from figure_style import save  # noqa: PLC0415
     from hardware.calibration.plot import draw  # noqa: PLC0415
+    from hardware.calibration.readings import read_points  # noqa: PLC0415
     from hardware.calibration.record import DriveChain, Provenance, write_calibration  # noqa: PLC0415
     from hardware.calibration.sweep import SweepPlan, calibration_from  # noqa: PLC0415
 
@@ -125,7 +132,8 @@ def run(arguments: Namespace) -> int:
     )
     number = _plate_serial(plate, arguments.plate_serial)
     if arguments.csv:
-        device, points = _device(plate, arguments), read_points(arguments.csv)
+        device = _device(plate, arguments)
+        points = read_points(arguments.csv, mm_s_per_v=arguments.mm_s_per_volt)
     else:
         device, points = _measure(plate, arguments, plan, drive)
     device = device.model_copy(update={"plate": number})
@@ -267,36 +275,6 @@ def _reading(text: str) -> float | None:
     except ValueError:
         return None
     return value if math.isfinite(value) and value >= 0 else None
-
-
-def read_points(path: Path) -> tuple[Point, ...]:
-    """Read vibrometer readings from a CSV file.
-
-    Raises
-    ------
-    UserError
-        No such file, a missing column, or an impossible value, with its line.
-    """
-    from pydantic import ValidationError  # noqa: PLC0415
-
-    from hardware.calibration.record import Point  # noqa: PLC0415
-
-    try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = list(csv.DictReader(file))
-    except (OSError, UnicodeDecodeError) as error:
-        raise UserError(f"--csv {path}: cannot be read ({error})") from error
-    points = []
-    for line, row in enumerate(rows, start=2):
-        try:
-            points.append(Point.model_validate({key: row.get(key) for key in CSV_COLUMNS}))
-        except ValidationError as error:
-            first = error.errors()[0]
-            raise UserError(
-                f"--csv {path}, line {line}: {first['loc'][0]} is {first['input']!r}: "
-                f"{first['msg']}"
-            ) from error
-    return tuple(points)
 
 
 COMMANDS = {"calibrate": (add_arguments, run)}

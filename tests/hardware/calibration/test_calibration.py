@@ -29,7 +29,7 @@ from hardware.calibration.record import (
     write_calibration,
 )
 from hardware.calibration.sweep import SweepPlan, calibration_from, sweep
-from hardware.cli.calibrate import CSV_COLUMNS, measured
+from hardware.cli.calibrate import measured
 from hardware.clock import VirtualClock
 from hardware.errors import OverLimit, WrongDevice
 from hardware.limits import PlateLimits
@@ -342,6 +342,7 @@ def test_a_plate_that_does_not_respond_is_refused():
         fit_gain(dead[:5])
 
 
+CSV_COLUMNS = ("sweep", "frequency_hz", "voltage_v", "amplitude_um_pp")
 WORDS = ["plate", "calibrate", "--by", "T. Ester", "--instrument", "OFV-505, 2 µm/V"]
 
 

@@ -1,0 +1,215 @@
+"""Vibrometer readings from files: amplitudes, velocities, or traces of an oscilloscope.
+
+A CSV file with a row a reading: ``sweep``, ``frequency_hz``, ``voltage_v``, and one column that
+says what was read (`QUANTITIES`).
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from itertools import dropwhile
+from typing import TYPE_CHECKING
+
+import numpy as np
+from pydantic import ValidationError
+
+from faults import UserError
+from hardware.calibration.record import Point
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+DRIVE_COLUMNS = ("sweep", "frequency_hz", "voltage_v")
+UM_PER_MM = 1000.0
+PERIODS_MIN = 5.0
+SAMPLES_PER_PERIOD_MIN = 4.0
+UNEVEN = 0.01  # of the samples' distance: instruments print times with few digits
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trace:
+    """What an oscilloscope recorded, evenly in time.
+
+    Parameters
+    ----------
+    times_s, volts_v : ndarray, shape (n,)
+        Of each sample.
+    """
+
+    times_s: NDArray[np.float64]
+    volts_v: NDArray[np.float64]
+
+    def amplitude_v_peak(self, frequency_hz: float) -> float:
+        """Return the amplitude of the sine of one frequency, by least squares.
+
+        An offset and whatever lies at other frequencies (noise, hum) do not count.
+
+        Raises
+        ------
+        ValueError
+            The samples are too far apart, uneven, or too few periods long.
+        """
+        steps_s = np.diff(self.times_s)
+        step_s = float(np.mean(steps_s))
+        if not (step_s > 0 and np.all(np.abs(steps_s - step_s) < UNEVEN * step_s + 1e-15)):
+            raise ValueError("its times do not rise evenly, expected seconds")
+        if frequency_hz * step_s * SAMPLES_PER_PERIOD_MIN > 1:
+            raise ValueError(
+                f"its samples are {step_s:.3g} s apart, expected {SAMPLES_PER_PERIOD_MIN:g} or "
+                f"more in a period of {frequency_hz:g} Hz, and times in seconds"
+            )
+        if frequency_hz * step_s * self.times_s.size < PERIODS_MIN:
+            raise ValueError(f"it is shorter than {PERIODS_MIN:g} periods of {frequency_hz:g} Hz")
+        phase = 2 * np.pi * frequency_hz * (self.times_s - self.times_s[0])
+        terms = np.column_stack([np.cos(phase), np.sin(phase), np.ones_like(phase)])
+        (cosine, sine, _), *_ = np.linalg.lstsq(terms, self.volts_v, rcond=None)
+        return math.hypot(cosine, sine)
+
+
+def um_pp_from_velocity(velocity_mm_s_peak: float, frequency_hz: float) -> float:
+    """Return the peak-to-peak displacement of a sine of this peak velocity, 2 v / (2π f).
+
+    >>> round(um_pp_from_velocity(100.0, 30_500.0), 4)
+    1.0436
+    """
+    return velocity_mm_s_peak * UM_PER_MM / (math.pi * frequency_hz)
+
+
+def read_trace(path: Path) -> Trace:
+    """Read an oscilloscope's CSV file.
+
+    Makes differ in what they write above and before the samples. Read is what they share: each
+    sample's line ends in time and voltage; all lines before the first such line are a heading.
+
+    Raises
+    ------
+    ValueError
+        The file cannot be read or holds no samples; a line between samples is none.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    except OSError as error:
+        raise ValueError(error.strerror) from None
+    numbered = [(number, _sample(line)) for number, line in enumerate(lines, start=1) if line]
+    samples = list(dropwhile(lambda each: each[1] is None, numbered))
+    if not samples:
+        raise ValueError("it has no lines that end in a time and a voltage")
+    pairs = []
+    for number, pair in samples:
+        if pair is None:
+            raise ValueError(f"its line {number} does not end in a time and a voltage")
+        pairs.append(pair)
+    times_s, volts_v = np.array(pairs).T
+    return Trace(times_s=times_s, volts_v=volts_v)
+
+
+def _sample(line: str) -> tuple[float, float] | None:
+    fields = [each.strip() for each in line.replace(";", ",").rstrip(", \t").split(",")]
+    try:
+        time_s, volts_v = map(float, fields[-2:])
+    except ValueError:
+        return None
+    return (time_s, volts_v) if math.isfinite(time_s) and math.isfinite(volts_v) else None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Reading:
+    """A cell, and what is needed to make an amplitude of it."""
+
+    text: str
+    frequency_hz: float
+    folder: Path
+    mm_s_per_v: float | None
+
+
+def _number(reading: _Reading) -> float:
+    try:
+        value = float(reading.text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value >= 0):
+        raise ValueError(f"'{reading.text}', expected a number, 0 or more")
+    return value
+
+
+def _of_a_velocity(reading: _Reading) -> float:
+    return um_pp_from_velocity(_number(reading), reading.frequency_hz)
+
+
+def _of_a_trace(reading: _Reading) -> float:
+    if reading.mm_s_per_v is None:
+        raise UserError("--csv: traces of an oscilloscope need --mm-s-per-volt, the vibrometer's")
+    try:
+        volts_v = read_trace(reading.folder / reading.text).amplitude_v_peak(reading.frequency_hz)
+    except ValueError as error:
+        raise ValueError(f"'{reading.text}': {error}") from None
+    return um_pp_from_velocity(volts_v * reading.mm_s_per_v, reading.frequency_hz)
+
+
+# The column that says what was read -> µm peak to peak of it.
+QUANTITIES: dict[str, Callable[[_Reading], float]] = {
+    "amplitude_um_pp": _number,
+    "velocity_mm_s_peak": _of_a_velocity,
+    "trace": _of_a_trace,
+}
+
+
+def read_points(path: Path, *, mm_s_per_v: float | None = None) -> tuple[Point, ...]:
+    """Read vibrometer readings from a CSV file.
+
+    Parameters
+    ----------
+    path : Path
+        The file. Traces that it names are looked for beside it.
+    mm_s_per_v : float
+        Velocity per volt of the vibrometer's output; needed for traces.
+
+    Raises
+    ------
+    UserError
+        No such file, not one column of `QUANTITIES`, or an impossible value, with its line.
+    """
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            table = csv.DictReader(file)
+            rows, columns = list(table), table.fieldnames or ()
+    except (OSError, UnicodeDecodeError) as error:
+        raise UserError(f"--csv {path}: cannot be read ({error})") from error
+    told = [each for each in QUANTITIES if each in columns]
+    if len(told) != 1:
+        raise UserError(
+            f"--csv {path}: expected one of the columns {', '.join(QUANTITIES)}, got "
+            f"{' and '.join(told) or 'none of them'}"
+        )
+    return tuple(
+        _point(row, told[0], f"--csv {path}, line {line}", path.parent, mm_s_per_v)
+        for line, row in enumerate(rows, start=2)
+    )
+
+
+def _point(
+    row: dict[str, str], column: str, where: str, folder: Path, mm_s_per_v: float | None
+) -> Point:
+    values: dict[str, object] = {key: row.get(key) for key in DRIVE_COLUMNS}
+    try:
+        # Frequency and voltage first: an amplitude is made with the frequency.
+        drive = Point.model_validate({**values, "amplitude_um_pp": 0})
+        reading = _Reading(
+            text=row[column] or "",
+            frequency_hz=drive.frequency_hz,
+            folder=folder,
+            mm_s_per_v=mm_s_per_v,
+        )
+        return Point.model_validate({**values, "amplitude_um_pp": QUANTITIES[column](reading)})
+    except ValidationError as error:
+        first = error.errors()[0]
+        raise UserError(
+            f"{where}: {first['loc'][0]} is {first['input']!r}: {first['msg']}"
+        ) from error
+    except ValueError as error:
+        raise UserError(f"{where}: {column} is {error}") from None
