@@ -151,7 +151,7 @@ def with_plate_file(spec: str, wanted: str) -> str:
 
 
 def without_session_watchdog(spec: str) -> str:
-    """Return a SPEC whose heartbeat does not ask whether its session still checks the plate.
+    """Return a SPEC whose backend does not ask whether its session still checks the plate.
 
     For calibration, where a person reads an instrument meanwhile, and for scripts of others.
 
@@ -159,7 +159,9 @@ def without_session_watchdog(spec: str) -> str:
     'serial:COM3,attention=0'
     >>> without_session_watchdog("serial:COM3,attention=9"), without_session_watchdog("mock")
     ('serial:COM3,attention=9', 'mock')
+    >>> without_session_watchdog("sound:3,full_scale=20")
+    'sound:3,full_scale=20,attention=0'
     """
-    if spec.startswith("serial:") and "attention=" not in spec:
+    if spec.startswith(("serial:", "sound:")) and "attention=" not in spec:
         return f"{spec},attention=0"
     return spec

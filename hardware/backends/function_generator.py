@@ -29,6 +29,7 @@ from typing import TYPE_CHECKING, Any
 
 from faults import UserError
 from hardware import address as addresses
+from hardware.backends.gain import agreed_gain
 from hardware.backends.generator_dialects import (
     DIALECTS,
     KEYSIGHT,
@@ -130,7 +131,13 @@ class FunctionGenerator(PlateDriver):
         super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
         self.resource = resource if "::" in resource else f"ASRL{resource}::INSTR"
         wired = plate_file.wiring.amplifier_gain if plate_file else None
-        self.amplifier_gain = _agreed_gain(amplifier_gain, wired, calibration)
+        self.amplifier_gain = agreed_gain(
+            amplifier_gain,
+            wired,
+            calibration,
+            unknown="plate 'scpi': the amplifier's gain is not known; say it in the SPEC as "
+            "gain=20, or gain=1 without an amplifier",
+        )
         self._vpp_per_v = VPP_PER_V_PEAK / self.amplifier_gain
         self._channel = channel
         self._chosen_dialect = dialect
@@ -369,32 +376,6 @@ class FunctionGenerator(PlateDriver):
             if getattr(error, "error_code", None) == StatusCode.error_timeout:
                 raise PlateTimeout(f"{self.resource}: no answer") from error
             raise ConnectionLost(f"{self.resource}: the device went away ({error})") from error
-
-
-def _agreed_gain(
-    given: float | None, wired: float | None, calibration: Calibration | None
-) -> float:
-    """Return the amplifier's gain, which must not be guessed: it multiplies the plate's volts."""
-    calibrated = calibration.drive.amplifier_gain if calibration else None
-    told = {
-        source: gain
-        for source, gain in (
-            ("the SPEC says", given),
-            ("the plate file says", wired),
-            ("the calibration was made with", calibrated),
-        )
-        if gain is not None
-    }
-    if not told:
-        raise UserError(
-            "plate 'scpi': the amplifier's gain is not known; say it in the SPEC as gain=20, or "
-            "gain=1 without an amplifier"
-        )
-    gains = list(told.values())
-    if not all(math.isclose(gains[0], each) for each in gains):
-        sources = ", ".join(f"{source} {gain:g}" for source, gain in told.items())
-        raise UserError(f"plate 'scpi': the amplifier's gain is told in two ways: {sources}")
-    return gains[0]
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa: ARG001 - real

@@ -1,0 +1,1 @@
+"""A plate driven by a sound card."""

@@ -1,0 +1,55 @@
+"""The samples that a sound card is given: a sine whose amplitude only ever ramps. Pure."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+RAMP_S = 0.025  # from silence to full scale: no click
+
+
+class Carrier:
+    """A sine without a jump in phase or amplitude, block after block.
+
+    Parameters
+    ----------
+    rate_hz : float
+        Samples per second.
+
+    Attributes
+    ----------
+    frequency_hz : float
+        Of the sine; may be changed at any time, the phase goes on.
+    target : float
+        The amplitude wanted, 0 to 1 (full scale).
+    level : float
+        The amplitude of the last sample that was made.
+    """
+
+    def __init__(self, rate_hz: float) -> None:
+        self.rate_hz = rate_hz
+        self.frequency_hz = 0.0
+        self.target = 0.0
+        self.level = 0.0
+        self._phase = 0.0
+
+    def samples(self, count: int) -> NDArray[np.float32]:
+        """Return the next samples, of which each is at most one ramp's step from its target.
+
+        Returns
+        -------
+        ndarray, shape (count,)
+            Between -1 and 1.
+        """
+        target, step = self.target, 1 / (RAMP_S * self.rate_hz)
+        far = np.arange(1, count + 1) * step
+        levels = self.level + np.clip(target - self.level, -far, far)
+        turn = 2 * np.pi * self.frequency_hz / self.rate_hz
+        made = levels * np.sin(self._phase + turn * np.arange(1, count + 1))
+        self._phase = float((self._phase + turn * count) % (2 * np.pi))
+        self.level = float(levels[-1]) if count else self.level
+        return np.asarray(made, np.float32)

@@ -1,0 +1,330 @@
+"""A sound card and an amplifier: the carrier as samples, for a laboratory without a board.
+
+SPEC: ``sound:DEVICE,option=value,...`` where DEVICE is a number or a part of a name, as
+``python -m sounddevice`` lists them, with
+
+================  ===============================================================
+``full_scale``    V peak **at the plate**, after the amplifier, of a full-scale
+                  sine; required, unless a calibration or a plate file says it
+``calibration``   a file written by ``slipscale plate calibrate``
+``plate``         a file written by ``slipscale plate new``
+``rate``          samples per second (192000)
+``channel``       1 (left, the default) or 2; the other is silent
+``attention``     seconds (5); a session that neither commands nor checks for so
+                  long is taken to hang, and the carrier falls silent; 0: never
+================  ===============================================================
+
+Whatever ends the session normally ramps the carrier down. When this process is killed, the
+system closes the device; when the machine freezes, **nothing** stops a card that repeats its last
+buffer: use a hardware interlock (docs/sound-card.md). Nothing is measured.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from faults import UserError
+from hardware import address as addresses
+from hardware.backends.gain import agreed_gain
+from hardware.backends.sound_card.carrier import RAMP_S, Carrier
+from hardware.clock import SystemClock
+from hardware.driver import PlateDriver
+from hardware.errors import (
+    ConnectionLost,
+    OverLimit,
+    PlateBusy,
+    PlateFault,
+    PlateNotFound,
+    PlateTimeout,
+    StillVibrating,
+)
+from hardware.records import PlateIdentity, Presentation, Readback
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hardware.calibration.record import Calibration
+    from hardware.clock import Clock
+    from hardware.limits import PlateLimits
+    from hardware.plate_file import PlateFile
+
+RATE_HZ = 192_000.0
+PASSBAND = 0.45  # of the rate: what converters pass without loss
+CHANNELS = 2
+ATTENTION_S = 5.0
+POLL_S = 0.002
+ENDS_S = 1.0  # how long a device may take to ask for a ramp's samples
+SETTLING_TIME_CONSTANTS = 7  # to 0.1 %
+UNKNOWN_PLATE_SETTLING_S = 0.05
+
+
+def _channel(text: str) -> int:
+    if text not in {"1", "2"}:
+        raise ValueError("expected 1 or 2")
+    return int(text)
+
+
+OPTIONS: dict[str, Callable[[str], Any]] = {
+    "attention": addresses.number,
+    "calibration": addresses.calibration,
+    "channel": _channel,
+    "full_scale": addresses.positive_number,
+    "plate": addresses.plate_file,
+    "rate": addresses.positive_number,
+}
+
+
+class SoundCard(PlateDriver):
+    """A plate driven by a sound card.
+
+    Parameters
+    ----------
+    device : str
+        Number or name; "" is the system's default.
+    clock : Clock
+        Stamps the readbacks; the waits are the machine's.
+    limits : PlateLimits
+        At the plate; the frequencies are narrowed to what the rate can carry.
+    calibration : Calibration
+        Needed to present surfaces; not to `excite`.
+    plate_file : PlateFile
+        Kept with the data; its ``amplifier_gain`` is the full scale.
+    full_scale_v : float
+        V peak at the plate of a full-scale sine; by default the calibration's.
+    rate_hz : float
+        Samples per second.
+    channel : int
+        1 or 2.
+    attention_s : float
+        Without a command or `check` for so long the carrier falls silent; 0: never.
+
+    Raises
+    ------
+    UserError
+        No full scale is known, or two that differ; a rate that cannot carry the frequencies.
+    """
+
+    name = "sound"
+    why_not_modulated = "it holds one amplitude at a time"
+
+    def __init__(
+        self,
+        device: str,
+        *,
+        clock: Clock,
+        limits: PlateLimits | None = None,
+        calibration: Calibration | None = None,
+        plate_file: PlateFile | None = None,
+        full_scale_v: float | None = None,
+        rate_hz: float = RATE_HZ,
+        channel: int = 1,
+        attention_s: float = ATTENTION_S,
+    ) -> None:
+        super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
+        self.amplifier_gain = agreed_gain(
+            full_scale_v,
+            plate_file.wiring.amplifier_gain if plate_file else None,
+            calibration,
+            unknown="plate 'sound': it is not known how many volts the plate gets; measure them "
+            "with an oscilloscope and say the V peak at full scale in the SPEC as full_scale=20",
+        )
+        highest_hz = PASSBAND * rate_hz
+        if highest_hz <= self.limits.frequency_min_hz:
+            raise UserError(
+                f"plate 'sound': rate is {rate_hz:g} Hz, which carries {highest_hz:g} Hz at most; "
+                f"the plate is driven at {self.limits.frequency_min_hz:g} Hz or more"
+            )
+        self.limits = replace(
+            self.limits, frequency_max_hz=min(self.limits.frequency_max_hz, highest_hz)
+        )
+        self.device: str | int = int(device) if device.isdecimal() else device
+        self._channel = channel
+        self._attention_s = attention_s
+        self._machine: Clock = SystemClock()
+        self._attended_s = 0.0
+        self._carrier = Carrier(rate_hz)
+        self._stream: Any = None
+        self._underflows = 0
+        self._unattended = False
+
+    def _connect(self) -> PlateIdentity:
+        self._close()
+        try:
+            import sounddevice  # noqa: PLC0415 - fails to import where PortAudio is missing
+        except OSError as error:
+            raise UserError(
+                "plate 'sound': PortAudio is missing (Debian: apt-get install libportaudio2)"
+            ) from error
+        self._carrier = carrier = Carrier(self._carrier.rate_hz)
+        self._underflows, self._unattended = 0, False
+        self._attended_s = self._machine.now()
+        device = None if self.device == "" else self.device
+
+        def fill(memory: Any, _frames: int, _time: object, status: Any) -> None:
+            block = np.frombuffer(memory, np.float32).reshape(-1, CHANNELS)
+            self._underflows += bool(status.output_underflow)
+            if self._attention_s and self._machine.now() - self._attended_s > self._attention_s:
+                self._unattended = True
+            if self._unattended:
+                carrier.target = 0.0
+            block[:] = 0
+            block[:, self._channel - 1] = carrier.samples(len(block))
+
+        try:
+            about = sounddevice.query_devices(device, kind="output")
+            self._stream = sounddevice.RawOutputStream(
+                device=device,
+                samplerate=carrier.rate_hz,
+                channels=CHANNELS,
+                dtype="float32",
+                callback=fill,
+            )
+            self._stream.start()
+        except (sounddevice.PortAudioError, ValueError) as error:
+            raise PlateNotFound(
+                f"sound device '{self.device}': it cannot be opened for {CHANNELS} channels at "
+                f"{carrier.rate_hz:g} Hz ({error})"
+            ) from error
+        return PlateIdentity(
+            manufacturer="sound card", model=str(about["name"]), serial="", firmware=""
+        )
+
+    def _drive(self, amplitude_um_pp: float) -> Presentation:
+        if self.calibration is None:
+            raise UserError(
+                "plate 'sound': a sound card needs calibration=FILE; slipscale plate calibrate "
+                "writes one"
+            )
+        begun_s = self._machine.now()
+        resonance = self.calibration.resonance
+        time_constant_s = resonance.quality_factor / (math.pi * resonance.frequency_hz)
+        self._play_sine(
+            frequency_hz=resonance.frequency_hz,
+            voltage_v=self.calibration.voltage_v_peak(amplitude_um_pp),
+            settling_s=SETTLING_TIME_CONSTANTS * time_constant_s,
+        )
+        return Presentation(
+            commanded_um_pp=amplitude_um_pp,
+            readback=self._read_back(),
+            settled_by="wait",
+            settle_time_s=self._machine.now() - begun_s,
+        )
+
+    def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
+        self._play_sine(
+            frequency_hz=frequency_hz, voltage_v=voltage_v, settling_s=UNKNOWN_PLATE_SETTLING_S
+        )
+        return self._read_back()
+
+    def _play_sine(self, *, frequency_hz: float, voltage_v: float, settling_s: float) -> None:
+        self.limits.check_frequency(frequency_hz)
+        self.limits.check_voltage(voltage_v)
+        if voltage_v > self.amplifier_gain:
+            raise OverLimit(
+                f"{voltage_v:g} V peak at the plate is more than the card's full scale, "
+                f"{self.amplifier_gain:g} V"
+            )
+        self._attend()
+        self._carrier.frequency_hz = frequency_hz
+        self._carrier.target = voltage_v / self.amplifier_gain
+        self._until_ramped()
+        self._machine.sleep(float(self._stream.latency) + settling_s)
+        self._attend()
+
+    def _until_ramped(self) -> None:
+        """Wait until the device has asked for the last sample of a ramp."""
+        begun_s = self._machine.now()
+        while self._carrier.level != self._carrier.target:
+            if self._machine.now() - begun_s > RAMP_S + ENDS_S:
+                raise ConnectionLost(f"sound device '{self.device}': it asks for no samples")
+            self._machine.sleep(POLL_S)
+
+    def _read_back(self) -> Readback:
+        """Return the amplitude of what is played, by the calibration."""
+        self._attend()
+        if self.calibration is None:
+            return Readback(amplitude_um_pp=None, kind="none", time_s=self.clock.now())
+        voltage_v = self._carrier.level * self.amplifier_gain
+        return Readback(
+            amplitude_um_pp=voltage_v * self.calibration.um_pp_per_v_peak,
+            kind="applied",
+            time_s=self.clock.now(),
+        )
+
+    def _check(self) -> None:
+        self._attend()
+
+    def _attend(self) -> None:
+        """Tell the carrier that the session is alive; raise what has come up."""
+        name = f"sound device '{self.device}'"
+        if self._stream is None:
+            raise ConnectionLost(f"{name}: not connected")
+        if not self._stream.active:
+            raise ConnectionLost(f"{name}: it went away")
+        if self._underflows:
+            raise PlateBusy(
+                f"{name}: this computer was too slow for it ({self._underflows} times), the "
+                "carrier was interrupted"
+            )
+        if self._unattended:
+            raise PlateTimeout(
+                f"{name}: the session gave no command for {self._attention_s:g} s, the plate was "
+                "silenced"
+            )
+        self._attended_s = self._machine.now()
+
+    def _silence(self) -> None:
+        self._carrier.target = 0.0
+        if self._stream is None or not self._stream.active:
+            return
+        try:
+            self._until_ramped()
+            self._machine.sleep(float(self._stream.latency))
+        except PlateFault:
+            self._abort()
+
+    def _abort(self) -> None:
+        """Drop what the device has not played yet."""
+        import sounddevice  # noqa: PLC0415 - see _connect
+
+        try:
+            self._stream.abort()
+        except sounddevice.PortAudioError as error:
+            raise StillVibrating(
+                f"sound device '{self.device}': it could not be stopped ({error}), so the plate "
+                "may still vibrate"
+            ) from error
+
+    def _close(self) -> None:
+        stream, self._stream = self._stream, None
+        if stream is not None:
+            stream.close(ignore_errors=True)
+
+
+def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa: ARG001 - real
+    """Return a driver for a sound card: the entry point ``sound``.
+
+    Raises
+    ------
+    UserError
+        No device, an unknown option, no full scale, or a calibration that cannot be used.
+    """
+    device, options = addresses.split_address(address, OPTIONS)
+    if not device:
+        raise UserError("plate 'sound': expected sound:DEVICE; python -m sounddevice lists them")
+    plate = addresses.plate_of(options, backend=SoundCard.name)
+    return SoundCard(
+        device,
+        clock=clock,
+        limits=plate.limits,
+        calibration=plate.calibration,
+        plate_file=plate.file,
+        full_scale_v=options.get("full_scale"),
+        rate_hz=options.get("rate", RATE_HZ),
+        channel=options.get("channel", 1),
+        attention_s=options.get("attention", ATTENTION_S),
+    )
