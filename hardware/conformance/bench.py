@@ -87,6 +87,12 @@ class Bench:
             if len(lines) == at_most or self._clock.now() >= end_s:
                 return lines
 
+    def drain(self) -> None:
+        """Drop what still comes, so that no late answer is taken for that of another rule."""
+        end_s = self._clock.now() + SETTLING_S
+        while self.answers_to(b"") and self._clock.now() < end_s:
+            pass
+
     def send(self, data: bytes) -> None:
         """Send bytes that get no answer, and wait for none."""
         self._line.write(data)

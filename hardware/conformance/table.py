@@ -51,4 +51,5 @@ def examine(bench: Bench) -> Iterator[Verdict]:
             yield Verdict(rule=rule, outcome="not applicable", detail=str(reason))
         else:
             yield Verdict(rule=rule, outcome="conforms")
-        bench.answers_to(wire.STOP + b"\n" + bench.frame("OUTP OFF"))
+        bench.answers_to(wire.STOP + b"\n" + bench.frame("OUTP OFF"), at_most=1)
+        bench.drain()

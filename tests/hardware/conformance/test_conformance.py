@@ -93,9 +93,9 @@ def test_a_board_on_a_real_port_conforms(emulate, options, capsys):
         verdicts = json.loads(capsys.readouterr().out)
         found = {each["rule"] for each in verdicts if each["outcome"] != "conforms"}
         assert status == bool(found)
-        assert [each["rule"] for each in verdicts] == [rule for rule, _ in RULES]
         assert not board.state()["vibrates"]
-        departs &= found
+        if [each["rule"] for each in verdicts] == [rule for rule, _ in RULES]:
+            departs &= found
         if not departs:
             return
     pytest.fail(f"departs each time: {departs}")
@@ -144,6 +144,13 @@ class CutsLines(Board):
         return super().receive(b"".join(whole) + rest, now_s)
 
 
+class AnswersTwice(Board):
+    """A line that echoes, or a board with two handlers."""
+
+    def receive(self, data, now_s):
+        return [each for each in super().receive(data, now_s) for _ in range(2)]
+
+
 class NeverForgotten(Board):
     """Its watchdog is content with anything that comes."""
 
@@ -153,6 +160,7 @@ class NeverForgotten(Board):
 
 
 BROKEN = {
+    "a correct frame gets one answer": (AnswersTwice, {}),
     "a frame with ! inside is not run": (ForgetsNotAtStop, {}),
     "AMPL settles within 2 s, and HOLD is true": (
         HoldsTooEarly,
