@@ -85,9 +85,8 @@ def holds(interval: Iterable[float] | None, truth: float) -> bool | None:
 
 def mean_interval(rng: np.random.Generator, n: int, *, log: bool) -> bool | None:
     """Student's interval of the mean, or of the geometric mean, of skewed estimates."""
-    values = pd.DataFrame(rng.normal(3, 0.6, (n, 1)))
-    table = values if log else np.exp(values)
-    low, high = student_intervals(table, 0.95)
+    values = rng.normal(3, 0.6, (n, 1))
+    low, high = student_intervals(pd.DataFrame(values if log else np.exp(values)), 0.95)
     truth = 3.0 if log else float(np.exp(3 + 0.6**2 / 2))
     return holds((low[0], high[0]), truth)
 
