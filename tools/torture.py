@@ -146,6 +146,7 @@ def below_the_journal(disk: Disk) -> Iterator[None]:
     """Put a disk below every journal that is opened."""
     begin = Journal.__init__
     write = Journal.write
+    close = Journal.close
 
     def __init__(journal, path, clock, *, stream, records):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, N807
         begin(journal, path, clock, stream=Stream(stream, disk), records=records)  # type: ignore[arg-type]
@@ -156,9 +157,16 @@ def below_the_journal(disk: Disk) -> Iterator[None]:
             take_away(journal.path, disk.fault)
         return write(journal, kind, **data)
 
+    def closing(journal: Journal) -> None:
+        if not disk.dead:
+            close(journal)
+        else:  # a dead process tidies nothing up
+            journal._stream.close()  # noqa: SLF001 - the system does this for it
+
     with (
         mock.patch.object(Journal, "__init__", __init__),
         mock.patch.object(Journal, "write", writing),
+        mock.patch.object(Journal, "close", closing),
         mock.patch.object(os, "fsync", disk.fsync),
         mock.patch.object(journal_module, "_tell_on_standard_error"),
     ):

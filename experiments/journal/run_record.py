@@ -7,7 +7,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments.journal.reading import damaged, read_records, read_whole
+from experiments.journal.reading import damaged, has_begun, read_records, read_whole
 from experiments.journal.record_shapes import checked
 from experiments.study.run_plan import RunPlan
 from faults import UserError
@@ -64,6 +64,14 @@ def read_usable(path: Path, most: int | None = None) -> tuple[RunPlan | None, Re
     reading.damage = sorted([*reading.damage, *more], key=_line)
     usable = bool(records) and records[0].kind == "header"
     return plan_from(records[0]) if usable else None, reading
+
+
+def holds_records(path: Path) -> bool:
+    """Return whether a journal holds at least one record, whole or damaged.
+
+    One that the machine left torn at its first record holds nothing: the run can be begun anew.
+    """
+    return has_begun(path) and bool(read_whole(path, most=1).records)
 
 
 def _line(damage: Damage) -> int:

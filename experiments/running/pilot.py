@@ -12,8 +12,13 @@ from typing import TYPE_CHECKING
 from experiments.dataset.bids import build_dataset
 from experiments.dataset.runs import journals
 from experiments.journal.journal import Journal
-from experiments.journal.reading import has_begun
-from experiments.journal.run_record import elapsed_s, is_complete, is_mock, read_plan
+from experiments.journal.run_record import (
+    elapsed_s,
+    holds_records,
+    is_complete,
+    is_mock,
+    read_plan,
+)
 from experiments.participants.simulated import SimulatedParticipant
 from experiments.running.run import run_plan
 from experiments.session.operator import UnattendedOperator
@@ -85,7 +90,7 @@ def claim(folder: Path, plans: list[RunPlan]) -> None:
         raise UserError(f"--out {folder}: {error.strerror}") from None
     known = {plan.journal_path(folder): plan for plan in plans}
     for path in journals(folder):
-        if path in known and (not has_begun(path) or _same(read_plan(path)[0], known[path])):
+        if path in known and (not holds_records(path) or _same(read_plan(path)[0], known[path])):
             continue
         raise UserError(
             f"--out {folder}: holds another pilot or a participant's data ({path.name}); "
@@ -128,7 +133,7 @@ def run_pilot(
     if not is_mock(spec):
         raise UserError(f"--plate {spec}: a pilot runs in virtual time; expected mock")
     claim(folder, plans)
-    begun = [read_plan(path)[0].order_version for path in journals(folder) if has_begun(path)]
+    begun = [read_plan(path)[0].order_version for path in journals(folder) if holds_records(path)]
     # A pilot begun with an older rule of orders ends with it.
     version = min(begun, default=plans[0].order_version)
     plans = [replace(plan, order_version=version) for plan in plans]
@@ -143,7 +148,7 @@ def run_simulated(folder: Path, plan: RunPlan, spec: str) -> None:
     """Run one simulated participant, or the rest of an interrupted run."""
     path = plan.journal_path(folder)
     clock = VirtualClock()
-    if has_begun(path):
+    if holds_records(path):
         records = read_plan(path)[1]
         if is_complete(records):
             return

@@ -1,0 +1,38 @@
+"""How far a run has come, also where its journal is torn or damaged."""
+
+import pytest
+
+from experiments.running.pilot import run_simulated
+from experiments.running.run_state import remedy, run_state
+
+
+@pytest.fixture
+def path(tmp_path, record_runs, plan):
+    record_runs(tmp_path, "01")
+    return plan().journal_path(tmp_path)
+
+
+def test_a_torn_header_leaves_the_participants_number_free(path, plan):
+    whole = path.read_bytes()
+    header = whole.splitlines(keepends=True)[0]
+    for torn in (header[:1], header[:-1], header[:700] + bytes(len(header) - 700)):
+        path.write_bytes(torn)
+        assert run_state(path) == "free"
+        run_simulated(path.parents[2], plan(), "mock")
+        assert run_state(path) == "complete"
+
+
+@pytest.mark.parametrize("place", [0, 1, 50])
+def test_a_damaged_journal_is_called_so_and_another_run_is_the_remedy(path, place):
+    lines = path.read_bytes().splitlines(keepends=True)
+    lines[place] = lines[place].replace(b'"kind"', b'"kinb"')
+    path.write_bytes(b"".join(lines))
+    state = run_state(path)
+    assert state == "damaged"
+    assert "slipscale data verify says where" in remedy(path, state)
+    assert "--run" in remedy(path, state)
+
+
+def test_a_run_cut_between_records_is_interrupted(path):
+    path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:20]))
+    assert run_state(path) == "interrupted"
