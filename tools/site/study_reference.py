@@ -82,9 +82,7 @@ def section(heading: str, part: dict[str, Any]) -> str:
 def row(key: str, value: dict[str, Any], part: dict[str, Any]) -> list[str]:
     """Return a key's line of the table."""
     entry = value.get("items", value)
-    kind = TYPES.get(entry.get("type", "object"), "")
-    if "items" in value:
-        kind = "tables" if kind == "table" else f"list: {kind}"
+    kind = " or ".join(_kind(choice) for choice in value.get("anyOf", [value]))
     limits = " and ".join(
         f"{sign} {entry[name]:g}" for name, sign in LIMITS.items() if name in entry
     )
@@ -101,6 +99,19 @@ def row(key: str, value: dict[str, Any], part: dict[str, Any]) -> list[str]:
         default,
         value["description"] + allowed,
     ]
+
+
+def _kind(value: dict[str, Any]) -> str:
+    """Return what stands for a key: one of the schema's types, or a list of one.
+
+    >>> _kind({"type": "array", "items": {"type": "string"}})
+    'list: text'
+    """
+    entry = value.get("items", value)
+    kind = TYPES.get(entry.get("type", "object"), "")
+    if "items" not in value:
+        return kind
+    return "tables" if kind == "table" else f"list: {kind}"
 
 
 def _sentence(part: dict[str, Any]) -> str:
