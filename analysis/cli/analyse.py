@@ -13,6 +13,21 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
 
+#: What the columns of a foreign table mean: option -> its value's name, its help.
+COLUMN_OPTIONS = {
+    "participant": ("COLUMN", "the column that tells who it is"),
+    "stimulus": ("COLUMN:UNIT", "the column of the stimulus and its unit"),
+    "response": ("COLUMN", "the column of magnitude estimates"),
+    "answer": ("COLUMN", "instead of a response: the column of yes and no"),
+    "reference": ("COLUMN", "beside an answer: the column of the stimulus before (default: 0)"),
+    "group": ("COLUMN", "the column of a group that a participant does not change"),
+    "session": ("COLUMN", "the column of the session"),
+    "run": ("COLUMN", "the column of the run"),
+    "block": ("COLUMN", "the column of the block, in which trials may be numbered anew"),
+    "trial": ("COLUMN", "the column of the trial's number"),
+}
+
+
 def add_analyse(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale analyse``."""
     from typing import get_args  # noqa: PLC0415
@@ -20,7 +35,9 @@ def add_analyse(parser: ArgumentParser) -> None:
     from experiments.study.analysis_choices import Normalisation  # noqa: PLC0415
 
     rules = get_args(Normalisation)
-    parser.add_argument("dataset", metavar="DATASET", help="a data set's folder, or a tidy CSV/TSV")
+    parser.add_argument(
+        "dataset", metavar="DATASET", help="a data set's folder, or a table: CSV, TSV, Excel, SPSS"
+    )
     parser.add_argument(
         "--out", metavar="DIR", help="for the results (default: DATASET/derivatives/slipscale)"
     )
@@ -31,18 +48,54 @@ def add_analyse(parser: ArgumentParser) -> None:
         help=f"how estimates come to one scale: {', '.join(rules)}",
     )
     parser.add_argument("--json", action="store_true", help="print Table III as JSON")
+    _add_mapping(parser)
+
+
+def _add_mapping(parser: ArgumentParser) -> None:
+    """Add the options that say what the columns of a foreign table mean."""
+    group = parser.add_argument_group(
+        "data of your own", "what the columns of a table mean; see docs/your-data.md"
+    )
+    for name, (metavar, text) in COLUMN_OPTIONS.items():
+        group.add_argument(f"--{name}", metavar=metavar, help=text)
+    group.add_argument(
+        "--levels",
+        metavar="COLUMN=LEVEL",
+        nargs="+",
+        help="a wide table: its columns of responses and their levels; without =LEVEL the number "
+        "that ends the column's name",
+    )
+    group.add_argument(
+        "--only",
+        metavar="COLUMN=VALUE",
+        action="append",
+        help="analyse only rows in which a column has a value; may be given several times",
+    )
+    group.add_argument(
+        "--decimal", choices=(".", ","), help="the decimal mark, where the table leaves it open"
+    )
+    group.add_argument("--sheet", metavar="NAME", help="the sheet of an Excel workbook")
+    group.add_argument(
+        "--map", action="store_true", help="write these options to analysis.toml beside the table"
+    )
 
 
 def run_analyse(args: Namespace) -> int:
     """Analyse a data set; print Table III and where everything lies."""
+    from analysis.cli.mapping_options import mapping_from  # noqa: PLC0415
     from analysis.pipeline import analyse  # noqa: PLC0415
+    from analysis.reading import mapping as mappings  # noqa: PLC0415
     from analysis.reading.load import load  # noqa: PLC0415
+    from analysis.reading.own_words import in_own_words, own_columns  # noqa: PLC0415
     from analysis.reporting.output_folder import default_folder  # noqa: PLC0415
     from analysis.reporting.terminal import print_table3  # noqa: PLC0415
 
     with telling() as progress:
         progress("reading the data")
-        data = load(args.dataset)
+        mapping = mapping_from(args)
+        data = load(args.dataset, mapping)
+        if args.map and mapping is not None:
+            mappings.write_mapping(mapping, Path(args.dataset))
         out = Path(args.out) if args.out else default_folder(data, args.dataset)
         analysis = analyse(data, normalise=args.normalise, progress=progress)
         progress("writing tables, figures and the report")
@@ -51,9 +104,13 @@ def run_analyse(args: Namespace) -> int:
 
         report = write_analysis(analysis, out)
     for sentence in analysis.problems:
-        print(f"note: {sentence}", file=sys.stderr)
+        print(f"note: {in_own_words(sentence, data.quantity)}", file=sys.stderr)
     if args.json:
-        print(analysis.table3.to_json(orient="records", indent=2, double_precision=15))
+        print(
+            own_columns(analysis.table3, data.quantity).to_json(
+                orient="records", indent=2, double_precision=15
+            )
+        )
     else:
         print_table3(analysis)
         print(f"report: {report}")

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.figures.shared import LINES_AT_MOST, amplitude_axis, tip
+from analysis.figures.shared import LINES_AT_MOST, amplitude_axis, over_decades, tip
 from analysis.published import biet2007
+from analysis.reading.own_words import in_own_words
+from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from analysis.statistics import omnibus
 from analysis.statistics.descriptives import within_intervals
 from figure_style import BLUE, INK, PALE, VERMILION, styled
@@ -47,7 +49,9 @@ def _individuals(axes: Axes, cells: pd.DataFrame, amplitudes: NDArray[np.float64
     )
 
 
-def _geometric(axes: Axes, cells: pd.DataFrame, logs: pd.DataFrame, confidence: float) -> None:
+def _geometric(
+    axes: Axes, cells: pd.DataFrame, logs: pd.DataFrame, confidence: float, quantity: Quantity
+) -> None:
     """Draw geometric means with within-participant intervals, where nobody is left out."""
     logs = logs.reindex(columns=cells.columns)
     low, high = within_intervals(logs, confidence)
@@ -59,6 +63,9 @@ def _geometric(axes: Axes, cells: pd.DataFrame, logs: pd.DataFrame, confidence: 
     amplitudes = cells.columns.to_numpy(float)
     # Beside the mean, which lies close by.
     beside = amplitudes + 0.018 * (float(np.ptp(amplitudes)) or 1.0)
+    if over_decades(amplitudes, quantity):
+        smallest = amplitudes[amplitudes > 0].min()
+        beside = np.where(amplitudes > 0, 1.12 * amplitudes, 0.05 * smallest)
     axes.errorbar(
         beside[here],
         centre[here],
@@ -82,6 +89,7 @@ def fig15(
     unit: str = "% of the scale",
     confidence: float = 0.95,
     compare: bool = True,
+    quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
     """Draw the paper's Fig. 15: mean slipperiness against amplitude, with every participant.
 
@@ -97,6 +105,8 @@ def fig15(
         Of the within-participant intervals (Cousineau-Morey, on logarithms).
     compare : bool
         Show the paper's means where the amplitudes are the paper's.
+    quantity : Quantity
+        What the amplitudes are.
     """
     figure = Figure(figsize=(5.6, 4.2), layout="constrained")
     axes = figure.add_subplot()
@@ -119,9 +129,9 @@ def fig15(
         text = f"{amplitude:g} µm: mean {mean:.2f}"
         axes.plot(amplitude, mean, "o", color=BLUE, markersize=6.5, zorder=4, gid=tip(text))
     if logs is not None:
-        _geometric(axes, cells, logs, confidence)
+        _geometric(axes, cells, logs, confidence, quantity)
     paper = biet2007.published_means()
-    if compare and set(amplitudes) <= set(paper):
+    if compare and quantity.of_plate and set(amplitudes) <= set(paper):
         axes.plot(
             amplitudes,
             [paper[value] for value in amplitudes],
@@ -134,21 +144,23 @@ def fig15(
             zorder=5,
             label="mean in the paper (Table III)",
         )
-    amplitude_axis(axes, amplitudes)
-    axes.set_ylabel(f"Perceived slipperiness\n({unit})")
+    amplitude_axis(axes, amplitudes, quantity)
+    axes.set_ylabel(in_own_words(f"Perceived slipperiness\n({unit})", quantity))
     axes.set_ylim(bottom=0)
     axes.legend(loc="upper left")
     return figure
 
 
 @styled
-def residuals(logs: pd.DataFrame) -> Figure:
+def residuals(logs: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> Figure:
     """Draw residuals of participants' and amplitudes' means: against a normal, and by amplitude.
 
     Parameters
     ----------
     logs : DataFrame, shape (participants, amplitudes)
         Complete mean logarithms.
+    quantity : Quantity
+        What the amplitudes are.
     """
     from scipy import stats  # noqa: PLC0415 - a second's import
 
@@ -177,6 +189,6 @@ def residuals(logs: pd.DataFrame) -> Figure:
             markeredgewidth=0,
             alpha=0.6,
         )
-    amplitude_axis(right, amplitudes)
-    right.set_title("Spread at each amplitude")
+    amplitude_axis(right, amplitudes, quantity)
+    right.set_title(in_own_words("Spread at each amplitude", quantity))
     return figure

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.figures.shared import LINES_AT_MOST
+from analysis.figures.shared import LINES_AT_MOST, apart
+from analysis.reading.own_words import in_own_words
+from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from analysis.statistics.descriptives import student_intervals
 from analysis.statistics.growth_models import MODELS
 from analysis.statistics.not_computed import NotComputed
@@ -31,6 +33,7 @@ def growth(
     *,
     unit: str = "% of the scale",
     confidence: float = 0.95,
+    quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
     """Draw the growth of sensation: models on linear axes, power functions on logarithmic ones.
 
@@ -44,6 +47,8 @@ def growth(
         Of the estimates.
     confidence : float
         Of Student's intervals around the geometric means.
+    quantity : Quantity
+        What the amplitudes are.
     """
     figure = Figure(figsize=(4.8, 6.8), layout="constrained")
     # One above the other: side by side they cannot be read on a telephone.
@@ -85,8 +90,8 @@ def growth(
             capsize=3,
             zorder=4,
         )
-        axes.set_xlabel("Amplitude (µm, peak to peak)")
-    left.set_ylabel(f"Geometric mean slipperiness\n({unit})")
+        axes.set_xlabel("Amplitude (µm, peak to peak)" if quantity.of_plate else quantity.axis)
+    left.set_ylabel(in_own_words(f"Geometric mean slipperiness\n({unit})", quantity))
     left.set_xlim(left=0)
     left.set_ylim(bottom=0)
     left.set_title("Growth functions")
@@ -104,10 +109,11 @@ def growth(
     )
     right.set_xscale("log")
     right.set_yscale("log")
-    right.set_xticks(amplitudes, [f"{value:g}" for value in amplitudes])
+    ticks = apart(right, amplitudes)
+    right.set_xticks(ticks, [f"{value:g}" for value in ticks])
     right.minorticks_off()
     right.yaxis.set_major_formatter("{x:g}")
-    right.set_title("Logarithmic axes (0 µm omitted)")
+    right.set_title(in_own_words("Logarithmic axes (0 µm omitted)", quantity))
     return figure
 
 

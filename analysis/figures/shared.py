@@ -7,24 +7,69 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote, unquote
 from xml.sax.saxutils import escape
 
+import numpy as np
+
+from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
+
 if TYPE_CHECKING:
-    import numpy as np
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
 #: What an artist's name starts with that carries a text to show under the pointer.
 TIP = "tip-"
-AMPLITUDE_LABEL = "Vibration amplitude (µm, peak to peak)"
 #: More participants than this are drawn as bands of quantiles, not as single lines.
 LINES_AT_MOST = 60
 
 
-def amplitude_axis(axes: Axes, amplitudes: NDArray[np.float64]) -> None:
-    """Ticks at the amplitudes that were presented, at their true distance."""
-    span = float(amplitudes.max() - amplitudes.min()) or 1.0
-    axes.set_xticks(amplitudes, [f"{value:g}" for value in amplitudes])
-    axes.set_xlim(amplitudes.min() - 0.07 * span, amplitudes.max() + 0.07 * span)
-    axes.set_xlabel(AMPLITUDE_LABEL)
+#: Levels over more than this ratio are drawn on a logarithmic axis; the plate's never are.
+LINEAR_RATIO = 50.0
+#: Ticks closer than this share of the axis would overlap.
+CLOSEST_TICKS = 0.06
+
+
+def amplitude_axis(
+    axes: Axes, amplitudes: NDArray[np.float64], quantity: Quantity = PLATE_AMPLITUDE
+) -> None:
+    """Ticks at the levels that were presented, at their true distance.
+
+    Levels of another quantity that span decades stand on a logarithmic axis, 0 beside it.
+    """
+    above = amplitudes[amplitudes > 0]
+    if over_decades(amplitudes, quantity):
+        smallest = float(above.min())
+        if len(above) == len(amplitudes):
+            axes.set_xscale("log")
+        else:
+            axes.set_xscale("symlog", linthresh=smallest)
+        low = smallest / 2 if len(above) == len(amplitudes) else -0.3 * smallest
+        axes.set_xlim(low, 2 * amplitudes.max())
+    else:
+        span = float(amplitudes.max() - amplitudes.min()) or 1.0
+        axes.set_xlim(amplitudes.min() - 0.07 * span, amplitudes.max() + 0.07 * span)
+    ticks = apart(axes, amplitudes)
+    axes.set_xticks(ticks, [f"{value:g}" for value in ticks])
+    axes.set_xticks([], minor=True)
+    axes.set_xlabel(quantity.axis)
+
+
+def over_decades(levels: NDArray[np.float64], quantity: Quantity) -> bool:
+    """Whether levels stand on a logarithmic axis."""
+    above = levels[levels > 0]
+    return not quantity.of_plate and len(above) > 1 and above.max() > LINEAR_RATIO * above.min()
+
+
+def apart(axes: Axes, levels: NDArray[np.float64]) -> list[float]:
+    """Return the levels whose ticks do not overlap on an axis with its scale and limits."""
+    transform = axes.get_xaxis_transform()
+    places = transform.transform([(level, 0.0) for level in levels])[:, 0]
+    width = axes.bbox.width
+    kept: list[float] = []
+    last = -np.inf
+    for level, place in zip(levels.tolist(), places, strict=True):
+        if place - last >= CLOSEST_TICKS * width:
+            kept.append(level)
+            last = place
+    return kept
 
 
 def tip(text: str) -> str:

@@ -10,6 +10,7 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import PercentFormatter
 
 from analysis.figures.shared import LINES_AT_MOST, tip
+from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.psychometric import curve
 from analysis.statistics.yes_no import SAME_SIZE, interval_of, step_sizes
@@ -32,7 +33,11 @@ ROW, LOWER = 0.36, 2.9
 
 @styled
 def difference(
-    found: DescendingDifference, steps: pd.DataFrame, *, confidence: float = 0.95
+    found: DescendingDifference,
+    steps: pd.DataFrame,
+    *,
+    confidence: float = 0.95,
+    quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
     """Draw the share of "yes": of each step and of catch steps, and against the size of the step.
 
@@ -44,27 +49,33 @@ def difference(
         `analysis.reading.dataset.Dataset.differences`, what it was computed from.
     confidence : float
         Of all intervals and of the curve's band.
+    quantity : Quantity
+        What the steps are steps of.
     """
     rows = len(found.steps) + (found.catch.n > 0)
     upper = 0.9 + ROW * rows
     sizes = step_sizes(steps)
     if len(np.unique(sizes)) == 1:
-        figure = Figure(figsize=(5.6, upper), layout="constrained")
-        _each_step(figure.add_subplot(), found, confidence)
+        figure = Figure(figsize=(6.8, upper), layout="constrained")
+        _each_step(figure.add_subplot(), found, confidence, quantity)
         return figure
     layout = ConstrainedLayoutEngine(hspace=0.08)
     figure = Figure(figsize=(5.6, upper + LOWER), layout=layout)
     top, bottom = figure.subplots(2, 1, height_ratios=[upper, LOWER])
-    _each_step(top, found, confidence)
+    _each_step(top, found, confidence, quantity)
     top.set_title("Each step down")
     _against_size(bottom, found.psychometric, steps.assign(size=sizes), confidence)
+    if not quantity.of_plate:
+        bottom.set_xlabel(f"{quantity.axis}: removed")
     # Outside: the data may lie anywhere.
     figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
-def _each_step(axes: Axes, found: DescendingDifference, confidence: float) -> None:
-    labels = [f"{step.from_um_pp:g} → {step.to_um_pp:g} µm" for step in found.steps]
+def _each_step(
+    axes: Axes, found: DescendingDifference, confidence: float, quantity: Quantity
+) -> None:
+    labels = [f"{step.from_um_pp:g} → {quantity.value(step.to_um_pp)}" for step in found.steps]
     rows: list[tuple[int, int, ConfidenceInterval, str, str]] = [
         (step.yes, step.n, step.interval, BLUE, "o") for step in found.steps
     ]

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE, Problems, Source
+from analysis.reading.quantity import DIGITS, PLATE_AMPLITUDE, Quantity
 from analysis.reading.trial_tables import (
     BLOCK,
     DIFFERENCE,
@@ -26,8 +27,6 @@ from faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-#: Amplitudes are told apart to 0.1 nm: 0.1 + 0.2 µm is 0.3 µm.
-DECIMALS = 4
 TRUE, FALSE = {"yes", "true", "1", "1.0"}, {"no", "false", "0", "0.0"}
 PHASES = (MAIN, PRACTICE)
 #: Characters of a cell in a message.
@@ -42,38 +41,44 @@ LARGEST = 1e100
 
 
 def clean_estimates(
-    frame: pd.DataFrame, sources: Sequence[Source], problems: Problems
+    frame: pd.DataFrame,
+    sources: Sequence[Source],
+    problems: Problems,
+    quantity: Quantity = PLATE_AMPLITUDE,
 ) -> pd.DataFrame:
     """Return rows with every column of the tidy table, numbers as numbers."""
     clean = pd.DataFrame(
         {
             PARTICIPANT: tidied(frame[PARTICIPANT]),
-            "session": _labels(frame, "session", ""),
-            "run": _labels(frame, "run", "1"),
+            "session": labels(frame, "session", ""),
+            "run": labels(frame, "run", "1"),
             "file": frame["file"],
             "line": frame["line"],
         }
     )
     for column in ESTIMATION.required:
         clean[column] = numbers(frame, column, sources, problems, minimum=0.0)
-    clean["amplitude_um_pp"] = clean["amplitude_um_pp"].round(DECIMALS)
+    clean["amplitude_um_pp"] = told_apart(clean["amplitude_um_pp"], quantity)
     for column in ESTIMATION_NUMBERS:
         clean[column] = _optional_numbers(frame, column, sources, problems, minimum=0.0)
-    clean[BLOCK] = _labels(frame, BLOCK, "")
+    clean[BLOCK] = labels(frame, BLOCK, "")
     clean["phase"] = _phases(frame, problems)
-    clean["flag"] = _labels(frame, "flag", "")
-    clean["texture"] = _labels(frame, "texture", "")
+    clean["flag"] = labels(frame, "flag", "")
+    clean["texture"] = labels(frame, "texture", "")
     return _without_doubles(clean, clean[BLOCK], sources, problems)
 
 
 def clean_differences(
-    frame: pd.DataFrame, sources: Sequence[Source], problems: Problems
+    frame: pd.DataFrame,
+    sources: Sequence[Source],
+    problems: Problems,
+    quantity: Quantity = PLATE_AMPLITUDE,
 ) -> pd.DataFrame:
     """Return steps of the descending difference; ``difference_felt`` is 1, 0 or missing."""
     clean = pd.DataFrame({name: frame[name] for name in (*IDENTITY, "file", "line")})
     for column in STEP_AMPLITUDES:
         found = numbers(frame, column, sources, problems, minimum=0.0, lost="the step")
-        clean[column] = found.round(DECIMALS)
+        clean[column] = told_apart(found, quantity)
     for column in DIFFERENCE.numbers:
         clean[column] = _optional_numbers(frame, column, sources, problems)
     felt = _in_lower_case(frame["difference_felt"])
@@ -90,10 +95,18 @@ def clean_differences(
         int(wrong.sum()),
     )
     clean["catch"] = _catches(frame, clean, problems)
-    clean["verbal_report"] = _labels(frame, "verbal_report", "")
+    clean["verbal_report"] = labels(frame, "verbal_report", "")
     clean["phase"] = _phases(frame, problems)
-    clean["flag"] = _labels(frame, "flag", "")
-    return _without_doubles(clean, _labels(frame, SERIES, ""), sources, problems)
+    clean["flag"] = labels(frame, "flag", "")
+    return _without_doubles(clean, labels(frame, SERIES, ""), sources, problems)
+
+
+def told_apart(levels: pd.Series[float], quantity: Quantity) -> pd.Series[float]:
+    """Return levels of a quantity, rounded so that arithmetic makes no other level."""
+    if quantity.decimals is not None:
+        return levels.round(quantity.decimals)
+    known = levels.dropna().unique()
+    return levels.map({level: float(f"{level:.{DIGITS}g}") for level in known})
 
 
 def places(rows: pd.DataFrame, sources: Sequence[Source]) -> list[str]:
@@ -239,7 +252,8 @@ def tidied(names: pd.Series[Any]) -> pd.Series[Any]:
     return pd.Series(pd.Categorical.from_codes(codes, pd.Index(kept, dtype=str)), index=names.index)
 
 
-def _labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
+def labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
+    """Return a column of names as categories; where there is none, ``missing``."""
     if column not in frame:
         return pd.Series(pd.Categorical([missing] * len(frame)), index=frame.index)
     values = tidied(frame[column])
@@ -250,7 +264,7 @@ def _labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
 
 def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
     """Return "practice" or "main" for each row; say which other words count as main."""
-    values = _labels(frame, "phase", MAIN)
+    values = labels(frame, "phase", MAIN)
     counts = values.value_counts()
     for name, count in counts[counts > 0].items():
         if str(name).lower() not in PHASES:

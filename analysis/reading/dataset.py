@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from analysis.reading.delimited import Source, digest
+from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from experiments.dataset.schema import PARTICIPANT
 from experiments.study.analysis_choices import AnalysisChoices
 
@@ -57,6 +58,8 @@ class Dataset:
         Every file that was read.
     folder : Path or None
         The data set's folder; None for a table by hand.
+    quantity : Quantity
+        What ``amplitude_um_pp`` holds: the plate's amplitude, or what the data say.
     """
 
     name: str
@@ -73,6 +76,7 @@ class Dataset:
     problems: tuple[str, ...] = ()
     sources: tuple[Source, ...] = ()
     folder: Path | None = None
+    quantity: Quantity = PLATE_AMPLITUDE
     textures: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import io
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -197,8 +198,14 @@ def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> No
     if doubled := sorted({name for name in names if name and names.count(name) > 1}):
         raise UserError(f"{path}: column {', '.join(doubled)} is there twice; expected it once")
     if missing := [name for name in required if name not in names]:
+        near = [
+            f"{guess[0]} for {name}"
+            for name in missing
+            if (guess := get_close_matches(name, [n for n in names if n], n=1))
+        ]
+        nearest = f"Nearest: {', '.join(near)}. " if near else ""
         raise UserError(
-            f"{path}: no column {', '.join(missing)}; found {_cut(names)}. "
+            f"{path}: no column {', '.join(missing)}; found {_cut(names)}. {nearest}"
             f"Expected at least {', '.join(required)}"
         )
 

@@ -7,7 +7,6 @@ others. A number that can be read in two ways, with nothing in the file that dec
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from faults import UserError
@@ -46,36 +45,23 @@ CERTAIN: dict[Decimal, re.Pattern[str]] = {".": _certain(".", ","), ",": _certai
 AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Dialect:
-    """How a file writes its cells.
+def in_points(cell: str, decimal: Decimal) -> str:
+    """Return a cell with a decimal point and bare thousands; one that is no number as it was.
 
-    Parameters
-    ----------
-    separator : str
-        Between cells; one of `SEPARATORS`.
-    decimal : {".", ","}
-        Between whole and fraction; the other one, blanks and apostrophes may part thousands.
+    The mark that is not the decimal one, blanks and apostrophes may part thousands.
+
+    >>> in_points("1.234,5", ",")
+    '1234.5'
     """
-
-    separator: str
-    decimal: Decimal = "."
-
-    def number(self, cell: str) -> str:
-        """Return a cell with a decimal point and bare thousands; no number: as it was.
-
-        >>> Dialect(separator=";", decimal=",").number("1.234,5")
-        '1234.5'
-        """
-        other = "." if self.decimal == "," else ","
-        text = cell.strip()
-        form = (
-            rf"[+-]?(?:\d+|[1-9]\d{{0,2}}(?:(?:{re.escape(other)}|{_GAPS})\d{{3}})+)?"
-            rf"(?:{re.escape(self.decimal)}\d*)?{_TAIL}"
-        )
-        if not re.fullmatch(form, text) or not any(mark.isdigit() for mark in text):
-            return cell
-        return re.sub(rf"{re.escape(other)}|{_GAPS}", "", text).replace(self.decimal, ".")
+    other = "." if decimal == "," else ","
+    text = cell.strip()
+    form = (
+        rf"[+-]?(?:\d+|[1-9]\d{{0,2}}(?:(?:{re.escape(other)}|{_GAPS})\d{{3}})+)?"
+        rf"(?:{re.escape(decimal)}\d*)?{_TAIL}"
+    )
+    if not re.fullmatch(form, text) or not any(mark.isdigit() for mark in text):
+        return cell
+    return re.sub(rf"{re.escape(other)}|{_GAPS}", "", text).replace(decimal, ".")
 
 
 def decoded(content: bytes, path: Path) -> tuple[bytes, str]:

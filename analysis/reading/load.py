@@ -7,6 +7,7 @@ practice, voided and unanswered trials are counted, wrong cells are named by fil
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,7 +24,10 @@ from analysis.reading.cleaning import (
 )
 from analysis.reading.dataset import Dataset
 from analysis.reading.delimited import Problems, Source, read_tables
-from analysis.reading.table_by_hand import read_text_table
+from analysis.reading.foreign import ForeignTable, read_foreign
+from analysis.reading.mapping import beside
+from analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
+from analysis.reading.table_by_hand import read_table
 from analysis.reading.trial_tables import BLOCK, DIFFERENCE, ESTIMATION, IDENTITY, STEP_AMPLITUDES
 from experiments.dataset.runs import journals
 from experiments.dataset.schema import (
@@ -44,11 +48,21 @@ if TYPE_CHECKING:
     import re
     from collections.abc import Sequence
 
+    from analysis.reading.mapping import TableMapping
+    from analysis.reading.quantity import Quantity
     from analysis.reading.trial_tables import TrialTable
 
 
-def load(path: str | Path) -> Dataset:
-    """Read a data set's folder or a tidy table.
+def load(path: str | Path, mapping: TableMapping | None = None) -> Dataset:
+    """Read a data set's folder or a table.
+
+    Parameters
+    ----------
+    path : str or Path
+        A data set's folder, or a table: text, Excel or SPSS.
+    mapping : TableMapping, optional
+        What the columns mean; default: what ``analysis.toml`` in the folder, or beside the table,
+        says, else the names of our own tables.
 
     Raises
     ------
@@ -57,6 +71,10 @@ def load(path: str | Path) -> Dataset:
         and participant records are mixed.
     """
     where = Path(path)
+    if where.exists():
+        mapping = mapping or beside(where)
+    if mapping is not None and where.exists():
+        return _load_foreign(where, mapping)
     if where.is_dir():
         return _load_folder(where)
     if where.is_file():
@@ -125,7 +143,7 @@ def _load_folder(folder: Path) -> Dataset:
 
 def _load_table(path: Path) -> Dataset:
     problems = Problems()
-    frame, source = read_text_table(
+    frame, source = read_table(
         path,
         required=(PARTICIPANT, *ESTIMATION.required),
         numbers=(*ESTIMATION.required, *ESTIMATION_NUMBERS),
@@ -133,22 +151,53 @@ def _load_table(path: Path) -> Dataset:
         identifier=PARTICIPANT,
         problems=problems,
     )
-    sources = [source]
-    answers_read = clean_estimates(frame, sources, problems)
+    _refuse_another_unit(frame, path)
+    answers_read = clean_estimates(frame, [source], problems)
+    table = ForeignTable(
+        estimates=answers_read,
+        differences=empty_differences(),
+        participants=pd.DataFrame(),
+        sources=(source,),
+    )
+    data = _by_hand(path, table, problems, PLATE_AMPLITUDE)
+    people = sorted(data.answers[PARTICIPANT].astype(str).unique())
+    return replace(data, participants=pd.DataFrame({PARTICIPANT: people}))
+
+
+def _load_foreign(path: Path, mapping: TableMapping) -> Dataset:
+    problems = Problems()
+    return _by_hand(path, read_foreign(path, mapping, problems), problems, mapping.quantity)
+
+
+def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quantity) -> Dataset:
     counts: dict[str, int] = {}
-    main = _keep_main_trials(answers_read, counts)
+    main = _keep_main_trials(table.estimates, counts)
     answers, textures = _part_textures(main, counts, problems)
     return Dataset(
-        name=path.stem,
+        name=metadata.title(path) if path.is_dir() else path.stem,
         estimates=_answered(answers, counts),
         answers=answers,
-        differences=empty_differences(),
-        participants=pd.DataFrame({PARTICIPANT: sorted(answers[PARTICIPANT].astype(str).unique())}),
+        differences=_keep_steps(table.differences, counts),
+        participants=table.participants,
         counts=counts,
         problems=tuple(problems.sentences),
-        sources=tuple(sources),
+        sources=table.sources,
         textures=textures,
+        quantity=quantity,
+        folder=path if path.is_dir() else None,
     )
+
+
+def _refuse_another_unit(frame: pd.DataFrame, path: Path) -> None:
+    """Raise a `UserError` where an amplitude above 0 would count as none: metres, not µm."""
+    given = pd.to_numeric(frame["amplitude_um_pp"], errors="coerce")
+    vanishing = given[(given > 0) & (given.round(AMPLITUDE_DECIMALS) == 0)]
+    if len(vanishing):
+        raise UserError(
+            f"{path}: column amplitude_um_pp: {vanishing.min():g} µm is less than the 0.1 nm that "
+            "amplitudes are told apart to; expected µm, peak to peak (another unit: name it, as in "
+            "--participant participant_id --stimulus amplitude_um_pp:m --response estimate)"
+        )
 
 
 def _read_task(

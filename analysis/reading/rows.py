@@ -64,6 +64,11 @@ def split(content: bytes, path: Path, separator: str) -> Lines:
     header, _, body = unpadded.partition(NEWLINE)
     if not header.strip():
         raise UserError(f"{path}: the file is empty; expected a header line and rows")
+    if header.count(QUOTE) % 2:
+        raise UserError(
+            f"{path}: line {first}, the header, has a quotation mark without its partner; expected "
+            "a mark at either end of a name"
+        )
     names = _names(header, separator)
     body = body.rstrip(NEWLINE)
     body = body + NEWLINE if body else body

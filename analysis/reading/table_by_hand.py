@@ -9,8 +9,9 @@ import pandas as pd
 
 from analysis.reading.cleaning import tidied
 from analysis.reading.delimited import MISSING, NOT_AVAILABLE, check_names, parse, read_source
-from analysis.reading.dialect import FALLBACK, Dialect, decimal_of, decoded, separator_of
+from analysis.reading.dialect import FALLBACK, decimal_of, decoded, in_points, separator_of
 from analysis.reading.rows import complain, listed_lines, plain, split
+from analysis.reading.spreadsheets import read_excel, read_spss
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -23,11 +24,13 @@ if TYPE_CHECKING:
     from analysis.reading.dialect import Decimal
     from analysis.reading.rows import Lines
 
+EXCEL = (".xlsx", ".xlsm", ".xls", ".xlsb")
+SPSS = (".sav", ".zsav")
 #: Identifiers that are none, as programs write them; BIDS's word and blanks are missing anyhow.
 NO_IDENTIFIER = tuple(name for name in NOT_AVAILABLE if name not in MISSING)
 
 
-def read_text_table(
+def read_table(
     path: Path,
     *,
     required: Sequence[str],
@@ -36,11 +39,14 @@ def read_text_table(
     identifier: str,
     problems: Problems,
     decimal: Decimal | None = None,
+    sheet: str | None = None,
 ) -> tuple[pd.DataFrame, Source]:
-    """Read a text table whose encoding, separator and decimal mark are its own.
+    """Read a table whose encoding, separator and decimal mark are its own.
 
     Parameters
     ----------
+    path : Path
+        Text, an Excel workbook (``.xlsx``) or an SPSS file (``.sav``, ``.zsav``).
     required : sequence of str
         Columns that the file must have.
     numbers, words : sequence of str
@@ -50,6 +56,8 @@ def read_text_table(
         The column that tells who it is; ``NA`` and its like are missing there, unless quoted.
     decimal : str, optional
         The decimal mark, where it is known; default: decided from all numbers of the file.
+    sheet : str, optional
+        Of a workbook.
 
     Returns
     -------
@@ -60,12 +68,60 @@ def read_text_table(
     Raises
     ------
     UserError
-        See `analysis.reading.delimited.read_tables` and `analysis.reading.dialect.decimal_of`.
+        See `analysis.reading.delimited.read_tables`, `analysis.reading.dialect.decimal_of` and
+        `analysis.reading.spreadsheets`.
     """
-    raw, source = read_source(path, path.parent)
-    text, encoding = decoded(raw, path)
+    content, source = read_source(path, path.parent)
+    suffix = path.suffix.lower()
+    quoted = None
+    if suffix in EXCEL:
+        frame = _only(read_excel(content, path, sheet), path, required, numbers, words)
+    elif suffix in SPSS:
+        frame = _only(read_spss(content, path, words), path, required, numbers, words)
+    elif suffix == ".jasp":
+        raise UserError(f"{path}: a JASP file; expected its data, exported from JASP as CSV")
+    else:
+        text = _as_utf_8(content, path, problems)
+        frame = _read_text(text, path, required, numbers, words, problems=problems)
+        quoted = _quoted_identifiers(frame, identifier, text)
+    frame["file"] = 0
+    _with_points(frame, numbers, decimal, path.name)
+    return only_named(frame, identifier, problems, path.name, quoted=quoted), source
+
+
+def _as_utf_8(content: bytes, path: Path, problems: Problems) -> bytes:
+    text, encoding = decoded(content, path)
     if encoding == FALLBACK:
         problems.add(f"{path.name}: not UTF-8; read as Windows-1252: look at names with accents")
+    return text
+
+
+def _only(
+    frame: pd.DataFrame,
+    path: Path,
+    required: Sequence[str],
+    numbers: Sequence[str],
+    words: Sequence[str],
+) -> pd.DataFrame:
+    """Return the columns that are read; what stands for a missing cell is missing."""
+    names = [str(name) for name in frame.columns if name != "line"]
+    check_names(names, path, required)
+    kept = frame[[*(name for name in (*words, *numbers) if name in names), "line"]].copy()
+    for name in kept.columns.drop("line"):
+        signs = MISSING if name in words else NOT_AVAILABLE
+        kept[name] = kept[name].where(~kept[name].str.strip().isin(signs))
+    return kept
+
+
+def _read_text(
+    text: bytes,
+    path: Path,
+    required: Sequence[str],
+    numbers: Sequence[str],
+    words: Sequence[str],
+    *,
+    problems: Problems,
+) -> pd.DataFrame:
     separator = separator_of(text.lstrip(b"\r\n").replace(b"\r", b"\n").partition(b"\n")[0])
     lines = split(text, path, separator)
     check_names(lines.names, path, required)
@@ -75,23 +131,32 @@ def read_text_table(
     commas = b"," in lines.body if separator != "," else b'"' in lines.body
     there = [name for name in numbers if name in lines.names]
     frame = _parsed(lines, path, separator, numbers, words, as_written=there if commas else ())
+    frame["line"] = lines.places
+    return frame
+
+
+def _with_points(
+    frame: pd.DataFrame, numbers: Sequence[str], decimal: Decimal | None, name: str
+) -> None:
+    """Write all numbers of a file with decimal points."""
     # TRUE and FALSE count as numbers here; what cleans the columns refuses them.
-    written = {name: frame[name] for name in there if pd.api.types.is_string_dtype(frame[name])}
+    written = {
+        column: frame[column]
+        for column in numbers
+        if column in frame and pd.api.types.is_string_dtype(frame[column])
+    }
     if decimal is None:
         decimal = decimal_of(
             {
-                name: {str(cell): int(count) for cell, count in cells.value_counts().items()}
-                for name, cells in written.items()
+                column: {str(cell): int(count) for cell, count in cells.value_counts().items()}
+                for column, cells in written.items()
             },
-            name=path.name,
+            name=name,
         )
-    dialect = Dialect(separator=separator, decimal=decimal)
-    for name, cells in written.items():
-        frame[name] = cells.map({cell: dialect.number(cell) for cell in cells.dropna().unique()})
-    frame["file"] = 0
-    frame["line"] = lines.places
-    quoted = _quoted_identifiers(frame, identifier, text)
-    return only_named(frame, identifier, problems, path.name, quoted=quoted), source
+    for column, cells in written.items():
+        frame[column] = cells.map(
+            {cell: in_points(str(cell), decimal) for cell in cells.dropna().unique()}
+        )
 
 
 def only_named(

@@ -14,9 +14,10 @@ from analysis.figures import estimates, growth, yes_no
 from analysis.figures.shared import with_tips
 from analysis.preprocessing import normalisation
 from analysis.published import biet2007
+from analysis.reading.own_words import own_columns, own_keys
 from analysis.reporting import json_form, page
 from analysis.reporting.csv_file import write_csv
-from analysis.reporting.latex import latex_tables
+from analysis.reporting.latex import in_own_latex, latex_tables
 from analysis.reporting.output_folder import make_folder
 from analysis.reporting.tables import quality_table, tables
 from analysis.statistics.not_computed import NotComputed
@@ -42,19 +43,20 @@ def write_analysis(analysis: Analysis, out: Path) -> Path:
     UserError
         A file cannot be written.
     """
+    quantity = analysis.dataset.quantity
     make_folder(out)
     try:
         for name, table in tables(analysis).items():
-            write_csv(table, out / f"{name}.csv")
+            write_csv(own_columns(table, quantity), out / f"{name}.csv")
         for name, text in latex_tables(analysis).items():
-            _write(out / f"{name}.tex", text)
+            _write(out / f"{name}.tex", in_own_latex(text, quantity))
         versions = software()
         for name, value in {
             "inference": analysis.inference,
             "results": results(analysis, versions),
             "dataset_description": derivative_description(analysis),
         }.items():
-            _write(out / f"{name}.json", json_form.text(value))
+            _write(out / f"{name}.json", json_form.text(own_keys(json_form.form(value), quantity)))
         drawn = draw(analysis)
         svgs = {
             name: with_tips(figure_style.svg(figure, salt=name)) for name, figure in drawn.items()
@@ -113,6 +115,7 @@ def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, obj
         "paper": [
             {name: getattr(row, name) for name in ("amplitude_um_pp", *biet2007.STATISTICS)}
             for row in biet2007.TABLE3
+            if data.quantity.of_plate
         ],
     }
 
@@ -134,7 +137,11 @@ def draw(analysis: Analysis) -> dict[str, Figure]:
     if analysis.prepared is not None:
         unit = normalisation.RULES[analysis.rule].unit
         found["fig15"] = estimates.fig15(
-            analysis.cells, analysis.prepared.logs, unit=unit, confidence=level
+            analysis.cells,
+            analysis.prepared.logs,
+            unit=unit,
+            confidence=level,
+            quantity=analysis.dataset.quantity,
         )
         if not isinstance(analysis.inference.power_law, NotComputed):
             found["growth"] = growth.growth(
@@ -142,14 +149,18 @@ def draw(analysis: Analysis) -> dict[str, Figure]:
                 analysis.inference.growth,
                 unit=unit,
                 confidence=level,
+                quantity=analysis.dataset.quantity,
             )
         if not isinstance(analysis.inference.rm_anova, NotComputed):
-            found["residuals"] = estimates.residuals(analysis.prepared.whole_logs)
+            found["residuals"] = estimates.residuals(
+                analysis.prepared.whole_logs, analysis.dataset.quantity
+            )
     difference = analysis.inference.difference
     if not isinstance(difference, NotComputed) and difference.steps:
         found["difference"] = yes_no.difference(
             difference,
             analysis.dataset.differences,
             confidence=level,
+            quantity=analysis.dataset.quantity,
         )
     return found

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from analysis.reading.own_words import in_own_words
 from analysis.reporting.numbers import p_value
 from analysis.statistics.not_computed import NotComputed
 
+MICRO = r"$\mu$"
+
 if TYPE_CHECKING:
+    from analysis.reading.quantity import Quantity
     from analysis.result import Analysis
     from analysis.statistics.pairwise import PairComparison
 
@@ -74,3 +79,12 @@ def _pair(pair: PairComparison) -> dict[str, str | float | None]:
         "$n$": pair.n,
         r"Wilcoxon $p_\mathrm{Holm}$": _p(pair.ranks.p_holm),
     }
+
+
+def in_own_latex(text: str, quantity: Quantity) -> str:
+    """Return a table as it reads for a quantity."""
+    if quantity.of_plate:
+        return text
+    plain = quantity.unit.replace("%", r"\%").replace("_", r"\_")
+    written = in_own_words(text.replace(MICRO, "µ"), replace(quantity, unit=plain))
+    return written.replace("µ", MICRO)

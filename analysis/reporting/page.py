@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 from markupsafe import Markup
 
+from analysis.reading.own_words import in_own_words
 from analysis.reporting import apa, apa_difference, html
 from analysis.reporting.numbers import grouped
 from analysis.reporting.sections.assumptions import assumptions
@@ -24,6 +25,7 @@ from experiments.dataset.schema import PARTICIPANT
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from analysis.reading.quantity import Quantity
     from analysis.result import Analysis
 
 try:
@@ -46,6 +48,7 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
     software : Mapping
         Name -> version of what took part.
     """
+    quantity = analysis.dataset.quantity
     css = (
         files("analysis.reporting").joinpath("templates", "report.css").read_text(encoding="utf-8")
     )
@@ -57,11 +60,26 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
             version=VERSION,
             css=Markup(css),  # noqa: S704 - our own file
             pilot=analysis.dataset.mode == "pilot",
-            facts=facts(analysis),
-            sections=sections(analysis, svgs, software),
+            facts=[
+                (in_own_words(name, quantity), in_own_words(value, quantity))
+                for name, value in facts(analysis)
+            ],
+            sections=[
+                in_own_section(section, quantity) for section in sections(analysis, svgs, software)
+            ],
             sha256=analysis.dataset.sha256,
         )
     )
+
+
+def in_own_section(section: html.ReportSection, quantity: Quantity) -> html.ReportSection:
+    """Return a section as it reads for a quantity; its markup holds none of our phrases."""
+    found = html.ReportSection(in_own_words(section.title, quantity))
+    found.blocks += [
+        Markup(in_own_words(str(block), quantity))  # noqa: S704 - it was escaped before
+        for block in section.blocks
+    ]
+    return found
 
 
 def facts(analysis: Analysis) -> list[tuple[str, str]]:

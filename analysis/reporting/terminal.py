@@ -19,25 +19,32 @@ TITLES = {"mean": "mean", "maximum_deviation": "max. dev.", "standard_deviation"
 
 def table3_table(analysis: Analysis) -> Table:
     """Return Table III of an analysis beside the paper's, as a rich table."""
-    paper = biet2007.BY_AMPLITUDE
+    quantity = analysis.dataset.quantity
+    beside = quantity.of_plate
+    paper = biet2007.BY_AMPLITUDE if beside else {}
     table = Table(
-        title=f"Table III: normalised estimates ({analysis.rule}), here and in the paper",
+        title=f"Table III: normalised estimates ({analysis.rule}), here and in the paper"
+        if beside
+        else f"Normalised estimates ({analysis.rule})",
         title_justify="left",
         title_style="bold",
         box=box.SIMPLE_HEAD,
     )
-    table.add_column("amplitude\nµm p-p", justify="right")
+    table.add_column(
+        "amplitude\nµm p-p" if beside else f"{quantity.name}\n{quantity.unit}", justify="right"
+    )
     table.add_column("n", justify="right")
     for title in TITLES.values():
-        table.add_column(f"{title}\nhere", justify="right", style="bold")
-        table.add_column(f"{title}\npaper", justify="right", style="dim")
+        table.add_column(f"{title}\nhere" if beside else title, justify="right", style="bold")
+        if beside:
+            table.add_column(f"{title}\npaper", justify="right", style="dim")
     for amplitude, n, *values in analysis.table3.itertuples(index=False):
         known = paper.get(amplitude)
         cells = [f"{amplitude:g}", str(n)]
         for name, value in zip(biet2007.STATISTICS, values, strict=True):
             # One participant has no standard deviation.
             here = f"{value:.2f}" if math.isfinite(value) else "–"
-            cells += [here, getattr(known, name) if known else "–"]
+            cells += [here, getattr(known, name) if known else "–"] if beside else [here]
         table.add_row(*cells)
     return table
 

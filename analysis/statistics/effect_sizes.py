@@ -15,12 +15,14 @@ if TYPE_CHECKING:
 
 #: Sums of squares below this, relative, are rounding.
 TINY = 1e-12
+#: Differences without noise: SciPy's search would take minutes for an interval of no use.
+LARGEST_T = 1e4
 
 
 def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | None:
     """Return the interval of d_z, the mean of n differences over their standard deviation.
 
-    None where SciPy cannot find it, t being too large.
+    None where t is beyond `LARGEST_T`, or SciPy cannot find it.
 
     Exact for normal differences: t is non-central with d_z √n, so the interval leaves out 0
     exactly where the paired t test is significant (Cumming and Finch 2001, Educ. Psychol. Meas.
@@ -32,6 +34,8 @@ def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | No
     """
     from scipy import special  # noqa: PLC0415 - a second's import, only when an interval is asked for
 
+    if abs(t) > LARGEST_T:
+        return None
     tail = (1 - confidence) / 2
     bounds = [float(special.nctdtrinc(n - 1, p, t)) for p in (1 - tail, tail)]
     # SciPy's search ends at its own bounds where t is too large.

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 #: A predicted reduction of friction below this is the rounding of none.
 NO_REDUCTION = 1e-9
+#: µm peak to peak: beyond this a prediction is not even tried; it exceeds 1 from some 8 µm on.
+LARGEST_UM_PP = 20.0
 #: Individual model comparisons are listed for studies up to this many participants.
 INDIVIDUALS_AT_MOST = 200
 
@@ -74,8 +76,11 @@ class Growth:
     individual: IndividualGrowth | NotComputed
 
 
-def growth(data: Prepared) -> Growth | NotComputed:
-    """Compare growth functions against amplitude and predicted friction, and for participants."""
+def growth(data: Prepared, *, film: bool = True) -> Growth | NotComputed:
+    """Compare growth functions against amplitude and predicted friction, and for participants.
+
+    ``film``: whether the stimuli are the plate's amplitudes, for which a film predicts friction.
+    """
     if data.refused:
         return NotComputed(data.zero_sentence)
     found = compare(data.logs)
@@ -83,7 +88,9 @@ def growth(data: Prepared) -> Growth | NotComputed:
         return found
     return Growth(
         amplitude=found,
-        friction=against_friction(data.logs, data.choices.confidence),
+        friction=against_friction(data.logs, data.choices.confidence)
+        if film
+        else NotComputed("no amplitudes of a plate, for which a film would predict friction"),
         individual=_individual(data),
     )
 
@@ -122,7 +129,13 @@ def against_friction(logs: pd.DataFrame, confidence: float = 0.95) -> FrictionGr
         Of the exponent's interval.
     """
     amplitudes = logs.columns.to_numpy(float)
-    reductions = np.array([predicted_reduction(float(value)) for value in amplitudes])
+    sensible = bool((amplitudes <= LARGEST_UM_PP).all())
+    reductions = np.array([predicted_reduction(float(a)) for a in amplitudes if sensible])
+    if not sensible or (reductions > 1).any():
+        return NotComputed(
+            f"amplitudes up to {amplitudes.max():g} µm are beyond the film's model: it would "
+            "predict a reduction of friction above 1, which there cannot be"
+        )
     above = reductions > NO_REDUCTION
     if len(np.unique(reductions[above])) < above.sum():
         return NotComputed("two amplitudes have the same predicted friction")

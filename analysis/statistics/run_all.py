@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 from analysis.reading.delimited import read_tables
@@ -108,7 +109,7 @@ def conclude(data: Dataset, prepared: Prepared | None, rule: str | None) -> Infe
         pairwise=run("pairwise", pairwise),
         mixed_model=run("mixed_model", mixed_model),
         power_law=run("power_law", power_law),
-        growth=run("growth", growth),
+        growth=run("growth", partial(growth, film=data.quantity.of_plate)),
         order=run("order", order_effects),
         reliability=run("reliability", reliability),
         normalisation=NormalisationUsed(

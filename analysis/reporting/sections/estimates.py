@@ -83,7 +83,9 @@ def table3(analysis: Analysis) -> Markup:
     """Return Table III, beside the paper's where the amplitudes are the paper's."""
     convention = analysis.dataset.choices.standard_deviation
     paper = biet2007.BY_AMPLITUDE
-    beside = any(amplitude in paper for amplitude in analysis.table3["amplitude_um_pp"])
+    beside = analysis.dataset.quantity.of_plate and any(
+        amplitude in paper for amplitude in analysis.table3["amplitude_um_pp"]
+    )
     titles = ("Mean", "Max. dev.", "SD")
     columns = [TableColumn(title="Amplitude", unit="µm, p-p"), TableColumn(title="n")]
     columns += [TableColumn(title=title) for title in titles]

@@ -90,3 +90,8 @@ def test_without_variance_there_is_no_interval():
     one_apart = np.ones((5, 3))
     one_apart[0] = [1, 2, 3]
     assert eta_squared_interval(one_apart, 0.95) is None
+
+
+def test_differences_without_noise_have_no_interval_and_take_no_time():
+    """SciPy's search took minutes at t = 1e8."""
+    assert d_z_interval(1e8, 4, 0.95) is None

@@ -1,0 +1,86 @@
+"""The options of ``slipscale analyse`` that say what a table's columns mean, as a mapping."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from analysis.reading.mapping import parse_mapping
+from faults import UserError
+
+if TYPE_CHECKING:
+    from argparse import Namespace
+    from collections.abc import Sequence
+
+    from analysis.reading.mapping import TableMapping
+
+COLUMNS = (
+    *("participant", "stimulus", "response", "answer", "reference"),
+    *("group", "session", "run", "block", "trial"),
+)
+OTHERS = ("levels", "only", "decimal", "sheet")
+NUMBER_AT_END = re.compile(r"\d+(?:\.\d+)?$")
+
+
+def mapping_from(args: Namespace) -> TableMapping | None:
+    """Return the mapping that the options tell; None where no option is given.
+
+    Raises
+    ------
+    UserError
+        The options do not fit each other.
+    """
+    if not any(getattr(args, name) for name in (*COLUMNS, *OTHERS)):
+        if args.map:
+            raise UserError("--map: expected the columns too, such as --participant and --stimulus")
+        return None
+    columns = {name: value for name in COLUMNS if (value := getattr(args, name))}
+    name, colon, unit = columns.get("stimulus", "").rpartition(":")
+    if not colon:
+        name, unit = unit, ""
+    stimulus = {"unit": unit}
+    if args.levels:
+        # A wide table has no column for the stimulus: what is given is its name.
+        columns.pop("stimulus", None)
+        stimulus |= {"name": name} if name else {}
+    elif name:
+        columns["stimulus"] = name
+    table = {
+        "only": dict(_pairs(args.only or (), "--only")),
+        "decimal": args.decimal,
+        "sheet": args.sheet,
+    }
+    return parse_mapping(
+        {
+            "columns": columns,
+            "stimulus": stimulus,
+            "levels": _levels(args.levels or ()),
+            "table": {key: value for key, value in table.items() if value},
+        },
+        "the options on columns",
+    )
+
+
+def _pairs(given: Sequence[str], option: str) -> list[tuple[str, str]]:
+    pairs = [text.rpartition("=") for text in given]
+    if wrong := [last for column, sign, last in pairs if not (sign and column)]:
+        raise UserError(f"{option} {wrong[0]}: expected COLUMN=VALUE")
+    return [(column, value) for column, _, value in pairs]
+
+
+def _levels(given: Sequence[str]) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for text in given:
+        column, sign, value = text.rpartition("=")
+        if not sign:
+            column = text
+            ends = NUMBER_AT_END.search(text)
+            value = ends[0] if ends else ""
+        try:
+            found[column] = float(value)
+        except ValueError:
+            raise UserError(
+                f"--levels {text}: expected COLUMN=LEVEL with a number, or a column whose name "
+                "ends with one"
+            ) from None
+    return found

@@ -1,0 +1,262 @@
+"""Data as other laboratories have them: any names, any quantity, long or wide, yes and no.
+
+A mapping says what the columns mean; from here on the rows are those of our own tables.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from analysis.reading.cleaning import (
+    clean_differences,
+    clean_estimates,
+    empty_differences,
+    empty_estimates,
+    labels,
+    numbers,
+    tidied,
+)
+from analysis.reading.delimited import Problems, Source, read_tables
+from analysis.reading.table_by_hand import read_table
+from analysis.reading.trial_tables import BLOCK, ESTIMATION, SERIES
+from experiments.dataset.schema import PARTICIPANT
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from analysis.reading.mapping import TableMapping
+
+STIMULUS, RESPONSE = ESTIMATION.required
+REFERENCE, ANSWER = "amplitude_before_um_pp", "difference_felt"
+GROUP = "group"
+#: A mapping's column -> ours.
+OURS = {
+    "participant": PARTICIPANT,
+    "stimulus": STIMULUS,
+    "response": RESPONSE,
+    "answer": ANSWER,
+    "reference": REFERENCE,
+    "group": GROUP,
+    "session": "session",
+    "run": "run",
+    "block": BLOCK,
+    "trial": "trial",
+}
+NUMBERS = ("stimulus", "response", "reference", "trial")
+#: A folder's tables; the label of the participant is in their names.
+BIDS_TABLE = re.compile(r"sub-(?P<sub>[^_]+)(_ses-(?P<ses>[^_]+))?_.*_(beh|events)\.tsv")
+BIDS_LABELS = {"participant": "sub", "session": "ses"}
+#: Units of levels that are logarithms already.
+LOGARITHMIC = re.compile(r"\bdb|decibel|\blog", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ForeignTable:
+    """A table of another make, as rows of ours.
+
+    Parameters
+    ----------
+    estimates, differences : DataFrame
+        See `analysis.reading.cleaning`; one of them is empty.
+    participants : DataFrame
+        Everybody, with their ``group`` where there is one.
+    sources : tuple of Source
+        The files.
+    """
+
+    estimates: pd.DataFrame
+    differences: pd.DataFrame
+    participants: pd.DataFrame
+    sources: tuple[Source, ...]
+
+
+def read_foreign(path: Path, mapping: TableMapping, problems: Problems) -> ForeignTable:
+    """Read a table, or a BIDS folder's, as a mapping says.
+
+    Raises
+    ------
+    UserError
+        See `analysis.reading.table_by_hand.read_table`; also for a level below 0, a participant
+        in two groups, and rows that ``only`` leaves none of.
+    """
+    frame, sources = (_folder if path.is_dir() else _table)(path, mapping, problems)
+    frame = _chosen(frame, mapping, path)
+    if mapping.levels:
+        frame = _long(frame, mapping)
+    named = {name: column for name, column in mapping.columns.model_dump().items() if column}
+    frame = frame.rename(columns={column: OURS[name] for name, column in named.items()})
+    problems.titles = {OURS[name]: column for name, column in named.items()}
+    frame = _of_trials(frame, mapping, problems, path)
+    _check_levels(frame, mapping, sources, problems)
+    groups = _groups(frame, path, problems)
+    quantity = mapping.quantity
+    estimates, differences = empty_estimates(), empty_differences()
+    if mapping.columns.answer:
+        differences = clean_differences(_steps(frame), sources, problems, quantity)
+    else:
+        estimates = clean_estimates(frame, sources, problems, quantity)
+    return ForeignTable(
+        estimates=estimates, differences=differences, participants=groups, sources=tuple(sources)
+    )
+
+
+def _table(
+    path: Path, mapping: TableMapping, problems: Problems
+) -> tuple[pd.DataFrame, list[Source]]:
+    columns = mapping.columns.model_dump(exclude_none=True)
+    figures = [columns[name] for name in NUMBERS if name in columns] + list(mapping.levels)
+    words = [column for name, column in columns.items() if name not in NUMBERS]
+    words += [column for column in mapping.table.only if column not in (*words, *figures)]
+    frame, source = read_table(
+        path,
+        required=(*words, *figures),
+        numbers=figures,
+        words=words,
+        identifier=mapping.columns.participant,
+        problems=problems,
+        decimal=mapping.table.decimal,
+        sheet=mapping.table.sheet,
+    )
+    return frame, [source]
+
+
+def _folder(
+    folder: Path, mapping: TableMapping, problems: Problems
+) -> tuple[pd.DataFrame, list[Source]]:
+    """Read a BIDS folder's tables; whose they are is in their names, unless a column tells."""
+    entries = [
+        (path, match)
+        for path in sorted(folder.glob("sub-*/**/*.tsv"))
+        if (match := BIDS_TABLE.fullmatch(path.name))
+    ]
+    if not entries:
+        raise UserError(
+            f"{folder}: no data found; expected files like sub-01/beh/sub-01_task-loudness_beh.tsv "
+            "or ..._events.tsv"
+        )
+    columns = mapping.columns.model_dump(exclude_none=True)
+    from_names = {
+        columns[name]: label
+        for name, label in BIDS_LABELS.items()
+        if columns.get(name) in (OURS[name], label)
+    }
+    needed = [c for c in (*columns.values(), *mapping.levels) if c not in from_names]
+    needed += [column for column in mapping.table.only if column not in needed]
+    frame, sources = read_tables(
+        [path for path, _ in entries],
+        folder,
+        required=needed,
+        columns=needed,
+        problems=problems,
+    )
+    for column, label in from_names.items():
+        found = pd.Series([match[label] or "" for _, match in entries], dtype="str")
+        prefix = f"{label}-" if label == "sub" else ""
+        frame[column] = (prefix + found).iloc[frame["file"].to_numpy()].to_numpy()
+    for name in ("group", "answer", "block"):
+        if name in columns:
+            frame[columns[name]] = frame[columns[name]].astype("str")
+    return frame, sources
+
+
+def _chosen(frame: pd.DataFrame, mapping: TableMapping, path: Path) -> pd.DataFrame:
+    """Return the rows in which every column of ``only`` has its value."""
+    for column, value in mapping.table.only.items():
+        found = frame[column].astype("str").str.strip()
+        kept = frame[found == value.strip()]
+        if not len(kept):
+            there = ", ".join(sorted(found.dropna().unique())[:12]) or "nothing"
+            raise UserError(f"{path}: no row has '{value}' in column {column}; found {there}")
+        frame = kept.reset_index(drop=True)
+    return frame
+
+
+def _long(frame: pd.DataFrame, mapping: TableMapping) -> pd.DataFrame:
+    """Return a row a response of a wide table: a row a participant, a column a level."""
+    kept = [name for name in frame.columns if name not in mapping.levels]
+    parts = []
+    for column, level in mapping.levels.items():
+        part = frame[kept].copy()
+        part[STIMULUS], part[RESPONSE] = level, frame[column]
+        parts.append(part)
+    # As text where one column is: what one column's cells are read as, all are.
+    texts = any(not pd.api.types.is_numeric_dtype(part[RESPONSE]) for part in parts)
+    if texts:
+        parts = [part.astype({RESPONSE: "str"}) for part in parts]
+    return pd.concat(parts, ignore_index=True).sort_values(
+        ["file", "line"], kind="stable", ignore_index=True
+    )
+
+
+def _of_trials(
+    frame: pd.DataFrame, mapping: TableMapping, problems: Problems, path: Path
+) -> pd.DataFrame:
+    """Leave out rows without stimulus and response: PsychoPy writes one for every routine."""
+    response = ANSWER if mapping.columns.answer else RESPONSE
+    blank = frame[STIMULUS].isna() & frame[response].isna()
+    if blank.any():
+        problems.add(f"{path.name}: {int(blank.sum())} rows without stimulus and response; skipped")
+    return frame[~blank].reset_index(drop=True)
+
+
+def _check_levels(
+    frame: pd.DataFrame, mapping: TableMapping, sources: Sequence[Source], problems: Problems
+) -> None:
+    levels = numbers(frame, STIMULUS, sources, Problems(titles=problems.titles))
+    name = mapping.quantity.name
+    if (levels < 0).any():
+        raise UserError(
+            f"{sources[0].name}, column {problems.title(STIMULUS)}: {name} of "
+            f"{levels.min():g} {mapping.stimulus.unit}".rstrip()
+            + "; expected 0 or more: a quantity that starts at none, no logarithm or difference"
+        )
+    if LOGARITHMIC.search(f"{mapping.stimulus.unit} {name}"):
+        problems.add(
+            f"{name} in {mapping.stimulus.unit or 'this unit'} is a logarithm already: exponents "
+            "and growth functions of it are not those of the quantity behind it; convert it first."
+        )
+
+
+def _steps(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return yes and no as steps from the reference, or from none."""
+    found = frame.copy()
+    if REFERENCE not in found:
+        found[REFERENCE] = 0.0
+    found[PARTICIPANT] = tidied(found[PARTICIPANT])
+    for name, missing in (("session", ""), ("run", "1")):
+        found[name] = labels(found, name, missing)
+    return found.rename(columns={BLOCK: SERIES})
+
+
+def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame:
+    """Return everybody and their group.
+
+    Raises
+    ------
+    UserError
+        Somebody is in two groups: then the column tells conditions of a participant.
+    """
+    who = tidied(frame[PARTICIPANT]).astype("str")
+    if GROUP not in frame:
+        return pd.DataFrame({PARTICIPANT: sorted(who.dropna().unique())})
+    pairs = pd.DataFrame({PARTICIPANT: who, GROUP: tidied(frame[GROUP]).astype("str")})
+    pairs = pairs.dropna().drop_duplicates().sort_values([PARTICIPANT, GROUP], ignore_index=True)
+    twice = pairs[pairs.duplicated(PARTICIPANT, keep=False)]
+    if len(twice):
+        first = twice.iloc[0][PARTICIPANT]
+        both = " and ".join(twice.loc[twice[PARTICIPANT] == first, GROUP][:2])
+        column = problems.title(GROUP)
+        raise UserError(
+            f"{path}: participant {first} is in {both} of column {column}; expected a group that a "
+            f"participant does not change (analyse one condition: --only {column}=...)"
+        )
+    sizes = pairs[GROUP].value_counts()
+    for name in sorted(sizes.index[sizes == 1]):
+        problems.add(f"Group '{name}' is one participant: it has no spread.")
+    return pairs

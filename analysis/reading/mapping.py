@@ -1,0 +1,176 @@
+"""Which columns of a foreign table hold what: options say it, or ``analysis.toml`` beside it."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import tomlkit
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    StringConstraints,
+    ValidationError,
+    model_validator,
+)
+
+from analysis.reading.quantity import Quantity
+from faults import UserError
+from faults.toml_file import read_toml
+from faults.validation import complaint, faults_in, sentences
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+NAME = "analysis.toml"
+ColumnName = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Columns(_Strict):
+    """Names of the table's columns."""
+
+    participant: ColumnName
+    stimulus: ColumnName | None = None
+    response: ColumnName | None = None
+    answer: ColumnName | None = None
+    reference: ColumnName | None = None
+    group: ColumnName | None = None
+    session: ColumnName | None = None
+    run: ColumnName | None = None
+    block: ColumnName | None = None
+    trial: ColumnName | None = None
+
+
+class StimulusWords(_Strict):
+    """How the report speaks of what was presented and judged."""
+
+    name: ColumnName | None = None
+    unit: Annotated[str, StringConstraints(strip_whitespace=True, max_length=40)] = ""
+    judged: ColumnName | None = None
+
+
+class Cells(_Strict):
+    """How the table is written, and which of its rows count."""
+
+    decimal: Literal[".", ","] | None = None
+    sheet: ColumnName | None = None
+    only: dict[str, str] = Field(default_factory=dict)
+
+
+class TableMapping(_Strict):
+    """What the columns of a table mean.
+
+    Parameters
+    ----------
+    columns : Columns
+        Names of columns: who; which stimulus; the magnitude estimate (``response``) or yes and no
+        (``answer``), there with the stimulus before (``reference``, default: none, 0).
+    stimulus : StimulusWords
+        Name and unit of the quantity; default: the column's name, no unit.
+    levels : dict
+        For a wide table, a row a participant: column of responses -> level of the stimulus.
+    table : Cells
+        Decimal mark and sheet where they are not found by themselves; ``only`` keeps rows by
+        column -> value.
+    """
+
+    columns: Columns
+    stimulus: StimulusWords = StimulusWords()
+    levels: dict[ColumnName, Annotated[float, Field(ge=0, le=1e100)]] = Field(default_factory=dict)
+    table: Cells = Cells()
+
+    @model_validator(mode="after")
+    def _one_task(self) -> TableMapping:
+        columns = self.columns
+        if self.levels:
+            if columns.response or columns.answer or columns.stimulus or columns.reference:
+                raise ValueError(
+                    "expected either levels (a wide table) or columns for stimulus and response"
+                )
+            if len(set(self.levels.values())) < len(self.levels):
+                raise ValueError("expected another level for each column of levels")
+        elif columns.stimulus is None or (columns.response is None) == (columns.answer is None):
+            raise ValueError(
+                "expected a column for the stimulus and one for the response or the answer (yes "
+                "and no), or levels for a wide table"
+            )
+        elif columns.reference and columns.response:
+            raise ValueError("expected a reference only beside an answer (yes and no)")
+        used = [name for name in columns.model_dump().values() if name] + list(self.levels)
+        if doubled := sorted({name for name in used if used.count(name) > 1}):
+            raise ValueError(f"column {doubled[0]} is named twice; expected another for each part")
+        return self
+
+    @property
+    def quantity(self) -> Quantity:
+        """What was presented and judged."""
+        name = self.stimulus.name or _words(self.columns.stimulus or "stimulus")
+        judged = self.stimulus.judged or _words(self.columns.response or "magnitude")
+        return Quantity(
+            name=name,
+            unit=self.stimulus.unit,
+            column=column_name(name, self.stimulus.unit),
+            judged=judged,
+        )
+
+
+def column_name(name: str, unit: str) -> str:
+    """Return a quantity's column in the files that are written.
+
+    >>> column_name("sound pressure", "µPa")
+    'sound_pressure_uPa'
+    """
+    text = f"{name}_{unit}".replace("µ", "u").replace("μ", "u").replace("/", "_per_")
+    return re.sub(r"\W+", "_", text).strip("_")
+
+
+def _words(column: str) -> str:
+    return " ".join(column.replace("_", " ").split()) or column
+
+
+def parse_mapping(table: Mapping[str, object], source: str) -> TableMapping:
+    """Return a mapping from its parts.
+
+    Raises
+    ------
+    UserError
+        The parts do not fit; the message says which and what was expected.
+    """
+    try:
+        return TableMapping.model_validate(table)
+    except ValidationError as error:
+        raise complaint(source, sentences(faults_in(error), lambda _: 0)) from None
+
+
+def beside(path: Path) -> TableMapping | None:
+    """Return what ``analysis.toml`` beside a table, or in a folder, says; None without one."""
+    file = (path if path.is_dir() else path.parent) / NAME
+    return read_toml(file, TableMapping) if file.is_file() else None
+
+
+def write_mapping(mapping: TableMapping, path: Path) -> Path:
+    """Write ``analysis.toml`` beside a table, or into a folder; return the file.
+
+    Raises
+    ------
+    UserError
+        There is one that says something else, or the file cannot be written.
+    """
+    file = (path if path.is_dir() else path.parent) / NAME
+    if file.exists() and beside(path) != mapping:
+        raise UserError(f"{file}: is there and says something else; expected to write a new file")
+    try:
+        file.write_text(
+            tomlkit.dumps(mapping.model_dump(exclude_none=True, exclude_defaults=True)),
+            encoding="utf-8",
+            newline="\n",
+        )
+    except OSError as error:
+        raise UserError(f"{file}: cannot be written ({error.strerror})") from error
+    return file

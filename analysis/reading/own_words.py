@@ -1,0 +1,93 @@
+"""The report of data that are not a plate's: their own quantity in place of amplitude.
+
+Every writer of the report speaks of amplitude, µm and slipperiness. For other data the finished
+text passes here once, phrase by phrase; names of columns and keys likewise.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    import pandas as pd
+
+    from analysis.reading.quantity import Quantity
+
+    Json: TypeAlias = "dict[str, Json] | list[Json] | str | float | int | bool | None"
+
+#: A phrase of our writers -> what it says of another quantity; longer phrases go first.
+PHRASES: Mapping[str, Callable[[Quantity], str]] = {
+    "vibration amplitudes": lambda q: q.levels,
+    "vibration amplitude": lambda q: q.name,
+    "amplitudes": lambda q: q.levels,
+    "amplitude": lambda q: q.name,
+    "perceived slipperiness": lambda q: q.judged,
+    "slipperiness": lambda q: q.judged,
+    "surfaces": lambda _: "stimuli",
+    "surface": lambda _: "stimulus",
+    "per µm (peak to peak)": lambda q: q.per,
+    "per µm": lambda q: q.per,
+    "µm (peak to peak)": lambda q: q.unit,
+    "µm, peak to peak": lambda q: q.unit,
+    "µm peak to peak": lambda q: q.unit,
+    "µm, p-p": lambda q: q.unit,
+    "µm p-p": lambda q: q.unit,
+    "µm": lambda q: q.unit,
+}
+#: Growth is told against amplitude and against friction; another quantity has no film.
+GROWTH_AGAINST, OF_PLATES_ONLY = "amplitude", "friction"
+#: In names of columns and keys.
+COLUMN, UNIT_IN_NAME = "amplitude_um_pp", re.compile(r"(?<=_)um_pp(?=_|$)|(?<=_)um$|um_pp")
+ANY = re.compile(
+    "|".join(
+        rf"\b{re.escape(phrase)}\b" if phrase[-1].isalnum() else re.escape(phrase)
+        for phrase in sorted(PHRASES, key=len, reverse=True)
+    ),
+    re.IGNORECASE,
+)
+
+
+def in_own_words(text: str, quantity: Quantity) -> str:
+    """Return one of our texts as it reads for a quantity; for the plate's amplitude as it is."""
+    if quantity.of_plate:
+        return text
+
+    def said(found: re.Match[str]) -> str:
+        words = PHRASES[found[0].lower()](quantity)
+        return words[:1].upper() + words[1:] if found[0][0].isupper() else words
+
+    return ANY.sub(said, text)
+
+
+def own_name(name: str, quantity: Quantity) -> str:
+    """Return the name of a column or key: ``from_um_pp`` becomes ``from_sound_pressure_uPa``."""
+    if quantity.of_plate:
+        return name
+    if name == GROWTH_AGAINST:
+        return "stimulus"
+    return UNIT_IN_NAME.sub(quantity.column, name.replace(COLUMN, quantity.column))
+
+
+def own_columns(table: pd.DataFrame, quantity: Quantity) -> pd.DataFrame:
+    """Return a table under its own columns."""
+    return table.rename(columns=lambda name: own_name(str(name), quantity))
+
+
+def own_keys(value: Json, quantity: Quantity) -> Json:
+    """Return a JSON value under its own keys, its sentences in its own words."""
+    if quantity.of_plate:
+        return value
+    if isinstance(value, dict):
+        return {
+            own_name(key, quantity): own_keys(part, quantity)
+            for key, part in value.items()
+            if key != OF_PLATES_ONLY
+        }
+    if isinstance(value, list):
+        return [own_keys(part, quantity) for part in value]
+    if isinstance(value, str):
+        return in_own_words(own_name(value, quantity), quantity)
+    return value

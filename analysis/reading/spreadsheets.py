@@ -1,0 +1,126 @@
+"""Excel workbooks and SPSS files as the rows and names that a text table would have."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from typing import TYPE_CHECKING, Any
+from xml.etree.ElementTree import ParseError
+
+import numpy as np
+import pandas as pd
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+#: A workbook larger than this, unpacked, is no table by hand.
+LARGEST_WORKBOOK_MB = 300
+
+
+def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
+    """Return a sheet's rows, all cells as text, with the column ``line``: the row in Excel.
+
+    Parameters
+    ----------
+    sheet : str or None
+        Its name; None: the only one that holds anything.
+
+    Raises
+    ------
+    UserError
+        The file is no workbook, has macros, merged cells or several sheets to choose from.
+    """
+    import openpyxl  # noqa: PLC0415 - only for a workbook
+    from openpyxl.utils.exceptions import InvalidFileException  # noqa: PLC0415
+
+    if path.suffix.lower() != ".xlsx":
+        raise UserError(
+            f"{path}: an Excel file of the form {path.suffix} (with macros, or of before 2007); "
+            "expected one saved as .xlsx or as CSV UTF-8"
+        )
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            parts = archive.infolist()
+        if sum(part.file_size for part in parts) > LARGEST_WORKBOOK_MB * 2**20:
+            raise UserError(f"{path}: more than {LARGEST_WORKBOOK_MB} MB unpacked; expected a CSV")
+        if any(part.filename.endswith("vbaProject.bin") for part in parts):
+            raise UserError(f"{path}: a workbook with macros; expected one saved as .xlsx or CSV")
+        book = openpyxl.load_workbook(io.BytesIO(content), data_only=True)
+    except (
+        *(zipfile.BadZipFile, InvalidFileException, ParseError, KeyError, ValueError, TypeError),
+        *(AttributeError, IndexError, OSError, NotImplementedError, EOFError),
+    ) as error:
+        raise UserError(f"{path}: not an Excel workbook that can be read ({error})") from None
+    filled = [found for found in book.worksheets if found.max_row > 1]
+    chosen = [found for found in filled if sheet is None or found.title == sheet]
+    if len(chosen) != 1:
+        told = ", ".join(f"'{found.title}'" for found in filled) or "none with rows"
+        expected = "one of them named (--sheet)" if sheet is None else f"a sheet '{sheet}'"
+        raise UserError(f"{path}: the sheets are {told}; expected {expected}")
+    (table,) = chosen
+    if table.merged_cells.ranges:
+        where = min(map(str, table.merged_cells.ranges))
+        raise UserError(
+            f"{path}: cells {where} are merged; expected a header line and one row a trial, each "
+            "value in a cell of its own"
+        )
+    rows = [
+        (number, row)
+        for number, row in enumerate(table.iter_rows(values_only=True), start=1)
+        if any(value is not None and str(value).strip() for value in row)
+    ]
+    if not rows:
+        raise UserError(f"{path}: the file is empty; expected a header line and rows")
+    names = ["" if name is None else str(name).strip() for name in rows[0][1]]
+    cells = [[_text(value) for value in row] for _, row in rows[1:]]
+    frame = pd.DataFrame(cells, columns=pd.Index(names), dtype="str")
+    return _with_lines(frame, [number for number, _ in rows[1:]])
+
+
+def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFrame:
+    """Return an SPSS file's cases, all cells as text, with the column ``line``: the case's row.
+
+    Parameters
+    ----------
+    labelled : sequence of str
+        Columns whose values are told by their labels ("female", not 2).
+
+    Raises
+    ------
+    UserError
+        The file is no SPSS file.
+    """
+    import pyreadstat  # noqa: PLC0415 - only for such a file
+
+    try:
+        found, meta = pyreadstat.read_sav(str(path))
+    except (pyreadstat.ReadstatError, pyreadstat.PyreadstatError, OSError, ValueError) as error:
+        raise UserError(f"{path}: not an SPSS file that can be read ({error})") from None
+    del content  # hashed by the caller; the library opens the file itself
+    frame = pd.DataFrame(index=found.index)
+    for name in found.columns:
+        labels = meta.variable_value_labels.get(name, {}) if name in labelled else {}
+        frame[name] = found[name].map(_labelled(labels)).astype("str")
+    return _with_lines(frame, list(range(1, len(frame) + 1)))
+
+
+def _labelled(labels: dict[Any, str]) -> Callable[[Any], str | None]:
+    return lambda value: labels.get(value, _text(value))
+
+
+def _text(cell: Any) -> str | None:
+    """Return a cell as a text table would hold it; None where it is empty."""
+    if cell is None or (isinstance(cell, float) and np.isnan(cell)):
+        return None
+    if isinstance(cell, bool):
+        return str(cell).upper()
+    if isinstance(cell, float):
+        return str(int(cell)) if cell.is_integer() and abs(cell) < 1e15 else repr(cell)  # noqa: PLR2004 - whole numbers up to here are exact
+    return str(cell)
+
+
+def _with_lines(frame: pd.DataFrame, lines: Sequence[int]) -> pd.DataFrame:
+    return frame.assign(line=np.array(lines, np.int64))

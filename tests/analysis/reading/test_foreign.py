@@ -1,0 +1,228 @@
+"""Data of other laboratories: any quantity, any names, long and wide, Excel, SPSS, BIDS."""
+
+import openpyxl
+import pandas as pd
+import pyreadstat
+import pytest
+
+from analysis.reading.load import load
+from analysis.reading.mapping import beside, parse_mapping, write_mapping
+from faults import UserError
+
+LEVELS = (20.0, 200.0, 2000.0, 20_000.0)
+
+
+def mapping(**changed):
+    columns = {"participant": "subject", "stimulus": "sound_pressure", "response": "loudness"}
+    rest = {
+        key: changed.pop(key) for key in ("stimulus_words", "levels", "table") if key in changed
+    }
+    columns = {k: v for k, v in (columns | changed).items() if v}
+    table = {"columns": columns, "stimulus": rest.get("stimulus_words", {"unit": "µPa"})}
+    return parse_mapping(table | {k: rest[k] for k in ("levels", "table") if k in rest}, "here")
+
+
+def rows(people="abc", levels=LEVELS):
+    return [
+        {"subject": who, "sound_pressure": level, "loudness": (n + 1) * level**0.6}
+        for n, who in enumerate(people)
+        for level in levels
+    ]
+
+
+def written(tmp_path, kind, frame):
+    path = tmp_path / f"data.{kind}"
+    if kind == "csv":
+        frame.to_csv(path, index=False)
+    elif kind == "tsv":
+        frame.to_csv(path, index=False, sep="\t", decimal=",")
+    elif kind == "xlsx":
+        frame.to_excel(path, index=False)
+    else:
+        pyreadstat.write_sav(frame, str(path))
+    return path
+
+
+@pytest.mark.parametrize("kind", ["csv", "tsv", "xlsx", "sav"])
+def test_one_table_reads_alike_from_every_kind_of_file(tmp_path, kind):
+    data = load(written(tmp_path, kind, pd.DataFrame(rows())), mapping())
+    expected = [row["loudness"] for row in rows()]
+    assert list(data.estimates["estimate"]) == pytest.approx(expected)
+    assert sorted(set(data.estimates["amplitude_um_pp"])) == list(LEVELS)
+    assert data.people == {"a", "b", "c"}
+    assert (data.quantity.name, data.quantity.unit) == ("sound pressure", "µPa")
+    assert data.quantity.value(20) == "20 µPa"
+    assert data.problems == ()
+
+
+@pytest.mark.parametrize("kind", ["csv", "tsv", "xlsx", "sav"])
+def test_a_wide_table_reads_as_the_long_one(tmp_path, kind):
+    wide = pd.DataFrame(rows()).pivot_table("loudness", "subject", "sound_pressure").reset_index()
+    wide = wide.rename(columns={level: f"p{level:.0f}" for level in LEVELS})
+    levels = {f"p{level:.0f}": level for level in LEVELS}
+    found = mapping(stimulus="", response="", levels=levels, stimulus_words={"name": "pressure"})
+    data = load(written(tmp_path, kind, wide), found)
+    assert list(data.estimates["estimate"]) == pytest.approx([row["loudness"] for row in rows()])
+    assert data.quantity.name == "pressure"
+
+
+@pytest.mark.parametrize("factor", [1e-9, 1e-6, 1.0, 1e6])
+def test_levels_stay_apart_whatever_the_unit(tmp_path, factor):
+    """In metres all amplitudes were 0; in Pa they merged."""
+    levels = [factor * level for level in (0.1 + 0.2, 0.3, 0.5, 1.2)]
+    path = written(tmp_path, "csv", pd.DataFrame(rows(levels=levels)))
+    assert load(path, mapping()).estimates["amplitude_um_pp"].nunique() == 3
+
+
+def test_metres_in_a_column_of_micrometres_are_refused(table_by_hand):
+    path = table_by_hand("participant_id,amplitude_um_pp,estimate\na,0.0000012,3\na,0,1\n")
+    with pytest.raises(UserError, match=r"1.2e-06 µm is less than.*another unit: name it"):
+        load(path)
+
+
+def test_a_missing_column_is_answered_with_the_nearest_name(tmp_path):
+    path = written(tmp_path, "csv", pd.DataFrame(rows()))
+    with pytest.raises(UserError, match=r"no column loudnes;.*Nearest: loudness for loudnes"):
+        load(path, mapping(response="loudnes"))
+
+
+def test_psychopy_s_own_csv_reads(table_by_hand):
+    text = (
+        "subject,sound_pressure,loudness,trials.thisN,\n"
+        "p1,,,,\np1,20,5,0,\np1,200,,1,\np1,2000,50,2,\n"
+    )
+    data = load(table_by_hand(text, encoding="utf-8-sig"), mapping())
+    assert data.counts["unanswered"] == 1
+    assert data.counts["analysed"] == 2
+    assert data.problems == ("study.csv: 1 rows without stimulus and response; skipped",)
+
+
+@pytest.mark.parametrize("suffix", ["beh", "events"])
+def test_plain_bids_tables_read_with_the_participant_from_their_names(tmp_path, suffix):
+    for who in ("01", "02"):
+        folder = tmp_path / f"sub-{who}" / "beh"
+        folder.mkdir(parents=True)
+        frame = pd.DataFrame(rows("x")).drop(columns="subject").assign(onset=0.0, duration=1.0)
+        frame.to_csv(folder / f"sub-{who}_task-loud_{suffix}.tsv", sep="\t", index=False)
+    data = load(tmp_path, mapping(participant="participant_id"))
+    assert data.people == {"sub-01", "sub-02"}
+    assert len(data.estimates) == 8
+
+
+def test_yes_and_no_read_as_one_table(table_by_hand):
+    text = "subject,base,level,felt\na,2,1,yes\na,2,2,no\nb,2,1,TRUE\nb,2,2,0\n"
+    found = mapping(stimulus="level", response="", answer="felt", reference="base")
+    data = load(table_by_hand(text), found)
+    assert list(data.differences["difference_felt"]) == [1, 0, 1, 0]
+    assert list(data.differences["catch"]) == [False, True, False, True]
+    alone = load(table_by_hand(text), mapping(stimulus="level", response="", answer="felt"))
+    assert set(alone.differences["amplitude_before_um_pp"]) == {0.0}
+
+
+def test_a_group_goes_with_its_participants(tmp_path):
+    frame = pd.DataFrame(rows()).assign(age=["young"] * 8 + ["old"] * 4)
+    data = load(written(tmp_path, "csv", frame), mapping(group="age"))
+    assert data.participants.set_index("participant_id")["group"].to_dict() == {
+        "a": "young",
+        "b": "young",
+        "c": "old",
+    }
+    assert data.problems == ("Group 'old' is one participant: it has no spread.",)
+
+
+def test_a_second_factor_within_participants_is_analysed_one_condition_at_a_time(tmp_path):
+    frame = pd.concat(
+        [pd.DataFrame(rows()).assign(ear=ear) for ear in ("left", "both")], ignore_index=True
+    )
+    path = written(tmp_path, "csv", frame)
+    with pytest.raises(UserError, match=r"participant a is in both and left of column ear.*--only"):
+        load(path, mapping(group="ear"))
+    assert len(load(path, mapping(table={"only": {"ear": "left"}})).estimates) == 12
+    with pytest.raises(UserError, match="no row has 'right' in column ear; found both, left"):
+        load(path, mapping(table={"only": {"ear": "right"}}))
+
+
+def test_what_map_writes_is_what_load_reads(tmp_path):
+    path = written(tmp_path, "csv", pd.DataFrame(rows()))
+    found = mapping(table={"decimal": "."})
+    assert write_mapping(found, path).name == "analysis.toml"
+    assert beside(path) == found
+    assert load(path).quantity == found.quantity
+    with pytest.raises(UserError, match="says something else"):
+        write_mapping(mapping(trial="n"), path)
+
+
+@pytest.mark.parametrize(
+    "table,words",
+    [
+        ({"columns": {"participant": "a"}}, "a column for the stimulus and one for the response"),
+        ({"columns": {"participant": "a", "stimulus": "a", "response": "b"}}, "a is named twice"),
+        (
+            {"columns": {"participant": "a", "stimulus": "s", "response": "b", "reference": "c"}},
+            "a reference only beside an answer",
+        ),
+        ({"columns": {"participant": "a", "response": "b"}, "levels": {"x": 1}}, "either levels"),
+        ({"columns": {"participant": "a"}, "levels": {"x": 1, "y": 1}}, "another level"),
+        ({"columns": {"participant": "a"}, "levels": {"x": -1}}, "greater than or equal to 0"),
+        ({"column": {}}, "there is no such key"),
+    ],
+)
+def test_a_mapping_that_does_not_fit_says_why(table, words):
+    with pytest.raises(UserError, match=words):
+        parse_mapping(table, "here")
+
+
+def test_a_level_below_nothing_is_refused(tmp_path):
+    frame = pd.DataFrame(rows(levels=(-10.0, 0.0, 10.0)))
+    with pytest.raises(UserError, match="sound pressure of -10 µPa; expected 0 or more"):
+        load(written(tmp_path, "csv", frame), mapping())
+
+
+def test_decibels_are_spoken_of(tmp_path):
+    found = mapping(stimulus_words={"unit": "dB SPL"})
+    (sentence,) = load(written(tmp_path, "csv", pd.DataFrame(rows())), found).problems
+    assert "is a logarithm already" in sentence
+
+
+def workbook(tmp_path, change, name="data.xlsx"):
+    book = openpyxl.Workbook()
+    sheet = book.active
+    for row in [["subject", "sound_pressure", "loudness"], ["a", 20, 1], ["a", 200, 2]]:
+        sheet.append(row)
+    change(book)
+    book.save(tmp_path / name)
+    return tmp_path / name
+
+
+@pytest.mark.parametrize(
+    "change,name,words",
+    [
+        (lambda book: book.active.merge_cells("A2:A3"), "data.xlsx", "cells A2:A3 are merged"),
+        (lambda book: book, "data.xlsm", "of the form .xlsm"),
+        (lambda book: book.active.delete_rows(1, 3), "data.xlsx", "none with rows"),
+    ],
+)
+def test_a_workbook_that_is_no_table_says_why(tmp_path, change, name, words):
+    with pytest.raises(UserError, match=words):
+        load(workbook(tmp_path, change, name), mapping())
+
+
+def test_a_workbook_with_a_sheet_named_reads(tmp_path):
+    def two(book):
+        sheet = book.create_sheet("notes")
+        sheet.append(["made by"])
+        sheet.append(["me"])
+
+    path = workbook(tmp_path, two)
+    with pytest.raises(UserError, match=r"'Sheet', 'notes'.*--sheet"):
+        load(path, mapping())
+    assert len(load(path, mapping(table={"sheet": "Sheet"})).estimates) == 2
+
+
+@pytest.mark.parametrize("suffix", ["xlsx", "sav", "jasp"])
+@pytest.mark.parametrize("content", [b"", b"not one", b"PK\x03\x04" + bytes(40)])
+def test_a_file_that_is_not_what_its_name_says_is_refused(tmp_path, suffix, content):
+    path = tmp_path / f"data.{suffix}"
+    path.write_bytes(content)
+    with pytest.raises(UserError, match=f"data.{suffix}"):
+        load(path, mapping())

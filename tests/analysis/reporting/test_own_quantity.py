@@ -1,0 +1,74 @@
+"""Reports of data that are not a plate's speak of the data's own quantity only."""
+
+import json
+import re
+
+import pandas as pd
+import pytest
+
+import slipscale
+from analysis.reading.own_words import in_own_words
+from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
+
+PRESSURE = Quantity(
+    name="sound pressure", unit="µPa", column="sound_pressure_uPa", judged="loudness"
+)
+#: Four people's loudness, with noise.
+ESTIMATES = {
+    "a": (6.1, 31.2, 84.9, 402.0),
+    "b": (14.8, 40.7, 230.1, 801.5),
+    "c": (17.2, 88.0, 251.3, 1320.2),
+    "d": (30.3, 79.6, 420.9, 1214.8),
+}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    where = tmp_path_factory.mktemp("foreign")
+    rows = [
+        f"{who},{level},{estimate}"
+        for who, estimates in ESTIMATES.items()
+        for level, estimate in zip((20, 200, 2000, 20000), estimates, strict=True)
+    ]
+    path = where / "data.csv"
+    path.write_text("\n".join(["subject,sound_pressure,loudness", *rows]))
+    options = ["--participant", "subject", "--stimulus", "sound_pressure:µPa"]
+    assert slipscale.main(["analyse", str(path), *options, "--response", "loudness"]) == 0
+    return where / "data-slipscale"
+
+
+def test_neither_plate_nor_film_nor_paper_is_in_the_report_or_a_file(folder):
+    """Whatever a writer of the report adds later, too."""
+    foreign = re.compile(
+        r"plate\b|film|the paper|µm|um_pp|amplitude|slipper|friction|surface", re.IGNORECASE
+    )
+    for name in ("report.html", "inference.json", "results.json", "fig15.svg", "growth.svg"):
+        text = (folder / name).read_text(encoding="utf-8")
+        text = re.sub(r"<style.*?</style>|template", "", text, flags=re.DOTALL)
+        assert sorted(set(foreign.findall(text))) == [], name
+    for path in [*folder.glob("*.csv"), *folder.glob("*.tex")]:
+        assert not foreign.search(path.read_text(encoding="utf-8")), path.name
+
+
+def test_columns_carry_the_quantity(folder):
+    table = pd.read_csv(folder / "table3.csv")
+    assert list(table["sound_pressure_uPa"]) == [20, 200, 2000, 20000]
+    pairs = pd.read_csv(folder / "pairwise.csv")
+    assert list(pairs.columns[:2]) == ["from_sound_pressure_uPa", "to_sound_pressure_uPa"]
+    results = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    assert results["paper"] == []
+
+
+@pytest.mark.parametrize(
+    "ours,theirs",
+    [
+        ("between amplitudes, F(3, 33)", "between levels of sound pressure, F(3, 33)"),
+        ("0.5 and 1.2 µm", "0.5 and 1.2 µPa"),
+        ("1.2 per µm (peak to peak)", "1.2 per µPa"),
+        ("Amplitude", "Sound pressure"),
+        ("Perceived slipperiness", "Loudness"),
+    ],
+)
+def test_phrases(ours, theirs):
+    assert in_own_words(ours, PRESSURE) == theirs
+    assert in_own_words(ours, PLATE_AMPLITUDE) == ours
