@@ -37,10 +37,10 @@ PHRASES: Mapping[str, Callable[[Quantity], str]] = {
     "µm p-p": lambda q: q.unit,
     "µm": lambda q: q.unit,
 }
-#: Growth is told against amplitude and against friction; another quantity has no film.
-GROWTH_AGAINST, OF_PLATES_ONLY = "amplitude", "friction"
+#: Growth is told against friction too; another quantity has no film.
+OF_PLATES_ONLY = "friction"
 #: In names of columns and keys.
-COLUMN, UNIT_IN_NAME = "amplitude_um_pp", re.compile(r"(?<=_)um_pp(?=_|$)|(?<=_)um$|um_pp")
+IN_NAME = re.compile(r"amplitude_um_pp|um_pp|(?<=_)um$|amplitude")
 ANY = re.compile(
     "|".join(
         rf"\b{re.escape(phrase)}\b" if phrase[-1].isalnum() else re.escape(phrase)
@@ -66,9 +66,9 @@ def own_name(name: str, quantity: Quantity) -> str:
     """Return the name of a column or key: ``from_um_pp`` becomes ``from_sound_pressure_uPa``."""
     if quantity.of_plate:
         return name
-    if name == GROWTH_AGAINST:
-        return "stimulus"
-    return UNIT_IN_NAME.sub(quantity.column, name.replace(COLUMN, quantity.column))
+    return IN_NAME.sub(
+        lambda found: "stimulus" if found[0] == "amplitude" else quantity.column, name
+    )
 
 
 def own_columns(table: pd.DataFrame, quantity: Quantity) -> pd.DataFrame:
@@ -89,5 +89,5 @@ def own_keys(value: Json, quantity: Quantity) -> Json:
     if isinstance(value, list):
         return [own_keys(part, quantity) for part in value]
     if isinstance(value, str):
-        return in_own_words(own_name(value, quantity), quantity)
+        return in_own_words(re.sub("um_pp", quantity.unit, value), quantity)
     return value

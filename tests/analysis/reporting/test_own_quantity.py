@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import slipscale
-from analysis.reading.own_words import in_own_words
+from analysis.reading.own_words import in_own_words, own_name
 from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 
 PRESSURE = Quantity(
@@ -72,3 +72,10 @@ def test_columns_carry_the_quantity(folder):
 def test_phrases(ours, theirs):
     assert in_own_words(ours, PRESSURE) == theirs
     assert in_own_words(ours, PLATE_AMPLITUDE) == ours
+
+
+def test_a_quantity_that_is_called_like_ours_is_named_once():
+    metres = Quantity(name="amplitude", unit="m", column="amplitude_um_pp_m", judged="force")
+    assert own_name("from_um_pp", metres) == "from_amplitude_um_pp_m"
+    assert own_name("amplitude_um_pp", metres) == "amplitude_um_pp_m"
+    assert own_name("amplitude_um_pp", PLATE_AMPLITUDE) == "amplitude_um_pp"
