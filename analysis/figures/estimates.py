@@ -126,7 +126,7 @@ def fig15(
         label="the participant's mean" if alone else "mean",
     )
     for amplitude, mean in zip(amplitudes, means, strict=True):
-        text = f"{amplitude:g} µm: mean {mean:.2f}"
+        text = f"{quantity.value(amplitude)}: mean {mean:.2f}"
         axes.plot(amplitude, mean, "o", color=BLUE, markersize=6.5, zorder=4, gid=tip(text))
     if logs is not None:
         _geometric(axes, cells, logs, confidence, quantity)
