@@ -12,6 +12,7 @@ SUBCOMMANDS: dict[str, tuple[str, str]] = {
     "new": ("hardware.cli.plate_files", "write a plate's own file: identity, limits, wiring"),
     "sign": ("hardware.cli.plate_files", "sign a plate's file after a change"),
     "calibrate": ("hardware.cli.calibrate", "sweep, fit and write a calibration file"),
+    "watch": ("hardware.cli.watch", "what a plate says it does, plotted in the terminal"),
     "emulate": ("hardware.cli.emulate", "a driver board on a pseudo-terminal, to try things on"),
     "conform": ("hardware.cli.conform", "hold a driver board against its protocol, rule by rule"),
     "design": ("hardware.cli.design", "from requirements to plate sizes"),

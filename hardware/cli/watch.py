@@ -1,0 +1,105 @@
+"""`slipscale plate watch SPEC`."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from faults import DONE, UserError
+from hardware.address import positive_number
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+    from collections.abc import Iterator
+
+    from hardware.clock import Clock
+    from hardware.driver import PlateDriver
+    from hardware.records import Readback
+
+LOOKS_S = 0.02  # between two looks at the plate: a session looks as often
+COLUMNS = 60  # of the plot
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Fill the parser."""
+    parser.add_argument("spec", metavar="SPEC", help="the plate: mock, serial:PORT, ...")
+    parser.add_argument(
+        "--amplitude",
+        type=float,
+        default=1.0,
+        metavar="UM",
+        help="what to present, in µm peak to peak; the plate will vibrate (default: 1)",
+    )
+    parser.add_argument(
+        "--seconds",
+        type=positive_number,
+        metavar="S",
+        help="end after so long (default: at Ctrl-C)",
+    )
+    parser.add_argument(
+        "--every",
+        type=positive_number,
+        default=0.1,
+        metavar="S",
+        help="between two lines (default: 0.1)",
+    )
+
+
+def run(arguments: Namespace) -> int:
+    """Present an amplitude; print a line of the plot for each readback, until told to end."""
+    from hardware.clock import SystemClock  # noqa: PLC0415
+    from hardware.registry import open_plate  # noqa: PLC0415
+    from hardware.signals import silent_on_signals  # noqa: PLC0415
+    from stimuli.surface import VirtualSurface  # noqa: PLC0415
+
+    clock = SystemClock()
+    plate = open_plate(arguments.spec, clock=clock)
+    scale_um_pp = plate.limits.amplitude_um_pp
+    if not 0 <= arguments.amplitude <= scale_um_pp:
+        raise UserError(
+            f"--amplitude: {arguments.amplitude:g}, expected 0 to {scale_um_pp:g} µm peak to peak"
+        )
+    with silent_on_signals(plate), plate:
+        plate.present(VirtualSurface(amplitude_um_pp=arguments.amplitude))
+        begun_s = clock.now()
+        print(f"time s   µm p-p   0{f'{scale_um_pp:g}':>{COLUMNS}}  | commanded  # readback")
+        try:
+            for readback in readbacks(plate, clock, arguments.every, arguments.seconds):
+                time_s = clock.now() - begun_s
+                print(line(readback, time_s, arguments.amplitude, scale_um_pp))
+                sys.stdout.flush()
+        except KeyboardInterrupt:
+            pass  # the usual way to end it
+    return DONE
+
+
+def readbacks(
+    plate: PlateDriver, clock: Clock, every_s: float, duration_s: float | None
+) -> Iterator[Readback]:
+    """Yield what the plate says, at intervals; in between look after it as a session does."""
+    begun_s = due_s = clock.now()
+    while duration_s is None or clock.now() - begun_s < duration_s:
+        plate.check()
+        if clock.now() >= due_s:
+            due_s += every_s
+            yield plate.read_back()
+        clock.sleep(min(LOOKS_S, every_s))
+
+
+def line(readback: Readback, time_s: float, commanded_um_pp: float, scale_um_pp: float) -> str:
+    """Return one line of the plot.
+
+    >>> from hardware.records import Readback
+    >>> half = Readback(amplitude_um_pp=1.25, kind="measured", time_s=0.0)
+    >>> line(half, 3.0, 1.25, 2.5)
+    '   3.0    1.250   ##############################|                               measured'
+    """
+    if readback.amplitude_um_pp is None:
+        return f"{time_s:6.1f}      n/a   {'':{COLUMNS + 1}}  {readback.kind}"
+    filled = round(COLUMNS * min(readback.amplitude_um_pp / scale_um_pp, 1.0))
+    cells = list("#" * filled + " " * (COLUMNS + 1 - filled))
+    cells[round(COLUMNS * commanded_um_pp / scale_um_pp)] = "|"
+    return f"{time_s:6.1f}   {readback.amplitude_um_pp:6.3f}   {''.join(cells)}  {readback.kind}"
+
+
+COMMANDS = {"watch": (add_arguments, run)}
