@@ -202,6 +202,7 @@ def _write(out: Path, brief: Brief, result: dict[str, Any], modes: Any) -> None:
     if modes is not None:
         edge = harmonic(modes, voltage_v=wanted.voltage_v)
         drawn["mode"] = figures.mode_figure(modes)
+        drawn["map"] = figures.amplitude_map_figure(modes, voltage_v=wanted.voltage_v)
         drawn["harmonic"] = figures.harmonic_figure(
             {"edge antinode": edge}, voltage_v=wanted.voltage_v
         )

@@ -227,10 +227,36 @@ def response_um(
     where_mm : tuple of 2 floats
         x and y of the point, from the middle of the plate; the nearest node is taken.
     """
+    here = found.shape[:, 2, nearest_node(found.parts, where_mm)]
+    return _superposed_um(found, frequency_hz, voltage_v, loss_factor, here)
+
+
+def surface_response_um(
+    found: Modes, frequency_hz: float, voltage_v: float, loss_factor: npt.ArrayLike
+) -> tuple[npt.NDArray[np.intp], Array]:
+    """Return the touch surface's nodes, and their complex vertical amplitudes, µm peak.
+
+    Parameters are those of `response_um`, at one frequency; both arrays have shape (nodes,).
+    """
+    on_top = np.flatnonzero(found.parts.at(z=found.parts.thickness_m))
+    amplitude_um_peak = [
+        _superposed_um(found, frequency_hz, voltage_v, loss_factor, found.shape[:, 2, node])
+        for node in on_top
+    ]
+    return on_top, np.array(amplitude_um_peak)
+
+
+def _superposed_um(
+    found: Modes,
+    frequency_hz: npt.ArrayLike,
+    voltage_v: float,
+    loss_factor: npt.ArrayLike,
+    here: Array,
+) -> Array:
+    """Return the response of a place where the modes have these amplitudes, µm peak."""
     square = (2 * np.pi * found.frequency_hz) ** 2
     drive = (2 * np.pi * positive("frequency_hz", frequency_hz, "Hz")) ** 2
     loss = not_negative("loss_factor", loss_factor, "(no unit)")
-    here = found.shape[:, 2, nearest_node(found.parts, where_mm)]
     share = found.force * here * voltage_v / (square * (1 + 1j * loss) - drive[..., None])
     return np.asarray(share.sum(axis=-1) * 1e6)
 

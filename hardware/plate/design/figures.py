@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from figure_style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION, canvas, note, styled
+from hardware.plate.paper_study import harmonic
+from hardware.plate.vibration import surface_response_um
 from stimuli.surface import pp_from_peak
 
 if TYPE_CHECKING:
@@ -165,14 +167,54 @@ def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = No
     return figure
 
 
+@styled
+def amplitude_map_figure(found: Modes, *, voltage_v: float = 15.0) -> Any:
+    """Return the amplitude over the touch surface at resonance, µm peak to peak, and nodal lines.
+
+    Parameters
+    ----------
+    found : Modes
+        Modes of a plate; all of them are superposed.
+    voltage_v : float
+        Drive, V peak.
+    """
+    edge = harmonic(found, voltage_v=voltage_v)
+    loss = 1 / found.parts.layout.ceramic.quality_factor
+    top, amplitude_um_peak = surface_response_um(found, edge.peak_hz, voltage_v, loss)
+    # What moves together passes through zero on the nodal lines.
+    largest = amplitude_um_peak[np.argmax(np.abs(amplitude_um_peak))]
+    together = np.real(amplitude_um_peak * np.conj(largest) / np.abs(largest))
+    x, y, w = _on_a_grid(found, top, together)
+    amplitude_um_pp = pp_from_peak(1.0) * np.abs(w)
+    figure, axes = canvas()
+    image = axes.pcolormesh(
+        x, y, amplitude_um_pp, cmap="viridis", vmin=0, shading="gouraud", rasterized=True
+    )
+    axes.contour(x, y, w, levels=[0.0], colors="white", linewidths=1.0)
+    axes.grid(visible=False)
+    axes.set(
+        xlabel="x (mm)",
+        ylabel="y (mm)",
+        aspect="equal",
+        title=f"{edge.peak_hz / 1e3:.2f} kHz, {voltage_v:g} V peak; white: nodal lines",
+    )
+    figure.colorbar(image, ax=axes, label="Amplitude (µm peak to peak)", orientation="horizontal")
+    return figure
+
+
 def _surface(found: Modes, index: int) -> tuple[Any, Any, Any]:
-    """Return x, y (mm) and scaled w of the whole touch surface, on a fine regular grid."""
+    """Return x, y (mm) and scaled w of a mode on the touch surface, on a fine regular grid."""
+    top = np.flatnonzero(found.parts.at(z=found.parts.thickness_m))
+    x, y, w = _on_a_grid(found, top, found.shape[index, 2, top])
+    return x, y, w / np.nanmax(np.abs(w))
+
+
+def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
+    """Return x, y (mm) and w of the whole touch surface from the values at its nodes."""
     from scipy.interpolate import griddata  # noqa: PLC0415 - only this picture needs it
 
     parts = found.parts
-    top = np.flatnonzero(parts.at(z=parts.thickness_m))
     at = parts.nodes[:2, top] * 1e3
-    w = found.shape[index, 2, top]
     half = np.array([parts.layout.length_mm, parts.layout.width_mm]) / 2
     if parts.quarter:  # mirrored, so that the interpolation is smooth across the planes
         signs = [(1, 1), (-1, 1), (1, -1), (-1, -1)]
@@ -182,8 +224,7 @@ def _surface(found: Modes, index: int) -> tuple[Any, Any, Any]:
         at, unique = np.unique(np.round(at, 6), axis=1, return_index=True)
         w = w[unique]
     x, y = np.meshgrid(np.linspace(-half[0], half[0], 131), np.linspace(-half[1], half[1], 77))
-    smooth = griddata(at.T, w, (x, y), method="cubic")
-    return x, y, smooth / np.nanmax(np.abs(smooth))
+    return x, y, griddata(at.T, w, (x, y), method="cubic")
 
 
 def _colours(w: Any) -> Any:

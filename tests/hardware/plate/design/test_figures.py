@@ -60,3 +60,17 @@ def test_same_figure_gives_the_same_svg(tmp_path):
     for name in ("a.svg", "b.svg"):
         save(figures.deflection_figure(BeamSection.printed()), tmp_path / name)
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+
+
+def test_the_amplitude_map_is_the_forced_response_with_its_nodal_lines(found):
+    figure = figures.amplitude_map_figure(found, voltage_v=15.0)
+    axes, bar = figure.axes
+    assert bar.get_xlabel() == "Amplitude (µm peak to peak)"
+    values = axes.collections[0].get_array().reshape(77, 131)
+    # The edge antinode nearest to the middle: x = 0 or half a wave beside it, y = width / 2.
+    x_mm = found.parts.layout.antinode_x_mm
+    column = np.argmin(np.abs(np.linspace(-41.5, 41.5, 131) - x_mm))
+    assert values[-1, column] == pytest.approx(harmonic(found).peak_um_pp, rel=0.03)
+    assert np.nanmin(values) < 0.05 * np.nanmax(values)
+    weaker = figures.amplitude_map_figure(found, voltage_v=7.5).axes[0].collections[0].get_array()
+    assert np.nanmax(values) == pytest.approx(2 * np.nanmax(weaker))
