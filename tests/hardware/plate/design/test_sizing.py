@@ -135,7 +135,7 @@ def test_command_writes_json_and_figures_with_finite_elements(tmp_path, capsys, 
     assert printed["finite_elements"]["finite_elements"]["resonance_hz"] == pytest.approx(
         36e3, rel=0.03
     )
-    names = ("deflection", "frequency", "mode", "harmonic")
+    names = ("deflection", "frequency", "mode", "map", "harmonic")
     written = {path.name for path in out.iterdir()}
     assert written == {"design.json"} | {f"{n}.{s}" for n in names for s in ("svg", "png")}
 
