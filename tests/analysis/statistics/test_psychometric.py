@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.collections import PathCollection
 from scipy import optimize, special, stats
 
 from analysis.reporting import apa_difference
@@ -111,6 +112,10 @@ def test_the_band_at_a_size_is_the_interval_of_the_intercept_counted_from_there(
     assert special.logit(high) == pytest.approx(moved.intercept + half, rel=1e-3)
 
 
+#: Area of a ring for each participant.
+RING = 34.0
+
+
 def drawn(steps):
     from analysis.figures.yes_no import (  # noqa: PLC0415 - matplotlib takes a second to load
         difference,
@@ -122,19 +127,23 @@ def drawn(steps):
     return difference(analyse_differences(steps, load_codebook()), steps)
 
 
+def rings(figure):
+    """The rings of the lower panel, whose areas count participants."""
+    return [each for each in figure.axes[1].collections if isinstance(each, PathCollection)]
+
+
 def test_the_figure_shows_the_curve_and_every_participant_once_at_every_size():
     figure = drawn(answers(-2, 4, 9, 2, seed=7))
     lines = {line.get_label(): line for line in figure.axes[1].lines}
-    assert len(lines["one participant"].get_xdata()) == 9 * len(STEPS)
-    places = set(zip(*lines["one participant"].get_data(), strict=True))
-    assert len(places) == 9 * len(STEPS)
+    areas = [float(ring.get_sizes()[0]) for ring in rings(figure)]
+    assert sum(areas) == pytest.approx(9 * len(STEPS) * RING)
     assert "logistic curve" in lines
 
 
 def test_separated_answers_are_drawn_without_a_curve_and_one_size_without_an_axis_for_it():
     separate = answers(-2, 4, 9, seed=7).assign(difference_felt=np.tile([0.0, 1, 1, 1], 9))
-    labels = [line.get_label() for line in drawn(separate).axes[1].lines]
-    assert "logistic curve" not in labels
-    assert "one participant" in labels
+    figure = drawn(separate)
+    assert "logistic curve" not in [line.get_label() for line in figure.axes[1].lines]
+    assert rings(figure)
     alike = separate[np.isclose(separate["amplitude_um_pp"], 2.3 - 0.7)]
     assert len(drawn(alike).axes) == 1
