@@ -39,7 +39,7 @@ EVERYBODY = "every participant"  # no participant's label: those have no spaces
 Count = Annotated[int, Field(strict=True, ge=0)]
 # A thousand of anything is more than a participant can bear; more is a slip of the finger.
 AtLeastOne = Annotated[int, Field(strict=True, ge=1, le=1000)]
-Flag = Annotated[bool, Field(strict=True)]
+Switch = Annotated[bool, Field(strict=True)]
 Seconds = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
 # abs: TOML knows -0.0, and nobody means it.

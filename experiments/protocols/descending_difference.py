@@ -19,7 +19,7 @@ from experiments.protocols.base import (
     Column,
     Context,
     Count,
-    Flag,
+    Switch,
     Protocol,
     TrialRecord,
 )
@@ -70,7 +70,7 @@ class DescendingDifference(PacedOptions):
         default=None,
         description="Amplitude from which a series starts; left out: the study's largest.",
     )
-    confidence: Flag = Field(
+    confidence: Switch = Field(
         default=False, description="Whether to ask how sure the participant is."
     )
 

@@ -18,7 +18,7 @@ from experiments.protocols.base import (
     Column,
     Context,
     Count,
-    Flag,
+    Switch,
     Positive,
     Protocol,
 )
@@ -74,7 +74,7 @@ class MagnitudeEstimation(PacedOptions):
         "repetition shuffled on its own; williams: rows of a Williams square, balanced for what "
         "follows what.",
     )
-    no_immediate_repeat: Flag = Field(
+    no_immediate_repeat: Switch = Field(
         default=True,
         description="Whether orders in which a surface follows itself are avoided, from the last "
         "practice trial to the first main trial too.",
@@ -95,7 +95,7 @@ class MagnitudeEstimation(PacedOptions):
         description="Number that the standard is given. Goes together with standard_um_pp.",
         json_schema_extra={"unit": "the participant's scale"},
     )
-    repeat_timed_out: Flag = Field(
+    repeat_timed_out: Switch = Field(
         default=True, description="Whether a timed-out trial is repeated, once."
     )
     rest_every_trials: AtLeastOne | None = Field(

@@ -22,7 +22,7 @@ Normalisation = Literal[
 ]
 ZeroRule = Literal["exclude", "refuse", "half_minimum"]
 SdConvention = Literal["sample", "population"]
-Flag = Literal[
+QualityFlag = Literal[
     "non_monotone",
     "constant",
     "zeros",
@@ -127,7 +127,7 @@ class AnalysisChoices(BaseModel):
         default="sample",
         description="Standard deviation of Table III: sample divides by n - 1, population by n.",
     )
-    exclusions: tuple[Flag, ...] = Field(
+    exclusions: tuple[QualityFlag, ...] = Field(
         default=(), description="Flags that exclude a participant from every analysis."
     )
     thresholds: Thresholds = Field(

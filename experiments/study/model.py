@@ -29,7 +29,7 @@ from experiments.protocols.base import (
     AtLeastOne,
     Context,
     Count,
-    Flag,
+    Switch,
     Label,
     Options,
     Positive,
@@ -66,7 +66,7 @@ class MaskingNoise(BaseModel):
         json_schema_extra={"unit": "dB re full scale"},
     )
     fade_s: Seconds = Field(default=0.5, description="Fading in and fading out, each.")
-    required: Flag = Field(
+    required: Switch = Field(
         default=False, description="Whether a session without an audio device is refused."
     )
 
@@ -184,7 +184,7 @@ class Study(BaseModel):
         "the next place (the next Williams row, the other order of tasks); same: it keeps the "
         "participant's place. The order of the surfaces is drawn anew in both cases.",
     )
-    informed_consent: Flag = Field(
+    informed_consent: Switch = Field(
         default=False,
         description="Whether the participant is asked for their consent before anything else; the "
         "texts `session.consent...` say what to. Without it nothing goes on.",
@@ -196,7 +196,7 @@ class Study(BaseModel):
         default=None,
         description="Pink noise in the headphones while the plate may sound; left out: none.",
     )
-    private_files: Flag = Field(
+    private_files: Switch = Field(
         default=True,
         description="Whether journals and the data set's files can be read by their owner only, "
         "where the system knows owners; false: as the system makes files.",

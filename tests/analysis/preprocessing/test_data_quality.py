@@ -12,7 +12,7 @@ from analysis.preprocessing import data_quality
 from analysis.preprocessing.log_transform import ZERO_RULES
 from analysis.reading.load import load
 from analysis.statistics.run_all import Inference
-from experiments.study.analysis_choices import Flag, Test, Thresholds, ZeroRule
+from experiments.study.analysis_choices import QualityFlag, Test, Thresholds, ZeroRule
 from faults import UserError
 
 
@@ -24,7 +24,7 @@ def flags_of(dataset, label="02", **kwargs):
 
 
 def test_the_study_file_knows_exactly_the_flags_tests_and_zero_rules_there_are():
-    assert set(get_args(Flag)) == set(data_quality.DECISIONS) == set(data_quality.MEANINGS)
+    assert set(get_args(QualityFlag)) == set(data_quality.DECISIONS) == set(data_quality.MEANINGS)
     assert {*get_args(Test), "normalisation"} == {field.name for field in fields(Inference)}
     assert set(get_args(ZeroRule)) == set(ZERO_RULES)
 
@@ -76,7 +76,7 @@ BORDERS = {
 
 
 def test_there_is_a_border_for_every_flag():
-    assert set(BORDERS) == set(get_args(Flag))
+    assert set(BORDERS) == set(get_args(QualityFlag))
 
 
 @pytest.mark.parametrize("name", BORDERS)
