@@ -20,10 +20,10 @@ import numpy as np
 from questplus import QuestPlus as Loop
 from scipy import stats
 
-from analysis.statistics import psychometric_fit as likelihood
-from analysis.statistics.comparisons import bradley_terry, thurstone
-from analysis.statistics.difference_scaling import difference_scale
 from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.psychometrics import psychometric_fit as likelihood
+from analysis.statistics.scaling.difference_scaling import difference_scale
+from analysis.statistics.scaling.paired_comparison_scale import bradley_terry, thurstone
 from experiments.protocols.adaptive.batched import QuestPlusBatch
 from experiments.protocols.adaptive.curves import CURVES
 from experiments.protocols.adaptive.quest_plus import LARGEST_GRID, QuestPlus

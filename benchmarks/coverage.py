@@ -18,6 +18,8 @@ import pandas as pd
 
 from analysis.preprocessing.log_transform import prepare
 from analysis.statistics import omnibus
+from analysis.statistics.descending_difference.probit import d_primes
+from analysis.statistics.descending_difference.proportions import clustered_interval
 from analysis.statistics.descriptives import student_intervals, within_intervals
 from analysis.statistics.mean_over_participants import MeanOverParticipants
 from analysis.statistics.mixed_model import MixedModel, mixed_model
@@ -25,8 +27,6 @@ from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.order_effects import OrderEffects, order_effects
 from analysis.statistics.pairwise import PairedT, pairwise
 from analysis.statistics.power_law import PowerLaw, power_law
-from analysis.statistics.probit import d_primes
-from analysis.statistics.proportions import clustered_interval
 from analysis.statistics.reliability import Reliability, reliability
 from experiments.study.analysis_choices import AnalysisChoices
 

@@ -1,4 +1,7 @@
-"""What a plate may be asked to do, and the record of how long it has vibrated."""
+"""What a plate may be asked to do, and the record of how long it has vibrated.
+
+The rules stand here; `hardware.driver` enforces them before a backend hears of a command.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Signals that end a session become exceptions, so that every `finally` silences the plate.
 
-Without this SIGTERM and SIGHUP end Python with no ``with`` block left and no ``finally`` run.
+Without this SIGTERM and SIGHUP end Python with no ``with`` block left and no ``finally`` run. What
+silences then: the driver's ``close`` (`hardware.driver`), in a session `Session.run` before it.
 """
 
 from __future__ import annotations

@@ -11,9 +11,9 @@ from matplotlib.ticker import PercentFormatter
 
 from analysis.figures.shared import LINES_AT_MOST, tip
 from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
+from analysis.statistics.descending_difference.step_size_curve import curve
+from analysis.statistics.descending_difference.yes_no import SAME_SIZE, interval_of, step_sizes
 from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometric import curve
-from analysis.statistics.yes_no import SAME_SIZE, interval_of, step_sizes
 from experiments.dataset.schema import PARTICIPANT
 from figure_style import BLUE, GREY, PALE, VERMILION, styled
 
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from analysis.statistics.confidence_interval import ConfidenceInterval
-    from analysis.statistics.psychometric import PsychometricCurve
-    from analysis.statistics.yes_no import DescendingDifference
+    from analysis.statistics.descending_difference.step_size_curve import PsychometricCurve
+    from analysis.statistics.descending_difference.yes_no import DescendingDifference
 
 #: Area of a ring for each participant, square points.
 RING = 34.0
@@ -44,7 +44,7 @@ def difference(
     Parameters
     ----------
     found : DescendingDifference
-        `analysis.statistics.yes_no.analyse_differences`'s result.
+        `analysis.statistics.descending_difference.yes_no.analyse_differences`'s result.
     steps : DataFrame
         `analysis.reading.dataset.Dataset.differences`, what it was computed from.
     confidence : float

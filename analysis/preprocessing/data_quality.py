@@ -125,7 +125,8 @@ def _split_half(
         return np.where(below > TINY, (first * second).sum(1) / below, np.nan)
 
 
-#: Flag: (measures, thresholds) -> which participants have it. NaN never flags.
+#: Flag: (measures, thresholds) -> which participants have it. NaN never flags. A new flag also
+#: needs its name in `experiments.study.analysis_choices.QualityFlag`.
 DECISIONS: dict[str, Callable[[pd.Series[float], Thresholds], pd.Series[bool]]] = {
     "non_monotone": lambda m, t: m >= t.falling_steps,
     "constant": lambda m, t: m <= t.distinct_numbers,

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.reading.rows import Lines, complain, split
+from analysis.reading.table_lines import Lines, complain, split
 from analysis.reading.trial_tables import FREE_TEXT
 from experiments.dataset.schema import MISSING as NO_VALUE
 from faults import UserError

@@ -19,7 +19,7 @@ from analysis.reading.delimited import (
     read_source,
     read_tables,
 )
-from analysis.reading.rows import listed_lines
+from analysis.reading.table_lines import listed_lines
 from experiments.dataset.schema import NOTES, PARTICIPANT, SIDECAR
 from experiments.study.analysis_choices import AnalysisChoices
 from faults import UserError

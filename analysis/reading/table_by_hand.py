@@ -10,8 +10,8 @@ import pandas as pd
 from analysis.reading.cleaning import tidied
 from analysis.reading.delimited import MISSING, NOT_AVAILABLE, check_names, parse, read_source
 from analysis.reading.dialect import FALLBACK, decimal_of, decoded, in_points, separator_of
-from analysis.reading.rows import complain, listed_lines, plain, split
 from analysis.reading.spreadsheets import read_excel, read_spss
+from analysis.reading.table_lines import complain, listed_lines, plain, split
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from analysis.reading.delimited import Problems, Source
     from analysis.reading.dialect import Decimal
-    from analysis.reading.rows import Lines
+    from analysis.reading.table_lines import Lines
 
 EXCEL = (".xlsx", ".xlsm", ".xls", ".xlsb")
 SPSS = (".sav", ".zsav")

@@ -10,9 +10,13 @@ from analysis.reporting.numbers import bracketed, number, p_value
 from analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
-    from analysis.statistics.probit import DPrimeOfSize
-    from analysis.statistics.psychometric import PsychometricCurve
-    from analysis.statistics.yes_no import DescendingDifference, Finding, SignalDetection
+    from analysis.statistics.descending_difference.probit import DPrimeOfSize
+    from analysis.statistics.descending_difference.step_size_curve import PsychometricCurve
+    from analysis.statistics.descending_difference.yes_no import (
+        DescendingDifference,
+        Finding,
+        SignalDetection,
+    )
 
 
 def psychometric(found: PsychometricCurve | NotComputed, confidence: float) -> str:

@@ -1,4 +1,7 @@
-"""Results as JSON: the one place that says what inference.json and results.json hold.
+"""Results as JSON: how each class of result is written.
+
+The top-level keys of inference.json are the fields of `analysis.statistics.run_all.Inference`,
+those of results.json stand in `analysis.reporting.files`.
 
 A class is written as its fields, under their names; what differs from that stands here, class by
 class. An interval is ``[low, high]``, a key that is an amplitude is written ``0.5``, and NaN is
@@ -16,8 +19,17 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from analysis.statistics.coder_agreement import CoderAgreement
 from analysis.statistics.confidence_interval import ConfidenceInterval
+from analysis.statistics.descending_difference.coder_agreement import CoderAgreement
+from analysis.statistics.descending_difference.probit import DPrimeOfSize
+from analysis.statistics.descending_difference.step_size_curve import PsychometricCurve
+from analysis.statistics.descending_difference.yes_no import (
+    CatchAnswers,
+    DescendingDifference,
+    Finding,
+    SignalDetection,
+    StepAnswers,
+)
 from analysis.statistics.growth import FrictionGrowth
 from analysis.statistics.growth_models import RankedFit
 from analysis.statistics.mean_over_participants import MeanOverParticipants
@@ -27,17 +39,8 @@ from analysis.statistics.omnibus import LinearTrend, RmAnova
 from analysis.statistics.order_effects import OrderEffects
 from analysis.statistics.pairwise import PairComparison
 from analysis.statistics.power_law import PowerLaw
-from analysis.statistics.probit import DPrimeOfSize
-from analysis.statistics.psychometric import PsychometricCurve
 from analysis.statistics.reliability import IntraclassCorrelation
 from analysis.statistics.robustness import SubsetSummary
-from analysis.statistics.yes_no import (
-    CatchAnswers,
-    DescendingDifference,
-    Finding,
-    SignalDetection,
-    StepAnswers,
-)
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

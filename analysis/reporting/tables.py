@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
     from analysis.reporting.json_form import JsonObject
     from analysis.result import Analysis
+    from analysis.statistics.descending_difference.yes_no import StepAnswers
     from analysis.statistics.pairwise import PairComparison
-    from analysis.statistics.yes_no import StepAnswers
 
 
 def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:

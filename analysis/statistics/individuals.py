@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from analysis.statistics.descending_difference.yes_no import DescendingDifference, SignalDetection
 from analysis.statistics.growth import Growth, IndividualGrowth
 from analysis.statistics.power_law import exponents
-from analysis.statistics.yes_no import DescendingDifference, SignalDetection
 from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, TypeVar
 
 from analysis.reading.delimited import read_tables
 from analysis.statistics import omnibus
-from analysis.statistics.coder_agreement import agreement
+from analysis.statistics.descending_difference.coder_agreement import agreement
+from analysis.statistics.descending_difference.verbal_coding import SHIPPED, load_codebook
+from analysis.statistics.descending_difference.yes_no import analyse_differences
 from analysis.statistics.growth import growth
 from analysis.statistics.mixed_model import mixed_model
 from analysis.statistics.not_computed import NotComputed
@@ -16,14 +18,13 @@ from analysis.statistics.order_effects import order_effects
 from analysis.statistics.pairwise import pairwise
 from analysis.statistics.power_law import power_law
 from analysis.statistics.reliability import reliability
-from analysis.statistics.verbal_coding import SHIPPED, load_codebook
-from analysis.statistics.yes_no import analyse_differences
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from analysis.preprocessing.log_transform import Prepared
     from analysis.reading.dataset import Dataset
+    from analysis.statistics.descending_difference.yes_no import DescendingDifference
     from analysis.statistics.growth import Growth
     from analysis.statistics.mixed_model import MixedModel
     from analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from analysis.statistics.pairwise import PairComparison
     from analysis.statistics.power_law import PowerLaw
     from analysis.statistics.reliability import Reliability
-    from analysis.statistics.yes_no import DescendingDifference
     from experiments.study.analysis_choices import SdConvention, Test, ZeroRule
 
 T = TypeVar("T")

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from experiments.dataset.trials import gather
+from experiments.dataset.rows_from_journal import gather
 from experiments.journal.reading import has_begun
 from experiments.journal.run_record import is_complete, read_usable
 from faults import UserError, harmless
@@ -16,7 +16,7 @@ from faults import UserError, harmless
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from experiments.dataset.trials import Gathered
+    from experiments.dataset.rows_from_journal import Gathered
     from experiments.journal.reading import Damage
     from experiments.journal.record import Record
     from experiments.study.run_plan import Mode, RunPlan

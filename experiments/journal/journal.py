@@ -4,6 +4,8 @@ How a line looks, and what proves it, is `experiments.journal.record`; how a jou
 `experiments.journal.reading`: a torn last line (the machine died while writing) is cut off on
 resume, anything else that is not whole is refused.
 
+An interrupted run is resumed by `experiments.session.session`, which replays these records.
+
 One writer at a time: see `experiments.journal.locks`. A journal that disappears under its writer
 (removed, renamed, its disk unmounted) is written anew, whole, in a fallback folder.
 """

@@ -19,8 +19,8 @@ from experiments.protocols.base import (
     Column,
     Context,
     Count,
-    Switch,
     Protocol,
+    Switch,
     TrialRecord,
 )
 from experiments.protocols.pacing import PacedOptions

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from experiments.protocols import first_orders
+from experiments.protocols import orders_version_1
 from experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
     Column,
     Context,
     Count,
-    Switch,
     Positive,
     Protocol,
+    Switch,
 )
 from experiments.protocols.orders import Rule, practice_order, presentation_order
 from experiments.protocols.pacing import PacedOptions
@@ -157,7 +157,7 @@ def _first_blocks(
     """Return the order that version 1 drew."""
 
     def order(phase: Phase, repetitions: int, rule: Rule) -> list[list[int]]:
-        return first_orders.presentation_order(
+        return orders_version_1.presentation_order(
             surfaces,
             repetitions,
             rule,

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from analysis.result import Analysis
-    from analysis.statistics.yes_no import DescendingDifference
+    from analysis.statistics.descending_difference.yes_no import DescendingDifference
 
 #: Of a category's reports, so many different wordings are shown.
 WORDINGS_SHOWN = 40

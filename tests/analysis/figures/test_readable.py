@@ -9,9 +9,9 @@ from analysis.figures.estimates import fig15
 from analysis.figures.growth import growth
 from analysis.figures.shared import with_tips
 from analysis.figures.yes_no import RING, difference
+from analysis.statistics.descending_difference.verbal_coding import load_codebook
+from analysis.statistics.descending_difference.yes_no import analyse_differences
 from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.verbal_coding import load_codebook
-from analysis.statistics.yes_no import analyse_differences
 from figure_style import svg
 
 AMPLITUDES = [0.0, 0.5, 1.2, 2.3]

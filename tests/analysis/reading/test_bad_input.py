@@ -11,8 +11,8 @@ from analysis.reading.load import load
 from analysis.reporting import apa
 from analysis.reporting.json_form import record
 from analysis.statistics.confidence_interval import ConfidenceInterval
+from analysis.statistics.descending_difference.verbal_coding import load_codebook
 from analysis.statistics.pairwise import PairComparison, PairedT, SignedRank
-from analysis.statistics.verbal_coding import load_codebook
 from faults import UserError
 
 TIDY = "participant_id,amplitude_um_pp,estimate\n"

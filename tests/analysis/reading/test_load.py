@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from analysis.pipeline import analyse
 from analysis.reading.delimited import read_tables
 from analysis.reading.load import load
-from analysis.statistics.verbal_coding import SHIPPED
+from analysis.statistics.descending_difference.verbal_coding import SHIPPED
 from experiments.dataset.bids import build_dataset
 from experiments.running.pilot import pilot_plans, run_pilot
 from faults import UserError

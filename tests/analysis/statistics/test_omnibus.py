@@ -12,13 +12,13 @@ from scipy import stats
 from analysis.preprocessing.log_transform import prepare
 from analysis.reporting import apa
 from analysis.statistics import omnibus, power_law
+from analysis.statistics.descending_difference.proportions import exact_interval
 from analysis.statistics.descriptives import cousineau_morey
 from analysis.statistics.growth import growth
 from analysis.statistics.mixed_model import mixed_model
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.order_effects import order_effects
 from analysis.statistics.pairwise import pairwise, signed_rank_p
-from analysis.statistics.proportions import exact_interval
 from analysis.statistics.reliability import reliability
 from experiments.study.analysis_choices import AnalysisChoices
 

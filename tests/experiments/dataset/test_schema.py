@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from experiments.dataset.bids import build_dataset
+from experiments.dataset.rows_from_journal import EVENT_FLAGS
 from experiments.dataset.schema import (
     FLAGS,
     NOTES,
@@ -15,7 +16,6 @@ from experiments.dataset.schema import (
     person_columns,
     table_stem,
 )
-from experiments.dataset.trials import EVENT_FLAGS
 from experiments.protocols.base import Column, Options, load_protocol, protocol_names
 from experiments.protocols.steps import Ask
 from experiments.running.dry_run import dry_run

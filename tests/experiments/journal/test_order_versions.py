@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from experiments.dataset.trials import gather
+from experiments.dataset.rows_from_journal import gather
 from experiments.journal.run_record import is_complete, read_plan
 from experiments.protocols.base import ORDER_VERSION
 from experiments.running.pilot import run_pilot

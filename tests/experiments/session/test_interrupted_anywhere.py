@@ -5,8 +5,8 @@ import sys
 
 import pytest
 
+from experiments.dataset.rows_from_journal import gather
 from experiments.dataset.schema import columns
-from experiments.dataset.trials import gather
 from experiments.journal.run_record import read_plan
 from experiments.participants.simulated import SimulatedParticipant
 from experiments.protocols.steps import Ask, Explore

@@ -9,10 +9,14 @@ from hypothesis import strategies as st
 from analysis.pipeline import analyse
 from analysis.reading.load import load
 from analysis.reporting.json_form import record
-from analysis.statistics.coder_agreement import agreement
-from analysis.statistics.verbal_coding import load_codebook
-from analysis.statistics.verbal_reports import CategoryCount
-from analysis.statistics.yes_no import CatchAnswers, analyse_differences, d_prime
+from analysis.statistics.descending_difference.coder_agreement import agreement
+from analysis.statistics.descending_difference.verbal_coding import load_codebook
+from analysis.statistics.descending_difference.verbal_reports import CategoryCount
+from analysis.statistics.descending_difference.yes_no import (
+    CatchAnswers,
+    analyse_differences,
+    d_prime,
+)
 from faults import UserError
 
 BOOK = load_codebook()

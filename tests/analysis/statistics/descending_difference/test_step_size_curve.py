@@ -9,9 +9,9 @@ from matplotlib.collections import PathCollection
 from scipy import optimize, special, stats
 
 from analysis.reporting import apa_difference
-from analysis.statistics.psychometric import curve, psychometric, separated
-from analysis.statistics.verbal_coding import load_codebook
-from analysis.statistics.yes_no import analyse_differences
+from analysis.statistics.descending_difference.step_size_curve import curve, psychometric, separated
+from analysis.statistics.descending_difference.verbal_coding import load_codebook
+from analysis.statistics.descending_difference.yes_no import analyse_differences
 
 STEPS = np.array([0.0, 0.5, 0.7, 1.1])
 

@@ -10,11 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import optimize, stats
 
-from analysis.statistics import psychometric_fit as likelihood
 from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.population_threshold import population_threshold, weber_fraction
-from analysis.statistics.psychometric_function import Answers
-from analysis.statistics.thresholds import (
+from analysis.statistics.psychometrics import psychometric_fit as likelihood
+from analysis.statistics.psychometrics.population_threshold import (
+    population_threshold,
+    weber_fraction,
+)
+from analysis.statistics.psychometrics.psychometric_function import Answers
+from analysis.statistics.psychometrics.thresholds import (
     fit_threshold,
     fit_threshold_by_psignifit,
     goodness_of_fit,

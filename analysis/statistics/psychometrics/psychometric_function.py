@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from analysis.statistics.not_computed import NotComputed
-    from analysis.statistics.psychometric_fit import Array, Guess
+    from analysis.statistics.psychometrics.psychometric_fit import Array, Guess
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

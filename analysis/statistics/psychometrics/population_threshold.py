@@ -9,7 +9,11 @@ import numpy as np
 
 from analysis.preprocessing.sufficiency import FEWEST, few
 from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometric_function import Estimate, PsychometricFunction, estimate
+from analysis.statistics.psychometrics.psychometric_function import (
+    Estimate,
+    PsychometricFunction,
+    estimate,
+)
 from experiments.protocols.adaptive.curves import CURVES
 from faults import UserError
 

@@ -7,10 +7,10 @@ import pytest
 from scipy.stats import norm
 
 from analysis.reporting.json_form import record
+from analysis.statistics.descending_difference.probit import d_primes
+from analysis.statistics.descending_difference.proportions import clustered_interval, exact_interval
+from analysis.statistics.descending_difference.yes_no import Sensitivity, _mean_of_own
 from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.probit import d_primes
-from analysis.statistics.proportions import clustered_interval, exact_interval
-from analysis.statistics.yes_no import Sensitivity, _mean_of_own
 
 
 def answers(rng, people, steps, catches, d):

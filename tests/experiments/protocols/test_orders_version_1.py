@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chisquare
 
-from experiments.protocols.first_orders import presentation_order, without_repeats
+from experiments.protocols.orders_version_1 import presentation_order, without_repeats
 from experiments.protocols.randomisation import Stream
 from experiments.protocols.williams import williams_square
 from faults import UserError

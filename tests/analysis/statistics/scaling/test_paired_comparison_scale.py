@@ -8,9 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from analysis.statistics.comparisons import bradley_terry, thurstone
 from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.transitivity import (
+from analysis.statistics.scaling.paired_comparison_scale import bradley_terry, thurstone
+from analysis.statistics.scaling.transitivity import (
     circular_triads_by_chance,
     consistency,
     stochastic_transitivity,

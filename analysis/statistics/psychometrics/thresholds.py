@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.preprocessing.sufficiency import FEWEST, TINY, few
-from analysis.statistics import psychometric_fit as likelihood
 from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometric_fit import Array, Counts, Model
-from analysis.statistics.psychometric_function import (
+from analysis.statistics.psychometrics import psychometric_fit as likelihood
+from analysis.statistics.psychometrics.psychometric_fit import Array, Counts, Model
+from analysis.statistics.psychometrics.psychometric_function import (
     METHODS,
     Answers,
     PsychometricFunction,

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from analysis.preprocessing.sufficiency import FEWEST, few
-from analysis.statistics.comparisons import checked_choices
 from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.scaling.paired_comparison_scale import checked_choices
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -1,6 +1,6 @@
 """Orders as version 1 of the rule drew them, kept so that journals of that time can be replayed.
 
-Nothing new is drawn here: `experiments.protocols.randomisation` draws what begins now. What was
+Nothing new is drawn here: `experiments.protocols.orders` draws what begins now. What was
 wrong with these is told in docs/decisions/0130.
 """
 

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.statistics.difference_scaling import difference_scale, triads_as_quadruples
 from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.scaling.difference_scaling import difference_scale, triads_as_quadruples
 from faults import UserError
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[3] / "data"
 TRUE = np.array([0.0, 0.1, 0.3, 0.6, 1.0])
 
 

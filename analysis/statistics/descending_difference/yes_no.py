@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from analysis.statistics.descending_difference.probit import d_primes
+from analysis.statistics.descending_difference.proportions import clustered_interval
+from analysis.statistics.descending_difference.step_size_curve import psychometric
+from analysis.statistics.descending_difference.verbal_reports import code_reports
 from analysis.statistics.mean_over_participants import mean_over_participants
 from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.probit import d_primes
-from analysis.statistics.proportions import clustered_interval
-from analysis.statistics.psychometric import psychometric
-from analysis.statistics.verbal_reports import code_reports
 from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from analysis.statistics.coder_agreement import CoderAgreement
     from analysis.statistics.confidence_interval import ConfidenceInterval
+    from analysis.statistics.descending_difference.coder_agreement import CoderAgreement
+    from analysis.statistics.descending_difference.probit import DPrimeOfSize
+    from analysis.statistics.descending_difference.step_size_curve import PsychometricCurve
+    from analysis.statistics.descending_difference.verbal_coding import Codebook
+    from analysis.statistics.descending_difference.verbal_reports import VerbalReports
     from analysis.statistics.mean_over_participants import MeanOverParticipants
-    from analysis.statistics.probit import DPrimeOfSize
-    from analysis.statistics.psychometric import PsychometricCurve
-    from analysis.statistics.verbal_coding import Codebook
-    from analysis.statistics.verbal_reports import VerbalReports
 
 #: Of fewer steps of a kind a participant's own d' is mostly its correction.
 TRIALS_FOR_OWN = 20

@@ -1,0 +1,1 @@
+"""Scales from comparisons: Bradley-Terry, Thurstone, difference scaling, transitivity."""
