@@ -31,7 +31,7 @@ def withdrawn(dataset: Path) -> list[str]:
     try:
         entries = json.loads((dataset / RECORD).read_text(encoding="utf-8"))
         return [str(entry["participant"]) for entry in entries]
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return []
     except (OSError, ValueError, LookupError, TypeError) as error:
         raise UserError(
