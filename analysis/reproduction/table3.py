@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from analysis.pipeline import analyse
 from analysis.published import biet2007
 from analysis.reproduction.comparison import Outcome
+from faults import UserError
 from figure_style import with_note
 
 if TYPE_CHECKING:
@@ -46,7 +47,10 @@ def draw_fig15() -> Figure:
     """Return Fig. 15 of the data set that Table III allows."""
     from analysis.figures import estimates  # noqa: PLC0415 - matplotlib takes a second to load
 
-    figure = estimates.fig15(allowed().cells, unit="normalised, 0 to 100")
+    analysis = allowed()
+    if analysis.prepared is None:
+        raise UserError(f"{biet2007.ALLOWED_DATASET}: no estimates; expected those of Table III")
+    figure = estimates.fig15(analysis.cells, analysis.prepared.logs, unit="normalised, 0 to 100")
     return with_note(
         figure, "A data set that Table III allows; the authors' raw data were never published."
     )

@@ -6,7 +6,7 @@ import pytest
 
 import slipscale
 from analysis.published.biet2007 import TABLE3
-from analysis.reproduction import comparison
+from analysis.reproduction import comparison, table3
 from analysis.reproduction.comparison import Comparison, Outcome, choose, compare
 from faults import UserError
 
@@ -95,3 +95,8 @@ def test_an_out_that_cannot_be_made_is_refused_before_anything_is_computed(
     (tmp_path / "taken").write_text("")
     assert run("--out", str(tmp_path / "taken")) == 2
     assert "taken: is a file; expected a folder" in capsys.readouterr().err
+
+
+def test_fig15_of_the_allowed_data_set_shows_intervals():
+    legend = table3.draw_fig15().axes[0].get_legend()
+    assert any("interval" in text.get_text() for text in legend.get_texts())
