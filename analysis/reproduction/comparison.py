@@ -15,13 +15,14 @@ from dataclasses import dataclass
 from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from analysis.published.biet2007 import agrees
 from faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
+    from types import ModuleType
 
 #: Where items come from: module, and the file of its recorded values. In the order of printing.
 SOURCES: tuple[tuple[str, str], ...] = (
@@ -98,7 +99,7 @@ class Comparison:
         """Whether the item makes the command exit 1."""
         return self.drifted or (self.outcome.must_agree and self.outcome.agrees is False)
 
-    def record(self) -> dict[str, Any]:
+    def record(self) -> dict[str, object]:
         """Return the item as ``--json`` prints it."""
         text = self.outcome.published
         return {
@@ -121,7 +122,7 @@ def _number_or_text(text: str | None) -> float | str | None:
         return text
 
 
-def sources() -> list[Any]:
+def sources() -> list[ModuleType]:
     """Return the modules that offer items."""
     return [import_module(name) for name, _ in SOURCES]
 

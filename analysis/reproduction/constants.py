@@ -6,13 +6,15 @@ only for a change that is meant, and say in the commit why the numbers moved.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from analysis.published.biet2007 import PARTICIPANTS
 from analysis.reproduction.comparison import Outcome, record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+
+    from matplotlib.figure import Figure
 
 
 def alpha() -> Outcome:
@@ -150,7 +152,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
     "first_test.felt": first_test_felt,
     "first_test.share_at_least": first_test_share,
 }
-FIGURES: Mapping[str, Callable[[], Any]] = {}
+FIGURES: Mapping[str, Callable[[], Figure]] = {}
 
 
 if __name__ == "__main__":

@@ -12,7 +12,7 @@ from __future__ import annotations
 from functools import cache, partial
 from itertools import combinations
 from math import prod
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from analysis.reconstruction.published_table import CONVENTIONS
 from analysis.reconstruction.report import ratings
@@ -21,7 +21,9 @@ from analysis.reproduction.attained_bounds import COMMAND, known
 from analysis.reproduction.comparison import Outcome, record
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
+
+    from matplotlib.figure import Figure
 
     from analysis.reconstruction.conclusions import Conclusion
 
@@ -124,7 +126,7 @@ ITEMS: dict[str, Callable[[], Outcome]] = {
     **{f"datasets.tables.{convention}": partial(tables, convention) for convention in CONVENTIONS},
     **{item: partial(bound, *which) for item, which in _bounded().items()},
 }
-FIGURES: dict[str, Any] = {}
+FIGURES: Mapping[str, Callable[[], Figure]] = {}
 
 
 if __name__ == "__main__":

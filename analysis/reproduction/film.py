@@ -7,12 +7,14 @@ for a change of a model that is meant, and say in the commit why the numbers mov
 from __future__ import annotations
 
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from analysis.reproduction.comparison import Outcome, record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+
+    from matplotlib.figure import Figure
 
     from stimuli.periodic_film import FilmState
 
@@ -149,13 +151,14 @@ def fig4_reynolds() -> Outcome:
     )
 
 
-def _stimuli_figure(name: str) -> Any:
+def _stimuli_figure(name: str) -> Figure:
     from analysis.figures import squeeze_film  # noqa: PLC0415 - matplotlib takes half a second
 
-    return getattr(squeeze_film, name)()
+    figure: Figure = getattr(squeeze_film, name)()
+    return figure
 
 
-def draw_perception() -> Any:
+def draw_perception() -> Figure:
     """Return Table III's estimates against the friction that the models predict."""
     from analysis.figures.friction import perception_figure  # noqa: PLC0415
     from analysis.published.biet2007 import TABLE3  # noqa: PLC0415
@@ -178,7 +181,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
     **{f"reynolds.{pp}um": partial(reynolds, pp) for pp in (0.5, 1.2, 2.3)},
 }
 
-FIGURES: Mapping[str, Callable[[], Any]] = {
+FIGURES: Mapping[str, Callable[[], Figure]] = {
     "fig3": partial(_stimuli_figure, "squeeze_number_figure"),
     "fig4": partial(_stimuli_figure, "film_figure"),
     "fig5": partial(_stimuli_figure, "friction_figure"),

@@ -7,12 +7,14 @@ only for a change of a model that is meant, and say in the commit why the number
 from __future__ import annotations
 
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from analysis.reproduction.comparison import Outcome, record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+
+    from matplotlib.figure import Figure
 
     from hardware.plate.paper_study import Harmonic
 
@@ -186,47 +188,52 @@ def fig13_amplitude() -> Outcome:
     )
 
 
-def draw_fig8() -> Any:
+def draw_fig8() -> Figure:
     """Return Fig. 8."""
     from hardware.plate.beam import BeamSection  # noqa: PLC0415
     from hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
 
-    return figures.deflection_figure(BeamSection.printed())
+    figure: Figure = figures.deflection_figure(BeamSection.printed())
+    return figure
 
 
-def draw_fig9() -> Any:
+def draw_fig9() -> Figure:
     """Return Fig. 9, with Timoshenko's beam and the measured plate."""
     from hardware.plate.beam import BeamSection  # noqa: PLC0415
     from hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from hardware.plate.geometry import Layout  # noqa: PLC0415
     from hardware.plate.paper_study import HALF_WAVES_MM, half_wave_frequency_hz  # noqa: PLC0415
 
-    return figures.frequency_figure(
+    figure: Figure = figures.frequency_figure(
         BeamSection.printed(),
         BeamSection.plane_strain(),
         {h: half_wave_frequency_hz(Layout.half_wave(h)) / 1e3 for h in HALF_WAVES_MM},
         least_mm=BeamSection.printed().half_wave_for_amplitude_mm(1.5, 15.0),
         measured=(83 / 8, 30.5),
     )
+    return figure
 
 
-def draw_fig11() -> Any:
+def draw_fig11() -> Figure:
     """Return Fig. 11."""
     from hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from hardware.plate.paper_study import prototype_modes  # noqa: PLC0415
 
     found = prototype_modes(continuous=True)
     khz = found.frequency_hz[found.driven] / 1e3
-    return figures.mode_figure(found, title=f"(8;0) mode, {khz:.2f} kHz, continuous ceramic")
+    figure: Figure = figures.mode_figure(
+        found, title=f"(8;0) mode, {khz:.2f} kHz, continuous ceramic"
+    )
+    return figure
 
 
-def draw_fig12() -> Any:
+def draw_fig12() -> Figure:
     """Return Fig. 12: edge and middle, and what floating electrodes would give."""
     from hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from hardware.plate.paper_study import harmonic, prototype_modes  # noqa: PLC0415
 
     shorted, floating = prototype_modes(), prototype_modes(electrodes="open")
-    return figures.harmonic_figure(
+    figure: Figure = figures.harmonic_figure(
         {
             "edge antinode, Q = 60": harmonic(shorted),
             "middle, Q = 60": harmonic(shorted, where_mm=(0.0, 0.0)),
@@ -234,6 +241,7 @@ def draw_fig12() -> Any:
         },
         (34.77, 3.2),
     )
+    return figure
 
 
 # Nothing is computed, and no heavy library loaded, before an item is asked for.
@@ -251,7 +259,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
     "fig13.amplitude": fig13_amplitude,
 }
 
-FIGURES: Mapping[str, Callable[[], Any]] = {
+FIGURES: Mapping[str, Callable[[], Figure]] = {
     "fig8": draw_fig8,
     "fig9": draw_fig9,
     "fig11": draw_fig11,
