@@ -81,7 +81,8 @@ def _tell(args: Namespace, problems: Sequence[Problem], journals: int) -> int:
         print(problem, file=sys.stderr)
     if problems:
         if not args.json:
-            print(f"{len(problems)} problems in {args.dataset}", file=sys.stderr)
+            many = "1 problem" if len(problems) == 1 else f"{len(problems)} problems"
+            print(f"{many} in {args.dataset}", file=sys.stderr)
         return ANSWER_IS_NO
     if not args.json:
         done = {"build": "built from", "verify": "agrees with"}[args.what]
