@@ -111,7 +111,7 @@ def test_a_version_has_a_release_date_once_it_is_released():
 
 
 def test_every_decision_says_its_status_and_its_date():
-    # To mend it: python -m tools.site.decisions
+    # To correct it: python -m tools.site.decisions
     assert [page.name for page in decisions.undated()] == []
 
 

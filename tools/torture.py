@@ -73,7 +73,7 @@ class Disk:
     fault : str
         One of `FAULTS`.
     at : int
-        The number of the write that it strikes, from 0; -1 for none.
+        The number of the write that fails, from 0; -1 for none.
     """
 
     def __init__(self, fault: str, at: int) -> None:
@@ -244,7 +244,7 @@ def main(words: list[str] | None = None) -> int:
     """Run the campaign; return 1 where any data differed."""
     parser = argparse.ArgumentParser(description="kills and disk faults below the journal")
     parser.add_argument(
-        "--every", type=int, default=7, metavar="N", help="strike each N-th record (default: 7)"
+        "--every", type=int, default=7, metavar="N", help="fail at each N-th record (default: 7)"
     )
     parser.add_argument(
         "--participants", type=int, default=1, metavar="N", help="of each study (default: 1)"

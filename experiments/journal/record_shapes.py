@@ -1,7 +1,7 @@
 """What each kind of record must hold: journals are checked against it before they are used.
 
 A checksum tells what was damaged by chance; a record that another program wrote, or that was
-edited with its checksum mended, can hold anything. What is not named here (a later version's
+edited with its checksum recomputed, can hold anything. What is not named here (a later version's
 kinds and entries) is let pass.
 """
 

@@ -1,4 +1,4 @@
-"""Records of any shape, with their checksums and hashes mended: read, or told in a sentence."""
+"""Records of any shape, with their checksums and hashes recomputed: read, or told in a sentence."""
 
 import json
 import os

@@ -114,7 +114,7 @@ class Participant(ScriptedParticipant):
             return round(100 + 10 * state["target_um_pp"], 1)
         return round(10 * state["amplitude_um_pp"], 1)
 
-    def strike(self, step):
+    def fail_at(self, step):
         trial = step.trial.number if getattr(step, "trial", None) else 0
         before = isinstance(step, Ask) and trial == FAULTY_TRIAL - 1
         during = trial == FAULTY_TRIAL
@@ -135,7 +135,7 @@ class Participant(ScriptedParticipant):
         return False
 
     def perform(self, step, watch):
-        if self.strike(step):
+        if self.fail_at(step):
             # A few heartbeats; what ends the trial comes up by then, and sooner.
             end_s = time.monotonic() + (2.0 if self.ends else 0.25)
             while time.monotonic() < end_s:
