@@ -17,6 +17,15 @@ if TYPE_CHECKING:
 TINY = 1e-12
 #: Differences without noise: SciPy's search would take minutes for an interval of no use.
 LARGEST_T = 1e4
+#: Below this SciPy's direct inverse can give the answer for t = 0; a root is searched instead.
+SMALL_T = 1.0
+
+
+def _noncentrality(t: float, df: int, p: float) -> float:
+    """Return the non-centrality at which a small t has the cumulative probability p."""
+    from scipy import optimize, stats  # noqa: PLC0415 - see `d_z_interval`
+
+    return float(optimize.brentq(lambda shift: stats.nct.cdf(t, df, shift) - p, -8.0, 8.0))
 
 
 def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | None:
@@ -37,10 +46,13 @@ def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | No
     if abs(t) > LARGEST_T:
         return None
     tail = (1 - confidence) / 2
-    bounds = [float(special.nctdtrinc(n - 1, p, t)) for p in (1 - tail, tail)]
+    if abs(t) < SMALL_T:
+        bounds = [_noncentrality(t, n - 1, p) for p in (1 - tail, tail)]
+    else:
+        bounds = [float(special.nctdtrinc(n - 1, p, t)) for p in (1 - tail, tail)]
     # SciPy's search ends at its own bounds where t is too large.
     found = all(
-        np.isclose(special.nctdtr(n - 1, bound, t), p, atol=1e-3)
+        abs(t) < SMALL_T or np.isclose(special.nctdtr(n - 1, bound, t), p, atol=1e-3)
         for bound, p in zip(bounds, (1 - tail, tail), strict=True)
     )
     low, high = (bound / n**0.5 for bound in bounds)

@@ -78,17 +78,24 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
 
 def not_identifiable(trials: pd.DataFrame) -> str | None:
     """Say why the order cannot be told from the amplitude, or None."""
-    orders = [
-        tuple(own["amplitude_um_pp"]) for _, own in trials.groupby(PARTICIPANT, observed=True)
-    ]
-    if not orders or max(len(set(order)) for order in orders) < 2:  # noqa: PLR2004
-        return few("amplitudes", 1 if orders else 0, 2)
-    if all(order in (tuple(sorted(order)), tuple(sorted(order, reverse=True))) for order in orders):
+    who, _ = pd.factorize(trials[PARTICIPANT])
+    in_turn = np.argsort(who, kind="stable")
+    amplitudes, who = trials["amplitude_um_pp"].to_numpy(float)[in_turn], who[in_turn]
+    counts = np.bincount(who)
+    people = len(counts)
+    inside = who[1:] == who[:-1]
+    steps, whose = np.diff(amplitudes)[inside], who[1:][inside]
+    rising = np.bincount(whose, steps < 0, people) == 0
+    falling = np.bincount(whose, steps > 0, people) == 0
+    if (rising & falling).all():
+        return few("amplitudes", min(people, 1), 2)
+    if (rising | falling).all():
         return (
             "not identifiable: every participant's rows are sorted by amplitude, so that the order "
             "cannot be told from the amplitude (was the table sorted?)"
         )
-    if len(orders) > 1 and len(set(orders)) == 1:
+    alike = people > 1 and (counts == counts[0]).all()
+    if alike and (amplitudes.reshape(people, -1) == amplitudes[: counts[0]]).all():
         return (
             "not identifiable: every participant had the same order, so that it cannot be told "
             "from the amplitude"

@@ -47,6 +47,12 @@ def test_the_interval_of_d_z_leaves_out_0_exactly_where_the_t_test_is_significan
     assert low < t / n**0.5 < high
 
 
+def test_a_small_t_has_the_interval_of_the_distribution_itself():
+    low, high = d_z_interval(0.0703125, 21, 0.99)
+    for bound, p in ((low, 0.995), (high, 0.005)):
+        assert stats.nct.cdf(0.0703125, 20, bound * 21**0.5) == pytest.approx(p, abs=1e-9)
+
+
 def test_a_t_that_is_too_large_for_scipy_has_no_interval():
     assert d_z_interval(1e9, 12, 0.95) is None
 
