@@ -1,4 +1,4 @@
-"""A screen for the tests that open a window."""
+"""What tests of several packages need: a screen, emulated boards."""
 
 from __future__ import annotations
 
@@ -6,9 +6,12 @@ import os
 import shutil
 import subprocess
 import sys
+from contextlib import ExitStack
 
 import pytest
 from hypothesis import settings
+
+from hardware.emulator.process import EmulatorProcess
 
 # Nothing is timed in a test: on a busy machine a deadline fails for no fault of the code.
 settings.register_profile("slipscale", deadline=None)
@@ -50,3 +53,10 @@ def display():
         del os.environ["DISPLAY"]
     else:
         os.environ["DISPLAY"] = before
+
+
+@pytest.fixture
+def emulate():
+    """Start emulated boards, each in its own process; all end with the test."""
+    with ExitStack() as stack:
+        yield lambda *arguments: stack.enter_context(EmulatorProcess(*arguments))

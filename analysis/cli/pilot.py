@@ -6,6 +6,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from experiments.cli.sessions import add_study
 from faults import DONE
 
 if TYPE_CHECKING:
@@ -17,13 +18,7 @@ PLATE = "mock"
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale pilot``."""
-    parser.add_argument(
-        "study",
-        metavar="STUDY",
-        nargs="?",
-        default="biet2007",
-        help="a TOML file or a shipped study's name (default: biet2007)",
-    )
+    add_study(parser)
     parser.add_argument(
         "--participants", type=int, metavar="N", help="how many (default: the study's)"
     )

@@ -35,8 +35,8 @@ def add_setting(
     )
 
 
-def add_participant(parser: ArgumentParser, *, required: bool) -> None:
-    """Add what says whose session it is."""
+def add_study(parser: ArgumentParser) -> None:
+    """Add what says which study."""
     parser.add_argument(
         "study",
         metavar="STUDY",
@@ -44,6 +44,11 @@ def add_participant(parser: ArgumentParser, *, required: bool) -> None:
         default="biet2007",
         help="a TOML file or a shipped study's name (default: biet2007)",
     )
+
+
+def add_participant(parser: ArgumentParser, *, required: bool) -> None:
+    """Add what says whose session it is."""
+    add_study(parser)
     parser.add_argument(
         "--participant",
         required=required,

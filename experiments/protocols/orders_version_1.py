@@ -87,28 +87,9 @@ def presentation_order(
     row: int,
     no_immediate_repeat: bool = False,
 ) -> list[list[int]]:
-    """Return the order in which conditions are presented.
+    """Return the order that version 1 gave; see `orders.presentation_order`.
 
-    Parameters
-    ----------
-    conditions : int
-        How many surfaces; they are numbered 0 ... conditions - 1.
-    repetitions : int
-        How often each is presented.
-    rule : {"simple", "blocked", "williams"}
-        All shuffled together; each once a block, shuffled within; or each block a row of a
-        Williams square, so that carry-over is balanced across blocks and participants.
-    stream : Stream
-        The participant's own random numbers.
-    row : int
-        The participant's place in the counterbalancing (0, 1, ...), for "williams".
-    no_immediate_repeat : bool
-        No surface follows itself, across the limits of blocks neither.
-
-    Returns
-    -------
-    list of list of int
-        Blocks of conditions; "simple" is one block.
+    ``row`` is the participant's place in the counterbalancing (0, 1, ...), for "williams".
     """
     everything = list(range(conditions))
     if rule == "simple":

@@ -1,18 +1,9 @@
-from contextlib import ExitStack
-
 import pytest
 
 from hardware.emulator.process import EmulatorProcess
 
 # On a loaded machine a host or an emulator may stand still for longer than a usual watchdog waits.
 PATIENT = ("--watchdog", "2000")
-
-
-@pytest.fixture
-def emulate():
-    """Start emulated boards, each in its own process; all end with the test."""
-    with ExitStack() as stack:
-        yield lambda *arguments: stack.enter_context(EmulatorProcess(*arguments))
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,6 @@ paper's 2.3 µm and 15 V there would be none left.
 """
 
 import re
-from contextlib import ExitStack
 
 import pytest
 
@@ -20,7 +19,6 @@ from experiments.session.operator import UnattendedOperator
 from experiments.study.file import study_text
 from experiments.study.run_plan import RunPlan
 from hardware.clock import SystemClock, VirtualClock
-from hardware.emulator.process import EmulatorProcess
 from hardware.errors import NotReached
 from hardware.registry import open_plate
 from stimuli.surface import VirtualSurface
@@ -41,12 +39,6 @@ practice = 0
 randomisation = "blocked"
 scale_top = "declared"
 """
-
-
-@pytest.fixture
-def emulate():
-    with ExitStack() as stack:
-        yield lambda *arguments: stack.enter_context(EmulatorProcess(*arguments))
 
 
 TOUCH_S = 0.25  # two heartbeats
