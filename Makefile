@@ -3,12 +3,14 @@
 # make docs    the documentation site, in build/site: open build/site/index.html
 # make coverage  how much of some rooms their tests reach; all: make coverage COVERED="analysis experiments hardware stimuli"
 # make torture  the campaign of kills and disk faults (minutes)
+# make sbom    what the environment holds: versions and licences, for an audit
+# make audit   known vulnerabilities of the pinned versions (network)
 # make setup   only the environment, in .venv
 PYTHON ?= python3
 BIN = .venv/bin
 ARGS ?=
 
-.PHONY: setup pilot test lint docs torture coverage requirements
+.PHONY: setup pilot test lint docs torture coverage requirements sbom audit
 setup:
 	@$(PYTHON) tools/setup.py
 
@@ -26,6 +28,8 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/mypy
+	@mkdir -p build
+	@$(BIN)/pip-licenses --output-file build/licences.md
 
 # Tracing makes Python 3.11 some 70 % slower: CI prints the figure of rooms whose tests are quick.
 COVERED = stimuli experiments/protocols experiments/study experiments/dataset experiments/journal
@@ -40,6 +44,15 @@ docs: setup
 torture: setup
 	PYTHONPATH=. $(BIN)/python tools/torture.py $(ARGS)
 
-# Pins for every platform and Python; no index addresses in the file.
+# Pins with hashes for every platform and Python; no index addresses in the file.
 requirements:
-	uv pip compile --universal --python-version 3.11 --no-emit-index-url --no-annotate --no-header --quiet pyproject.toml --group dev -o requirements.txt
+	uv pip compile --universal --python-version 3.11 --all-extras --generate-hashes --no-emit-index-url --no-annotate --no-header --quiet pyproject.toml --group dev -o requirements.txt
+
+# What the environment holds, versions and licences, in CycloneDX's form: build/sbom.json.
+sbom: setup
+	@mkdir -p build
+	$(BIN)/cyclonedx-py environment --pyproject pyproject.toml --output-reproducible --output-file build/sbom.json .venv
+
+# Known vulnerabilities of the pinned versions; asks a public data base, so it needs a network.
+audit:
+	uvx pip-audit --requirement requirements.txt --require-hashes --disable-pip

@@ -148,9 +148,16 @@ def load(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]:
 
 def call(name: str, words: list[str]) -> int:
     """Load a command and run it; turn the user's and the rig's faults into one sentence."""
-    parser, run = load(name)
     try:
+        parser, run = load(name)
         return int(run(parser.parse_args(words)))
+    except ModuleNotFoundError as error:
+        from faults.extras import how_to_install  # noqa: PLC0415 - rarely needed
+
+        if (sentence := how_to_install(error.name or "")) is None:
+            raise
+        print(f"slipscale {name}: {sentence}", file=sys.stderr)
+        return USER_FAULT
     except UserError as error:
         print(f"slipscale {name}: {harmless(str(error))}", file=sys.stderr)
         return USER_FAULT

@@ -1,0 +1,39 @@
+"""Which extra brings a package that a light installation leaves out."""
+
+from __future__ import annotations
+
+# Imported module: the extra of pyproject.toml that installs it.
+EXTRA_OF = {
+    "choix": "analysis",
+    "openpyxl": "analysis",
+    "pandas": "analysis",
+    "pingouin": "analysis",
+    "psignifit": "analysis",
+    "pyreadstat": "analysis",
+    "statsmodels": "analysis",
+    "pymeasure": "plate",
+    "pyvisa": "plate",
+    "pyvisa_py": "plate",
+    "serial": "plate",
+    "skfem": "plate",
+    "psychopy": "session",
+    "sounddevice": "session",
+}
+
+
+def how_to_install(module: str) -> str | None:
+    """Return the sentence that says what to install for a module; None if it is in no extra.
+
+    Parameters
+    ----------
+    module : str
+        The module that could not be imported, with or without its parents' names.
+    """
+    name = module.partition(".")[0]
+    extra = EXTRA_OF.get(name)
+    if extra is None:
+        return None
+    return (
+        f"needs the package '{name}', which this installation leaves out; "
+        f"install it with: pip install 'slipscale[{extra}]'"
+    )
