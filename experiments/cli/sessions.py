@@ -33,6 +33,14 @@ def add_setting(
     parser.add_argument(
         "--screen", type=int, default=0, metavar="N", help="the participant's monitor (default: 0)"
     )
+    parser.add_argument(
+        "--markers",
+        action="append",
+        default=[],
+        metavar="SPEC",
+        help="tell recorders what happens: lsl, lsl:NAME, serial:PORT or parallel:ADDRESS; "
+        "may be given several times",
+    )
 
 
 def add_study(parser: ArgumentParser) -> None:
@@ -98,6 +106,7 @@ def run_run(args: Namespace) -> int:
         full_screen=not args.windowed,
         screen=args.screen,
         unblind=args.unblind,
+        markers=tuple(args.markers),
     )
     outcome = begin(args.out, plan, setting)
     return _end(outcome, plan.journal_path(args.out))
@@ -118,6 +127,7 @@ def run_resume(args: Namespace) -> int:
         answered_by,
         dataset_of,
         is_complete,
+        last_markers,
         last_plate,
         read_plan,
     )
@@ -143,6 +153,7 @@ def run_resume(args: Namespace) -> int:
         full_screen=not args.windowed,
         screen=args.screen,
         unblind=args.unblind,
+        markers=tuple(args.markers) or last_markers(records),
     )
     return _end(go_on(args.journal, setting), args.journal)
 
@@ -184,6 +195,7 @@ def run_check(args: Namespace) -> int:
         full_screen=not args.windowed,
         language=args.language,
         pilot=args.pilot,
+        markers=tuple(args.markers),
     )
     findings = check(planned, (lambda _: None) if args.json else _print_finding)
     if args.json:

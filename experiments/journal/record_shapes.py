@@ -86,6 +86,12 @@ class _Unfinished(_Shape):
     rejected: list[str]
 
 
+class _Markers(_Shape):
+    outputs: list[str]
+    lost: str = ""
+    reason: str = ""
+
+
 class _TakeUp(_Shape):
     virtual: bool = False
 
@@ -119,6 +125,7 @@ RECORDS: dict[str, Any] = {
     "take_up": _TakeUp,
     "answered_again": _AnsweredAgain,
     "unfinished": _Unfinished,
+    "markers": _Markers,
 }
 # type of step: what its record must hold, and the type of its answer
 STEPS: dict[str, tuple[Any, type | None]] = {

@@ -100,6 +100,12 @@ def is_mock(spec: str) -> bool:
     return spec.partition(":")[0] == "mock"
 
 
+def last_markers(records: list[Record]) -> tuple[str, ...]:
+    """Return where the run's markers went last: SPECs, as after ``--markers``."""
+    told = [record.data["outputs"] for record in records if record.kind == "markers"]
+    return tuple(told[-1]) if told else ()
+
+
 def last_plate(records: list[Record]) -> str:
     """Return the SPEC of the plate that a run was last on."""
     specs = [r.data["plate_spec"] for r in records if r.kind in ("header", "resume")]

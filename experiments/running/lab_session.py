@@ -26,6 +26,7 @@ from experiments.participants.psychopy_window import PsychoPyWindow
 from experiments.running.dry_run import check_supported
 from experiments.running.run import run_plan
 from experiments.running.run_state import check_alike, how_to_resume, remedy, run_state
+from experiments.session.marker_outputs import open_markers
 from experiments.session.masking_output import MaskingNoise, check_device
 from experiments.session.terminal import Keys, TerminalOperator
 from experiments.study.file import read_study
@@ -55,12 +56,15 @@ class Setting:
         The participant's window.
     unblind : bool
         Whether the operator sees the amplitude.
+    markers : tuple of str
+        Where markers go: SPECs of `experiments.session.marker_outputs`.
     """
 
     plate: str
     full_screen: bool = True
     screen: int = 0
     unblind: bool = False
+    markers: tuple[str, ...] = ()
 
 
 def make_plan(
@@ -170,6 +174,7 @@ def _conduct(
         plate = stack.enter_context(open_plate(spec, clock=clock, seed=plan.seed))
         check_supported(plan, plate)
         noise = _noise(plan)
+        markers = stack.enter_context(open_markers(setting.markers))
         person = stack.enter_context(
             PsychoPyWindow(
                 texts=plan.texts(),
@@ -190,6 +195,7 @@ def _conduct(
             clock=clock,
             operator=operator,
             noise=noise,
+            markers=markers,
             unblind=setting.unblind,
         )
 

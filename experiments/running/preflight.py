@@ -21,6 +21,8 @@ from experiments.languages.texts import load_texts
 from experiments.running.disk_space import why_not_taken
 from experiments.running.dry_run import check_supported, surfaces
 from experiments.running.run_state import check_alike, participants, remedy, run_state
+from experiments.session.marker_outputs import open_markers
+from experiments.session.markers import Event
 from experiments.study.file import read_study
 from experiments.study.run_plan import RunPlan, check_labels, journal_path
 from faults import RigError, UserError
@@ -55,6 +57,7 @@ class PlannedSession:
     full_screen: bool = True
     language: str | None = None  # the study's own
     pilot: bool = False
+    markers: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -332,12 +335,32 @@ def check_sound(planned: PlannedSession) -> Finding:
     )
 
 
+def check_markers(planned: PlannedSession) -> Finding:
+    """Open the outputs of markers and send one on each, as a session will."""
+    lost: list[str] = []
+    with open_markers(planned.markers) as markers:
+        markers.lost = lambda name, reason: lost.append(f"{name}: {reason}")
+        markers.mark(Event.BEGIN)
+        markers.mark(Event.END)
+        told = ", ".join(markers.names)
+    if lost:
+        return Finding(
+            name="markers",
+            passed=False,
+            detail="; ".join(lost),
+            remedy="check the recorder's cable and driver, or leave --markers out",
+        )
+    detail = f"sent a begin and an end on {told}" if told else "none are asked for"
+    return Finding(name="markers", passed=True, detail=detail)
+
+
 CHECKS: dict[str, Callable[[PlannedSession], Finding]] = {
     "study": check_study,
     "folder": check_folder,
     "participant": check_participant,
     "plate": check_plate,
     "sound": check_sound,
+    "markers": check_markers,
     "display": check_display,
 }
 # What cannot be found out without a study.

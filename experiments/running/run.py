@@ -10,6 +10,7 @@ from experiments.session.session import Session
 if TYPE_CHECKING:
     from experiments.journal.journal import Journal
     from experiments.participants.base import Participant
+    from experiments.session.markers import Markers
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator
     from experiments.session.session import RunOutcome
@@ -28,6 +29,7 @@ def run_plan(
     clock: Clock,
     operator: Operator,
     noise: Noise | None = None,
+    markers: Markers | None = None,
     unblind: bool = False,
 ) -> RunOutcome:
     """Run a plan from the journal's end to the run's.
@@ -44,6 +46,8 @@ def run_plan(
         journal.write("header", **header(plan, plate, spec, participant.kind, masking))
     else:
         journal.write("resume", **resume_data(plate, spec, masking))
+    if markers and markers.names:
+        journal.write("markers", outputs=list(markers.names))
     session = Session(
         steps=plan.steps(),
         plate=plate,
@@ -54,6 +58,7 @@ def run_plan(
         texts=plan.texts(),
         planned=plan.planned_trials(),
         noise=noise,
+        markers=markers,
         unblind=unblind,
     )
     return session.run()

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from experiments.participants.base import StopRequested
 from experiments.protocols.steps import Voided
+from experiments.session.markers import Event
 from hardware.errors import PlateFault
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from experiments.journal.record import Record
     from experiments.participants.base import Participant
     from experiments.protocols.steps import Answer, Ask
+    from experiments.session.markers import Markers
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator, Request, State
     from experiments.session.progress import Progress
@@ -44,7 +46,7 @@ class Interruptions:
 
     Parameters
     ----------
-    plate, surface, participant, journal, clock, operator, noise, progress
+    plate, surface, participant, journal, clock, operator, noise, progress, markers
         The session's.
     hold_text : str
         Asks the participant to wait.
@@ -63,6 +65,7 @@ class Interruptions:
         operator: Operator,
         noise: Noise,
         progress: Progress,
+        markers: Markers,
         hold_text: str,
         unblind: bool,
     ) -> None:
@@ -74,6 +77,7 @@ class Interruptions:
         self._operator = operator
         self._noise = noise
         self._progress = progress
+        self._markers = markers
         self._hold_text = hold_text
         self._unblind = unblind
         self._voids = _pending_voids(journal.records)
@@ -168,6 +172,7 @@ class Interruptions:
         with self._progress.away():
             self._surface.interrupt()
             self._plate.silence()
+            self._markers.mark(Event.PAUSE)
             self._journal.write("pause")
             self._wait_for("paused", "go_on")
             self._journal.write("go_on")
@@ -176,6 +181,7 @@ class Interruptions:
         """Silence, write down, ask whether to retry, reconnect."""
         self._surface.shut_down()
         while True:
+            self._markers.mark(Event.FAULT)
             self._progress.fault()
             self._journal.write("fault", code=fault.code, message=fault.message)
             self._plate.close()

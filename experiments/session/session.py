@@ -28,6 +28,7 @@ from experiments.protocols.steps import (
     Voided,
 )
 from experiments.session.interruptions import Interruptions
+from experiments.session.markers import Event, Markers
 from experiments.session.masking import NoNoise
 from experiments.session.progress import Progress
 from experiments.session.surface_state import SurfaceState
@@ -67,6 +68,8 @@ class Session:
         How many trials the whole session is expected to have.
     noise : Noise, optional
         Masking noise; plays from the first surface of a block to the next text or rest.
+    markers : Markers, optional
+        Tell recorders outside what happens.
     unblind : bool
         Whether the operator is told the amplitude.
     """
@@ -83,6 +86,7 @@ class Session:
         texts: Texts,
         planned: int = 0,
         noise: Noise | None = None,
+        markers: Markers | None = None,
         unblind: bool = False,
     ) -> None:
         self._steps = steps
@@ -90,6 +94,8 @@ class Session:
         self._journal = journal
         self._clock = clock
         self._noise = noise or NoNoise()
+        self._markers = markers or Markers()
+        self._markers.lost = self._marker_lost
         self._unblind = unblind
         self._surface = SurfaceState(plate, clock, self._feel)
         voided = sum(record.kind == "void" for record in journal.records)
@@ -111,6 +117,7 @@ class Session:
             operator=operator,
             noise=self._noise,
             progress=self._progress,
+            markers=self._markers,
             hold_text=texts["session.hold"],
             unblind=unblind,
         )
@@ -137,6 +144,7 @@ class Session:
         UserError
             The journal cannot be written, or does not fit the protocol (on resume).
         """
+        self._markers.mark(Event.BEGIN)
         try:
             self._loop()
             self._surface.shut_down()
@@ -154,6 +162,7 @@ class Session:
             raise
         finally:
             self._noise.stop()
+            self._markers.mark(Event.END)
         self._progress.tell("done")
         return "complete"
 
@@ -262,7 +271,10 @@ class Session:
         self._noise.start()
         amplitude_um_pp = step.surface.amplitude_um_pp if self._unblind else None
         self._progress.tell("presenting", amplitude_um_pp=amplitude_um_pp)
-        return self._surface.present(step)
+        self._markers.mark(Event.ONSET, step)
+        presented = self._surface.present(step)
+        self._markers.mark(Event.SETTLED, step)
+        return presented
 
     def _explore(self, step: Explore) -> Reply:
         self._restore(step)
@@ -293,7 +305,7 @@ class Session:
         begun = last_unfinished(self._journal.records, step)
         self._participant.unfinished = begun
         try:
-            return self._participant.perform(step, self._interruptions.watch)
+            reply = self._participant.perform(step, self._interruptions.watch)
         except UserError:
             raise  # the journal itself, as a rule: there is nowhere to write
         except BaseException:
@@ -308,6 +320,13 @@ class Session:
                     rejected=left.rejected,
                 )
             raise
+        self._markers.mark(Event.ANSWER, step)
+        return reply
+
+    def _marker_lost(self, name: str, reason: str) -> None:
+        """Tell and write down that a recorder gets no markers any more."""
+        self._progress.say(f"NO MARKERS on {name} any more: {reason}")
+        self._journal.write("markers", outputs=list(self._markers.names), lost=name, reason=reason)
 
     def _silence(self, step: Silence) -> None:
         self._surface.silence(step)
@@ -326,8 +345,10 @@ class Session:
         if self._surface.must_be_felt_again(step):
             self._noise.start()
             self._progress.tell("presenting")
+            self._markers.mark(Event.ONSET, step)
             with self._when_it_was_presented():
                 made = self._surface.restore()
+            self._markers.mark(Event.SETTLED, step)
             trial = step.trial.number if step.trial else None
             self._journal.write("represented", trial=trial, answer=answer_record(made))
 

@@ -40,8 +40,11 @@ class Laboratory:
     person: object = None
     clock: VirtualClock = field(default_factory=VirtualClock)
 
-    def run(self, plan=None, *, person=None, operator=None, spec=None, unblind=False, noise=None):
-        """Begin the plan's run, or go on with it where its journal exists."""
+    def run(self, plan=None, *, person=None, operator=None, spec=None, unblind=False, **heard):
+        """Begin the plan's run, or go on with it where its journal exists.
+
+        ``heard`` holds the masking noise and the markers.
+        """
         plan = plan or make_plan()
         path = plan.journal_path(self.folder)
         if path.exists():
@@ -62,7 +65,7 @@ class Laboratory:
                 clock=self.clock,
                 operator=operator or UnattendedOperator(),
                 unblind=unblind,
-                noise=noise,
+                **heard,
             )
 
     def simulated(self, plan):

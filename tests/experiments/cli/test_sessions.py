@@ -182,7 +182,7 @@ def test_a_participant_who_has_a_run_is_refused_by_its_journal(capsys, tmp_path)
 def test_check_is_always_a_whole_list_and_gives_the_remedy(display, tmp_path):
     planned = PlannedSession(study="biet2007", plate="mock", out=tmp_path, full_screen=False)
     found = {finding.name: finding for finding in check(planned, lambda _: None)}
-    assert list(found) == ["study", "folder", "participant", "plate", "sound", "display"]
+    assert list(found) == ["study", "folder", "participant", "plate", "sound", "markers", "display"]
     assert [name for name, f in found.items() if f.passed is False] == []
     assert "2.3" in found["plate"].detail
 

@@ -1,0 +1,169 @@
+"""Where markers go: Lab Streaming Layer, a serial trigger box, a parallel port.
+
+Never seen on a real trigger box or parallel port: tried against a pseudo-terminal, a stand-in for
+the port, and a receiver of Lab Streaming Layer.
+"""
+
+from __future__ import annotations
+
+import time
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any
+
+from experiments.session.markers import Event, MarkerOutput, Markers
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+# A recorder that samples at 500 Hz sees a pulse of 5 ms twice.
+PULSE_S = 0.005
+STREAM = "Slipscale"
+
+
+class LabStream:
+    """A marker stream of Lab Streaming Layer with two channels: the event's name, the trial.
+
+    Parameters
+    ----------
+    argument : str
+        The stream's name, `STREAM` where it is empty.
+    """
+
+    def __init__(self, argument: str) -> None:
+        try:
+            import pylsl  # noqa: PLC0415 - an extra, and it takes its time
+        except ImportError:
+            raise UserError(
+                "--markers lsl: needs the package 'pylsl'; install it with: "
+                "pip install 'slipscale[markers]'"
+            ) from None
+        except (RuntimeError, OSError) as error:
+            raise UserError(f"--markers lsl: liblsl cannot be loaded ({error})") from None
+        stream = argument or STREAM
+        self.name = f"lsl:{stream}"
+        info = pylsl.StreamInfo(
+            stream, "Markers", 2, pylsl.IRREGULAR_RATE, pylsl.cf_string, f"slipscale-{stream}"
+        )
+        channels = info.desc().append_child("channels")
+        for label in ("event", "trial"):
+            channels.append_child("channel").append_child_value("label", label)
+        self._outlet: Any = pylsl.StreamOutlet(info)
+
+    def send(self, event: Event, trial: int | None) -> None:
+        """Push one sample; the trial is empty between trials."""
+        self._outlet.push_sample([event.name.lower(), "" if trial is None else str(trial)])
+
+    def close(self) -> None:
+        """Close the stream."""
+        self._outlet = None
+
+
+class SerialTrigger:
+    """A trigger box on a serial line: the event's code as one byte, then zero.
+
+    Parameters
+    ----------
+    argument : str
+        The port.
+    """
+
+    def __init__(self, argument: str) -> None:
+        import serial  # noqa: PLC0415
+
+        self.name = f"serial:{argument}"
+        try:
+            self._line = serial.Serial(argument, 115_200, write_timeout=0.1)
+        except (OSError, ValueError) as error:
+            raise UserError(
+                f"--markers {self.name}: cannot be opened ({error}); "
+                "expected serial:PORT, a trigger box that no other program uses"
+            ) from None
+
+    def send(self, event: Event, _trial: int | None) -> None:
+        """Send one pulse; the session waits for its end, 5 ms."""
+        self._line.write(bytes([event]))
+        time.sleep(PULSE_S)
+        self._line.write(b"\x00")
+
+    def close(self) -> None:
+        """Set the lines to zero and close the port."""
+        with suppress(OSError):
+            self._line.write(b"\x00")
+        self._line.close()
+
+
+class ParallelTrigger:
+    """The eight data pins of a parallel port, through PsychoPy.
+
+    Parameters
+    ----------
+    argument : str
+        The port's address as PsychoPy takes it: ``0x378``, ``/dev/parport0``.
+    """
+
+    def __init__(self, argument: str) -> None:
+        self.name = f"parallel:{argument}"
+        wanted: str | int = argument
+        with suppress(ValueError):
+            wanted = int(argument, 0)
+        try:
+            from psychopy.parallel import ParallelPort  # noqa: PLC0415
+
+            self._port: Any = ParallelPort(wanted)
+            self._port.setData(0)
+        except Exception as error:  # noqa: BLE001 - each system's own driver has its own errors
+            raise UserError(
+                f"--markers {self.name}: cannot be opened ({error}); expected parallel:ADDRESS, "
+                "such as parallel:0x378 or parallel:/dev/parport0"
+            ) from None
+
+    def send(self, event: Event, _trial: int | None) -> None:
+        """Send one pulse; the session waits for its end, 5 ms."""
+        self._port.setData(int(event))
+        time.sleep(PULSE_S)
+        self._port.setData(0)
+
+    def close(self) -> None:
+        """Set all pins to zero."""
+        with suppress(OSError):
+            self._port.setData(0)
+
+
+OUTPUTS: dict[str, Callable[[str], MarkerOutput]] = {
+    "lsl": LabStream,
+    "serial": SerialTrigger,
+    "parallel": ParallelTrigger,
+}
+NEED_AN_ARGUMENT = ("serial", "parallel")
+
+
+@contextmanager
+def open_markers(specs: Sequence[str]) -> Iterator[Markers]:
+    """Open the outputs that SPECs name; close them at the end.
+
+    Parameters
+    ----------
+    specs : sequence of str
+        ``lsl``, ``lsl:NAME``, ``serial:PORT``, ``parallel:ADDRESS``.
+
+    Raises
+    ------
+    UserError
+        There is no such output, it is named twice, or it cannot be opened.
+    """
+    outputs: list[MarkerOutput] = []
+    try:
+        for spec in specs:
+            kind, _, argument = spec.partition(":")
+            if kind not in OUTPUTS or (kind in NEED_AN_ARGUMENT and not argument):
+                raise UserError(
+                    f"--markers {spec}: expected lsl, lsl:NAME, serial:PORT or parallel:ADDRESS"
+                )
+            if specs.count(spec) > 1:
+                raise UserError(f"--markers {spec}: named more than once")
+            outputs.append(OUTPUTS[kind](argument))
+        yield Markers(outputs)
+    finally:
+        for output in outputs:
+            output.close()
