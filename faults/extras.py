@@ -16,6 +16,7 @@ EXTRA_OF = {
     "pyvisa_py": "plate",
     "serial": "plate",
     "skfem": "plate",
+    "pylsl": "markers",
     "psychopy": "session",
     "sounddevice": "session",
 }

@@ -15,7 +15,7 @@ from tools import setup
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-EXTRAS = ("analysis", "plate", "session")
+EXTRAS = ("analysis", "plate", "session", "markers")
 
 TIDY = "participant_id,amplitude_um_pp,estimate\n" + "".join(
     f"{person},{amplitude},{10 + 20 * amplitude + person}\n"

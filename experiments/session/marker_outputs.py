@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from experiments.session.markers import Event, MarkerOutput, Markers
 from faults import UserError
+from faults.extras import how_to_install
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -34,10 +35,7 @@ class LabStream:
         try:
             import pylsl  # noqa: PLC0415 - an extra, and it takes its time
         except ImportError:
-            raise UserError(
-                "--markers lsl: needs the package 'pylsl'; install it with: "
-                "pip install 'slipscale[markers]'"
-            ) from None
+            raise UserError(f"--markers lsl: {how_to_install('pylsl')}") from None
         except (RuntimeError, OSError) as error:
             raise UserError(f"--markers lsl: liblsl cannot be loaded ({error})") from None
         stream = argument or STREAM
