@@ -40,9 +40,9 @@ coverage: setup
 docs: setup
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict $(ARGS)
 
-# Kills and disk faults below the journal; docs/reliability.md. Long: make torture ARGS="--every 1 --participants 3"
+# Kills and disk faults; docs/reliability.md. Long: make torture ARGS="--every 1 --write"
 torture: setup
-	PYTHONPATH=. $(BIN)/python tools/torture.py $(ARGS)
+	$(BIN)/python -m tools.torture $(ARGS)
 
 # Pins with hashes for every platform and Python; no index addresses in the file.
 requirements:

@@ -1,47 +1,57 @@
 """The campaign of kills and disk faults, in short: docs/reliability.md has its figures."""
 
-import importlib.util
-from pathlib import Path
+import sys
 
 import pytest
 
+from experiments.protocols.base import protocol_names
 from experiments.study.file import read_study
+from tools.torture import __main__ as torture
+from tools.torture import pilots, system_calls, writers
+from tools.torture.disk_faults import FAULTS, Journal
 
-ROOT = Path(__file__).parents[1]
-
-
-@pytest.fixture(scope="module")
-def torture():
-    spec = importlib.util.spec_from_file_location("torture", ROOT / "tools" / "torture.py")
-    tool = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tool)
-    return tool
+pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kills with POSIX signals")
 
 
-def test_no_fault_below_the_journal_changes_the_data(torture, capsys):
-    assert torture.main(["--every", "60", "--study", "biet2007"]) == 0
-    rows = capsys.readouterr().out.splitlines()[2:]
-    assert len(rows) == len(torture.FAULTS)
+def test_no_fault_and_no_kill_changes_the_data(capsys):
+    assert torture.main(["--every", "90", "--study", "biet2007"]) == 0
+    _, _, _, _, *rows = capsys.readouterr().out.strip().splitlines()
+    assert [row.split(" | ")[0] for row in rows] == [
+        f"| {fault}" for fault in (*FAULTS, *system_calls.KINDS, *writers.KINDS)
+    ]
     assert all(row.endswith("| 0 |") for row in rows)
-    assert all(int(row.split("|")[3]) >= 2 for row in rows)
+    assert all(int(row.split("|")[2]) >= 1 for row in rows)
 
 
-def test_a_journal_that_loses_an_answer_is_found(torture, monkeypatch, capsys):
+def test_a_journal_that_loses_an_answer_is_found(monkeypatch):
     """The campaign itself can fail: here the journal takes half a record for a whole one."""
-    put = torture.Journal._put
+    put = Journal._put
 
     def careless(journal, line):
         if len(journal.records) == 20:
             line = line[: len(line) // 2] + b"\n"
         put(journal, line)
 
-    monkeypatch.setattr(torture.Journal, "_put", careless)
-    with pytest.raises(torture.UserError, match="line 21: damaged"):
-        torture.main(["--every", "60", "--study", "biet2007"])
+    plan = pilots.plans_of("biet2007", 1)[0]
+    expected, _ = pilots.undisturbed(plan)
+    monkeypatch.setattr(Journal, "_put", careless)
+    with pilots.folder() as dataset:
+        pilots.run_simulated(dataset, plan, "mock")
+        assert "line 21: damaged" in pilots.difference(dataset, expected)
 
 
-def test_the_study_of_every_option_leaves_none_at_its_default(torture):
-    study, _ = read_study(str(torture.EVERY_OPTION))
+def test_two_that_write_at_once_are_found(monkeypatch):
+    """The race itself can fail: here a session takes no lock at all."""
+    monkeypatch.setattr(writers.locks, "take", lambda _stream, _path: None)
+    outcome = writers.writer_campaign("biet2007", rounds=1)
+    assert len(outcome.bad) == len(writers.KINDS)
+    assert "of 4 writers 4 wrote" in outcome.bad[0][1]
+
+
+def test_every_protocol_takes_part_with_all_its_options():
+    """A new protocol: add its [[tasks]] with every option to tools/torture/every_option.toml."""
+    study, _ = read_study(str(pilots.EVERY_OPTION))
+    assert {options.protocol for options in study.tasks} == set(protocol_names())
     for options in study.tasks:
         fields = type(options).model_fields
         unset = [name for name in fields if name not in options.model_fields_set]

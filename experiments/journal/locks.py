@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 # A session on another computer touches its lock file at each record. Longer than this between two
 # records is a session that has gone, not a participant who thinks.
 STALE_S = 900.0
+# Taking a lock is a matter of milliseconds; what is older was left by a crash in between.
+CLAIM_S = 10.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,15 +73,7 @@ def take(stream: FileIO, journal: Path) -> None:
     free = _lock(stream, portalocker.LOCK_EX)
     if free is False:
         raise UserError(f"journal {journal}: another session is writing it")
-    holder = _believed(journal, system_locks=free is not None)
-    if holder is not None:
-        raise UserError(
-            f"journal {journal}: another session is writing it ({holder}); if none runs there, "
-            f"delete {lock_file(journal)}"
-        )
-    # Where it cannot be written, the journal itself will say so at its first record.
-    with suppress(OSError):
-        lock_file(journal).write_text(f"{socket.gethostname()}\n{os.getpid()}\n", encoding="utf-8")
+    _leave_lock_file(journal, system_locks=free is not None)
 
 
 def refresh(journal: Path) -> None:
@@ -103,6 +97,55 @@ def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | Non
     except portalocker.LockException:
         return None
     return True
+
+
+def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
+    """Leave our lock file, unless another session's can be believed.
+
+    Two that come at once must not both find no lock file, or both replace the one that a crash
+    left. So each first makes a second file, which the system lets only one do, and gives it the
+    lock file's name once it has looked.
+    """
+    lock = lock_file(journal)
+    claim = lock.with_name(f"{lock.name}.new")
+    try:
+        if not (_make(claim) or _make_again(claim, system_locks=system_locks)):
+            raise UserError(f"journal {journal}: another session is just beginning to write it")
+        holder = _believed(journal, system_locks=system_locks)
+        if holder is None:
+            os.replace(claim, lock)  # noqa: PTH105 - Path.replace is the same call
+            return
+        claim.unlink(missing_ok=True)
+    except OSError:
+        return  # where it cannot be written, the journal itself will say so at its first record
+    raise UserError(
+        f"journal {journal}: another session is writing it ({holder}); if none runs there, "
+        f"delete {lock}"
+    )
+
+
+def _make(claim: Path) -> bool:
+    """Make a lock file under its first name; return whether nobody else has."""
+    try:
+        with claim.open("x", encoding="utf-8") as file:
+            file.write(f"{socket.gethostname()}\n{os.getpid()}\n")
+    except FileExistsError:
+        return False
+    return True
+
+
+def _make_again(claim: Path, *, system_locks: bool) -> bool:
+    """Make it in place of one that a crash left; return whether that could be, and was, done.
+
+    Who has the system's lock knows that nobody else is about to.
+    """
+    try:
+        if not system_locks and abs(time.time() - claim.stat().st_mtime) < CLAIM_S:
+            return False
+    except FileNotFoundError:
+        return False  # its maker has just given it the other name
+    claim.unlink(missing_ok=True)
+    return _make(claim)
 
 
 def _believed(journal: Path, *, system_locks: bool) -> Holder | None:

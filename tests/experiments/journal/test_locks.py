@@ -76,3 +76,35 @@ def test_another_computer_is_believed_as_long_as_it_writes(path):
 def test_a_lock_file_that_says_nothing_is_no_lock(path, no_locks, text):
     locks.lock_file(path).write_text(text)
     assert not locks.is_being_written(path)
+
+
+def test_two_that_begin_at_once_do_not_both_write(path, no_locks):
+    """Where another has just claimed the lock file, and not named it yet, nobody else may."""
+    claimed = path.with_name(f"{path.name}.lock.new")
+    claimed.touch()
+    with pytest.raises(UserError, match="another session is just beginning to write it"):
+        Journal.reopen(path, VirtualClock())
+    assert claimed.exists()
+
+
+def test_a_claim_that_a_crash_left_behind_keeps_nobody_out(path, no_locks):
+    claimed = path.with_name(f"{path.name}.lock.new")
+    claimed.touch()
+    old = claimed.stat().st_mtime - locks.CLAIM_S - 1
+    os.utime(claimed, (old, old))
+    with Journal.reopen(path, VirtualClock()):
+        assert not claimed.exists()
+        assert locks.lock_file(path).read_text().split()[1] == str(os.getpid())
+
+
+def test_who_has_the_systems_lock_waits_for_no_claim(path):
+    path.with_name(f"{path.name}.lock.new").touch()
+    Journal.reopen(path, VirtualClock()).close()
+
+
+def test_who_is_refused_leaves_the_other_lock_file_as_it_was(path, no_locks):
+    claim(path, socket.gethostname(), os.getppid())
+    with pytest.raises(UserError, match="another session is writing it"):
+        Journal.reopen(path, VirtualClock())
+    assert locks.lock_file(path).read_text().split()[1] == str(os.getppid())
+    assert not path.with_name(f"{path.name}.lock.new").exists()

@@ -1,0 +1,180 @@
+"""A file layer below the journal that fails as disks, and dying processes, do.
+
+Here a kill is an exception that nothing catches, after which nothing that the session still does
+reaches the disk: cheap, so that every record can be killed at. Real kills are in
+`tools.torture.system_calls`.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import random
+import shutil
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+from unittest import mock
+
+from experiments.journal import journal as journal_module
+from experiments.journal.journal import Journal
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from io import FileIO
+    from pathlib import Path
+
+SECTOR = 512
+# The faults, by name: what is done to the bytes of one record.
+KILLS = ("kill before", "kill within", "kill after", "power cut")
+# Killed, resumed, and killed again a few records later, so many times, each time otherwise.
+AGAIN, LIVES, LIFE = "again and again", 6, 12
+ERRORS = {
+    "EIO": errno.EIO,
+    "ENOSPC": errno.ENOSPC,
+    "EROFS": errno.EROFS,
+}
+WITHIN = tuple(f"{name} {place}" for name in ERRORS for place in ("at once", "half way"))
+GONE = ("removed", "renamed", "folder removed", "folder renamed")
+FAULTS = (*KILLS, AGAIN, *WITHIN, "fsync EIO", "short writes", *GONE)
+
+
+class Killed(BaseException):
+    """The process is dead: nothing that it does reaches the disk any more."""
+
+
+class Disk:
+    """What lies below a journal: does as it is told until the record that a fault is for.
+
+    Parameters
+    ----------
+    fault : str
+        One of `FAULTS`.
+    at : int
+        The number of the write that fails, from 0; -1 for none.
+
+    Attributes
+    ----------
+    writes : int
+        How many there were.
+    kills : int
+        How often the process died.
+    struck : bool
+        Whether the fault has come.
+    """
+
+    def __init__(self, fault: str, at: int) -> None:
+        self.fault, self.at = fault, at
+        self.writes = 0
+        self.kills = 0
+        self.dead = False
+        self.struck = False
+        self._random = random.Random(f"{fault}/{at}")
+        self._fsync = os.fsync
+
+    def write(self, stream: Stream, line: bytes) -> int:
+        """Write a record, or do with it what the fault is."""
+        if self.dead:
+            raise Killed
+        number, self.writes = self.writes, self.writes + 1
+        if number != self.at:
+            return stream.raw(line)
+        self.struck = True
+        half = len(line) // 2
+        fault = self._random.choice(KILLS) if self.fault == AGAIN else self.fault
+        if fault in KILLS:
+            self.dead = True
+            self.kills += 1
+            part = {"kill before": b"", "kill within": line[:half], "kill after": line}
+            stream.raw(part[fault] if fault in part else self._sectors(stream, line))
+            raise Killed
+        name, _, place = fault.partition(" ")
+        if name in ERRORS:
+            stream.raw(line[:half] if place == "half way" else b"")
+            raise OSError(ERRORS[name], os.strerror(ERRORS[name]))
+        return stream.raw(line[: max(half, 1)] if fault == "short writes" else line)
+
+    def fsync(self, descriptor: int) -> None:
+        """Synchronise, or fail to."""
+        if self.dead:
+            raise Killed
+        if self.fault == "fsync EIO" and self.writes == self.at + 1 and not self.struck:
+            self.struck = True
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        self._fsync(descriptor)
+
+    def revive(self) -> None:
+        """Begin the next life: without a fault, unless it is to die again and again."""
+        self.dead = False
+        dies = self.fault == AGAIN and self.kills < LIVES
+        self.at = self.writes + self._random.randrange(LIFE) if dies else -1
+
+    def _sectors(self, stream: Stream, line: bytes) -> bytes:
+        """Return a record of which some sectors of the disk were not written."""
+        start, torn = stream.tell(), bytearray(line)
+        end = start + len(line)
+        for first in range(start - start % SECTOR, end, SECTOR):
+            if self._random.random() < 0.5:  # noqa: PLR2004 - each sector written or not
+                low, high = max(first, start), min(first + SECTOR, end)
+                torn[low - start : high - start] = bytes(high - low)
+        return bytes(torn)
+
+
+class Stream:
+    """The journal's open file, with a `Disk` below it."""
+
+    def __init__(self, file: FileIO, disk: Disk) -> None:
+        self._file, self._disk = file, disk
+        self.tell, self.seek, self.truncate = file.tell, file.seek, file.truncate
+        self.fileno, self.close = file.fileno, file.close
+
+    def write(self, line: bytes) -> int:
+        """Write through the disk."""
+        return self._disk.write(self, line)
+
+    def raw(self, line: bytes) -> int:
+        """Write to the file itself."""
+        return int(self._file.write(line))
+
+
+@contextmanager
+def below_the_journal(disk: Disk) -> Iterator[None]:
+    """Put a disk below every journal that is opened."""
+    begin = Journal.__init__
+    write = Journal.write
+    close = Journal.close
+
+    def __init__(journal, path, clock, *, stream, records):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, N807
+        begin(journal, path, clock, stream=Stream(stream, disk), records=records)  # type: ignore[arg-type]
+
+    def writing(journal, kind, **data):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN003, ANN202
+        if disk.fault in GONE and disk.writes == disk.at and not disk.struck:
+            disk.struck = True
+            take_away(journal.path, disk.fault)
+        return write(journal, kind, **data)
+
+    def closing(journal: Journal) -> None:
+        if not disk.dead:
+            close(journal)
+        else:  # a dead process tidies nothing up
+            journal._stream.close()  # noqa: SLF001 - the system does this for it
+
+    with (
+        mock.patch.object(Journal, "__init__", __init__),
+        mock.patch.object(Journal, "write", writing),
+        mock.patch.object(Journal, "close", closing),
+        mock.patch.object(os, "fsync", disk.fsync),
+        mock.patch.object(journal_module, "_tell_on_standard_error"),
+    ):
+        yield
+
+
+def take_away(path: Path, how: str) -> None:
+    """Remove or rename a journal, or its data set's folder, under its writer."""
+    dataset = path.parents[2]
+    elsewhere = {"renamed": path, "folder renamed": dataset}
+    if how == "removed":
+        path.unlink()
+    elif how == "folder removed":
+        shutil.rmtree(dataset)
+    else:
+        elsewhere[how].rename(elsewhere[how].with_name("elsewhere"))

@@ -1,0 +1,142 @@
+"""Pilots that are disturbed at one place after the other, and compared with the undisturbed."""
+
+from __future__ import annotations
+
+import tempfile
+from collections import Counter
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+from unittest import mock
+
+from experiments.dataset.bids import build_dataset
+from experiments.dataset.rendering import render
+from experiments.dataset.runs import read_runs
+from experiments.dataset.verification import verify
+from experiments.journal import journal as journal_module
+from experiments.running.pilot import pilot_plans, run_simulated
+from experiments.study.file import shipped_studies
+from faults import UserError
+from tools.torture.disk_faults import FAULTS, GONE, Disk, Killed, below_the_journal
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from experiments.dataset.rendering import Content
+    from experiments.study.run_plan import RunPlan
+
+EVERY_OPTION = Path(__file__).with_name("every_option.toml")
+
+
+@dataclass
+class Outcome:
+    """How a part of the campaign went.
+
+    Parameters
+    ----------
+    counts : Counter
+        How many cases there were, by (fault, study).
+    bad : list of tuple
+        (fault, sentence) of each case whose data differed.
+    """
+
+    counts: Counter[tuple[str, str]] = field(default_factory=Counter)
+    bad: list[tuple[str, str]] = field(default_factory=list)
+
+    def judge(self, fault: str, plan: RunPlan, place: str, problem: str) -> None:
+        """Count a case; an empty problem is none."""
+        study = Path(plan.study_name).stem
+        self.counts[fault, study] += 1
+        if problem:
+            who = f"participant {plan.participant}"
+            self.bad.append((fault, f"{study}, {who}, {fault} {place}: {problem}"))
+
+
+def studies() -> list[str]:
+    """Return all studies of the campaign: the shipped ones, and one that uses every option."""
+    return [*shipped_studies(), str(EVERY_OPTION)]
+
+
+def plans_of(study: str, participants: int) -> list[RunPlan]:
+    """Return the plans of a study's pilot: each participant's sessions and runs."""
+    return pilot_plans(study, participants=participants, seed=None, language=None)
+
+
+@contextmanager
+def folder() -> Iterator[Path]:
+    """Give a new folder, in memory where there is such a disk: many writes."""
+    shared = Path("/dev/shm")  # noqa: S108 - no secret is in it
+    with tempfile.TemporaryDirectory(dir=shared if shared.is_dir() else None) as name:
+        yield Path(name)
+
+
+def content(dataset: Path) -> dict[str, Content]:
+    """Return all that a data set's journals give.
+
+    Raises
+    ------
+    UserError
+        A journal is damaged.
+    """
+    runs, problems = read_runs(dataset)
+    files, unfit = render(runs)
+    if problems or unfit:
+        raise UserError("; ".join(str(problem) for problem in [*problems, *unfit]))
+    return {str(name): text for name, text in files.items()}
+
+
+def difference(dataset: Path, expected: dict[str, Content]) -> str:
+    """Build a data set; return how it differs from what was expected, or nothing."""
+    try:
+        build_dataset(dataset)
+        if content(dataset) != expected:
+            return "the data differ"
+        return "; ".join(str(problem) for problem in verify(dataset))
+    except Exception as error:  # noqa: BLE001 - what is looked for
+        return repr(error)
+
+
+def undisturbed(plan: RunPlan) -> tuple[dict[str, Content], int]:
+    """Return a plan's data set, and how many writes it takes."""
+    disk = Disk("none", -1)
+    with folder() as dataset, below_the_journal(disk):
+        run_simulated(dataset, plan, "mock")
+        return content(dataset), disk.writes
+
+
+def disturbed(dataset: Path, plan: RunPlan, disk: Disk, kept: list[Path]) -> Path:
+    """Run a pilot over a disk, resume it until it is complete; return where its journal is."""
+    with (
+        below_the_journal(disk),
+        mock.patch.object(journal_module, "fallback_folders", return_value=kept),
+    ):
+        while disk.at >= 0:
+            try:
+                run_simulated(dataset, plan, "mock")
+                break
+            except (Killed, UserError):
+                disk.revive()
+        else:
+            run_simulated(dataset, plan, "mock")
+    return kept[0] if disk.fault in GONE and disk.struck else dataset
+
+
+def disk_campaign(names: Sequence[str], every: int, participants: int) -> Outcome:
+    """Do everything to the disk under each study's pilot, at each so many-th record."""
+    outcome = Outcome()
+    for plan in (plan for name in names for plan in plans_of(name, participants)):
+        expected, writes = undisturbed(plan)
+        for offset, fault in enumerate(FAULTS):
+            for at in range(offset % every, writes, every):
+                disk = Disk(fault, at)
+                with folder() as made:
+                    try:
+                        found = disturbed(made / "a", plan, disk, [made / "kept"])
+                        problem = difference(found, expected)
+                    except Exception as error:  # noqa: BLE001 - what is looked for
+                        problem = repr(error)
+                outcome.judge(
+                    fault, plan, f"at write {at}", problem or ("" if disk.struck else "no fault")
+                )
+    return outcome

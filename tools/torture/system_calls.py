@@ -1,0 +1,162 @@
+"""Real kills: SIGKILL between any two of the system calls that write a run's files.
+
+Each case is a process of its own (a fork, so that nothing is imported anew). It counts the calls
+that it makes for the journal, the lock file and the tables, and kills itself before one of them.
+The run is then gone on with, and its data set compared with the undisturbed one.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import sys
+import traceback
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from experiments.dataset.bids import build_dataset
+from experiments.journal.journal import Journal
+from experiments.running.pilot import run_simulated
+from tools.torture.disk_faults import Stream
+from tools.torture.pilots import Outcome, difference, folder, plans_of, undisturbed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from experiments.study.run_plan import RunPlan
+
+FIRST, RESUMED = "SIGKILL in a run", "SIGKILL in a resumed run"
+KINDS = (FIRST, RESUMED)
+# What Python tells of the calls that name a file, or lock one.
+EVENTS = ("open", "os.mkdir", "os.remove", "os.rename", "os.rmdir", "os.utime")
+LOCKS = ("fcntl.flock", "fcntl.fcntl")
+NEVER = -1
+
+
+class Calls:
+    """Counts a process's system calls on one folder, and kills it before one of them.
+
+    It is the `Disk` of a `Stream` too. What it changes is not changed back: its process is a fork.
+    """
+
+    def __init__(self, root: Path, at: int) -> None:
+        self._root = str(root)
+        self._at = at
+        self.count = 0
+
+    def call(self) -> None:
+        """Count a call that is about to be made, or die."""
+        if self.count == self._at:
+            os.kill(os.getpid(), signal.SIGKILL)
+        self.count += 1
+
+    def write(self, stream: Stream, line: bytes) -> int:
+        """Write a record in two calls: a kill can come between its halves."""
+        half = len(line) // 2
+        self.call()
+        stream.raw(line[:half])
+        self.call()
+        return half + stream.raw(line[half:])
+
+    def watch(self) -> None:
+        """Begin to count."""
+        sys.addaudithook(self._told)
+        for name in ("stat", "fstat", "fsync"):
+            setattr(os, name, self._counted(getattr(os, name)))
+        begin, text = Journal.__init__, Path.write_text
+
+        def __init__(journal, path, clock, *, stream, records):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, N807
+            below = Stream(stream, self)  # type: ignore[arg-type]
+            below.truncate = self._counted(below.truncate)
+            begin(journal, path, clock, stream=below, records=records)  # type: ignore[arg-type]
+
+        def write_text(path: Path, data: str, **how: Any) -> int:
+            text(path, data[: len(data) // 2], **how)
+            self.call()
+            return text(path, data, **how)
+
+        Journal.__init__ = __init__  # type: ignore[method-assign]
+        Path.write_text = write_text  # type: ignore[method-assign, assignment]
+
+    def _told(self, event: str, arguments: tuple[Any, ...]) -> None:
+        if event in LOCKS or (event in EVENTS and str(arguments[0]).startswith(self._root)):
+            self.call()
+
+    def _counted(self, call: Callable[..., Any]) -> Callable[..., Any]:
+        def counted(*arguments: Any, **options: Any) -> Any:
+            known = not arguments or isinstance(arguments[0], int)
+            if known or str(arguments[0]).startswith(self._root):
+                self.call()
+            return call(*arguments, **options)
+
+        return counted
+
+
+def in_a_process(dataset: Path, plan: RunPlan, at: int) -> int | None:
+    """Run a pilot and build its data set in a fork; return its calls, None if it was killed."""
+    reading, writing = os.pipe()
+    process = os.fork()
+    if not process:
+        status = 1
+        try:
+            calls = Calls(dataset, at)
+            calls.watch()
+            run_simulated(dataset, plan, "mock")
+            build_dataset(dataset)
+            os.write(writing, str(calls.count).encode())
+            status = 0
+        except BaseException:  # noqa: BLE001 - a fork must not go on as its parent
+            traceback.print_exc()
+        finally:
+            os._exit(status)
+    os.close(writing)
+    with os.fdopen(reading, "rb") as pipe:
+        told = pipe.read()
+    _, status = os.waitpid(process, 0)
+    if os.WIFSIGNALED(status):
+        return None
+    if status:
+        raise RuntimeError(f"a run failed that was to be killed at call {at}")
+    return int(told)
+
+
+def cut(whole: Path, dataset: Path, plan: RunPlan) -> None:
+    """Make a data set of a journal that was torn in the middle of the run and of a record."""
+    path = plan.journal_path(dataset)
+    path.parent.mkdir(parents=True)
+    journal = plan.journal_path(whole).read_bytes()
+    path.write_bytes(journal[: len(journal) // 2])
+
+
+def kill_campaign(names: Sequence[str], every: int, participants: int) -> Outcome:
+    """Kill each study's pilot before each so many-th call, from its beginning and when resumed."""
+    outcome = Outcome()
+    for plan in (plan for name in names for plan in plans_of(name, participants)):
+        expected, _ = undisturbed(plan)
+        with folder() as place:
+            whole, base = place / "whole", place / "base"
+            all_calls = in_a_process(whole, plan, NEVER)
+            cut(whole, base, plan)
+            for offset, kind in enumerate(KINDS):
+                calls = all_calls if kind == FIRST else _resumed_calls(base, place / "r", plan)
+                for at in range(offset % every, calls or 0, every):
+                    made = place / "a"
+                    if kind == RESUMED:
+                        shutil.copytree(base, made)
+                    killed = in_a_process(made, plan, at) is None
+                    try:
+                        run_simulated(made, plan, "mock")
+                        problem = difference(made, expected)
+                    except Exception as error:  # noqa: BLE001 - what is looked for
+                        problem = repr(error)
+                    outcome.judge(
+                        kind, plan, f"at call {at}", problem or ("" if killed else "not killed")
+                    )
+                    shutil.rmtree(made, ignore_errors=True)
+    return outcome
+
+
+def _resumed_calls(base: Path, dataset: Path, plan: RunPlan) -> int | None:
+    shutil.copytree(base, dataset)
+    return in_a_process(dataset, plan, NEVER)

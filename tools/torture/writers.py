@@ -1,0 +1,92 @@
+"""Many processes that open one journal at once: one writes, the others are told so.
+
+In each round the writer is killed, and the next round begins with what it left behind: half of its
+records are torn. With and without the system's locks (some network drives have none).
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from typing import TYPE_CHECKING
+from unittest import mock
+
+from experiments.journal import locks
+from experiments.journal.journal import Journal
+from experiments.journal.reading import read_whole
+from faults import UserError
+from hardware.clock import VirtualClock
+from tools.torture.pilots import Outcome, folder, plans_of
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+WRITERS = 4
+KINDS = ("two writers, system's locks", "two writers, lock files alone")
+
+
+def writer_campaign(study: str, rounds: int) -> Outcome:
+    """Have so many rounds of writers race for one journal, of each kind of lock."""
+    outcome = Outcome()
+    plan = plans_of(study, 1)[0]
+    for kind in KINDS:
+        with folder() as dataset:
+            path = plan.journal_path(dataset)
+            for turn in range(rounds):
+                problem = race(path, system_locks=kind == KINDS[0])
+                outcome.judge(kind, plan, f"in round {turn}", problem)
+    return outcome
+
+
+def race(path: Path, *, system_locks: bool) -> str:
+    """Have writers open a journal at once; kill the one that does; return what went wrong."""
+    before = len(read_whole(path).records) if path.exists() else 0
+    start_read, start_write = os.pipe()
+    end_read, end_write = os.pipe()
+    told_read, told_write = os.pipe()
+    children = []
+    for _ in range(WRITERS):
+        process = os.fork()
+        if not process:
+            os.close(start_write)
+            os.close(end_write)
+            _write(path, (start_read, told_write, end_read), system_locks=system_locks)
+        children.append(process)
+    os.close(start_write)  # all begin
+    words = ""
+    while len(words) < WRITERS:
+        words += os.read(told_read, WRITERS).decode()
+    for process in children:
+        os.kill(process, signal.SIGKILL)
+        os.waitpid(process, 0)
+    for each in (start_read, end_read, end_write, told_read, told_write):
+        os.close(each)
+    reading = read_whole(path)
+    if words.count("w") != 1 or words.count("r") != WRITERS - 1:
+        return f"of {WRITERS} writers {words.count('w')} wrote, {words.count('r')} were refused"
+    if reading.damage or len(reading.records) != before + 1:
+        return f"{len(reading.records)} records where {before + 1} were written {reading.damage}"
+    return ""
+
+
+def _write(path: Path, pipes: tuple[int, int, int], *, system_locks: bool) -> None:
+    """Open the journal once all may, write a record and half of another, wait to be killed."""
+    start, told, end = pipes
+    word = b"x"
+    try:
+        os.read(start, 1)
+        without = mock.patch.object(locks, "_lock", return_value=None)
+        if not system_locks:
+            without.start()
+        journal = Journal.reopen(path, VirtualClock()) if path.exists() else None
+        journal = journal or Journal.create(path, VirtualClock())
+        journal.write("header" if not journal.records else "note", format=2)
+        journal._stream.write(b'{"n":')  # noqa: SLF001 - torn, as a kill leaves it
+        word = b"w"
+    except UserError:
+        word = b"r"
+    finally:
+        os.write(told, word)
+        os.read(end, 1)
+        os._exit(0)
