@@ -22,6 +22,7 @@ from experiments.dataset.schema import (
 )
 from experiments.dataset.tsv import cell, sidecar, table
 from experiments.journal.run_record import software
+from experiments.protocols.steps import CONSENT
 from experiments.study.file import study_hash
 
 if TYPE_CHECKING:
@@ -152,8 +153,7 @@ def _top(
     first = plans[0]
     study = first.study
     pilot = first.mode == "pilot"
-    asked = {name: None for row in people.values() for name in row if name not in (MODE, COMPLETE)}
-    described = person_columns(tuple(asked))
+    described = person_columns(_questions(people, plans))
     rows = [
         [label, *(cell(row.get(name)) for name in described)]
         for label, row in sorted(people.items())
@@ -182,6 +182,22 @@ def _top(
         name = "study.toml" if plan is first else f"study_{study_hash(plan.study_text)[:8]}.toml"
         yield PurePosixPath("code", name), plan.study_text
     yield README, _readme(first)
+
+
+def _questions(
+    people: dict[str, dict[str, Value]], plans: list[RunPlan]
+) -> dict[str, dict[str, str]]:
+    """Return what was asked about the participants: name -> the words of each code."""
+    asked: dict[str, dict[str, str]] = {
+        name: {} for row in people.values() for name in row if name not in (MODE, COMPLETE)
+    }
+    if CONSENT in asked:
+        asked[CONSENT] = {"yes": "agreed to take part", "no": "did not agree"}
+    for plan in reversed(plans):  # the first study's words where two have the same code
+        for question in plan.study.about_you:
+            if question.name in asked:
+                asked[question.name].update(question.levels(plan.study.language))
+    return asked
 
 
 def _readme(plan: RunPlan) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from experiments.dataset.lost_header import header_from_tables
 from experiments.dataset.rows_from_journal import gather
 from experiments.journal.reading import has_begun
 from experiments.journal.run_record import is_complete, read_usable
@@ -122,6 +123,13 @@ def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
         return None
     plan, reading = read_usable(path)
     file = path.relative_to(dataset).as_posix()
+    if plan is None and reading.records and (known := header_from_tables(dataset, path)):
+        plan, header = known
+        # The damage may be of more than the header: then its mark stays for the first trial.
+        whole = len(reading.records) > 1 and reading.records[1].number == 1
+        reading.records[: 1 if whole else 0] = [header]
+        told = "what the header said is taken from the run's sidecar"
+        problems.append(Problem(file=file, place="line 1", what=told))
     if plan is None:
         reason = str(reading.damage[0]) if reading.damage else "no header"
         problems.append(

@@ -191,19 +191,23 @@ def _common(protocol: Protocol) -> dict[str, Column]:
     }
 
 
-def person_columns(questions: tuple[str, ...] = ()) -> dict[str, Column]:
+def person_columns(questions: Mapping[str, Mapping[str, str]] | None = None) -> dict[str, Column]:
     """Return the columns of participants.tsv after `PARTICIPANT`, in order.
 
     Parameters
     ----------
-    questions : tuple of str
-        The names of the study's questions about the participant.
+    questions : Mapping
+        The study's questions about the participant: name -> the words of each code that can be
+        answered, none for a number.
     """
     answers = {
         name: Column(
-            value=lambda _: None, kind="label", description=f"Answer to the question '{name}'"
+            value=lambda _: None,
+            kind="label",
+            description=f"Answer to the question '{name}'",
+            levels=levels,
         )
-        for name in questions
+        for name, levels in (questions or {}).items()
     }
     return answers | {
         MODE: Column(

@@ -183,6 +183,8 @@ class Session:
                     self._take_up(step)
                 answer = self._live(step, number)
             self._progress.ends(step)
+            if isinstance(step, Instruct | EndBlock):
+                self._surface.part_over()
             number += 1
             if step.trial is None or isinstance(step, EndTrial):
                 self._ask_again()
@@ -212,6 +214,8 @@ class Session:
         virtual = isinstance(self._clock, VirtualClock)
         self._journal.write("take_up", virtual=virtual)
         self._rewinds = virtual
+        if not virtual:
+            self._surface.interrupt()
         if not isinstance(step, Silence):
             self._interruptions.attempt(lambda: self._restore(step))
 
@@ -272,9 +276,10 @@ class Session:
         amplitude_um_pp = step.surface.amplitude_um_pp if self._unblind else None
         self._progress.tell("presenting", amplitude_um_pp=amplitude_um_pp)
         self._markers.mark(Event.ONSET, step)
-        presented = self._surface.present(step)
+        made = self._surface.present(step)
         self._markers.mark(Event.SETTLED, step)
-        return presented
+        self._note_standard(step)
+        return made
 
     def _explore(self, step: Explore) -> Reply:
         self._restore(step)
@@ -349,8 +354,15 @@ class Session:
             with self._when_it_was_presented():
                 made = self._surface.restore()
             self._markers.mark(Event.SETTLED, step)
+            self._note_standard(step)
             trial = step.trial.number if step.trial else None
             self._journal.write("represented", trial=trial, answer=answer_record(made))
+
+    def _note_standard(self, step: Step) -> None:
+        """Write down that the standard was felt again before a trial's surface, if it was."""
+        if made := self._surface.take_standard_made():
+            trial = step.trial.number if step.trial else None
+            self._journal.write("standard_again", trial=trial, answer=answer_record(made))
 
     def _wait(self) -> None:
         """Tell the operator that the participant is at work."""

@@ -7,6 +7,10 @@ anything more: no rating is taken of a surface that is not there.
 Where the protocol silences the plate before it asks (the longest exploration is over), the surface
 is *remembered* for the questions of its trial. An interruption breaks that memory: the surface is
 then presented, explored and silenced again before the question (docs/decisions/0160).
+
+A surface that was explored and silenced outside a trial is a *standard*: what the trials after it
+are compared with. After an interruption it is felt again before the next of them
+(docs/decisions/0210).
 """
 
 from __future__ import annotations
@@ -51,6 +55,9 @@ class SurfaceState:
         # Silenced before the questions of its trial, and whether nothing came between since.
         self._remembered: tuple[Present, Explore | None] | None = None
         self._fresh = False
+        self._standard: tuple[Present, Explore] | None = None
+        self._standard_due = False
+        self._standard_made: Presented | None = None
         self._commanded_um_pp = 0.0
         self._measured = False
 
@@ -79,6 +86,8 @@ class SurfaceState:
 
     def present(self, step: Present) -> Presented:
         """Make a surface, after its lead-in where the plate does not make that."""
+        if self._standard and self._standard_due and step.trial is not None:
+            self._feel_standard(*self._standard)
         if step.lead_in:
             before, explore = step.lead_in
             led_in = self._made and self._present and self._present.surface == before.surface
@@ -148,25 +157,39 @@ class SurfaceState:
     def silence(self, step: Silence) -> None:
         """Silence the plate as the protocol asks for it; no surface is wanted there any more."""
         self._plate.silence()
+        if self._present and self._present.trial is None and self._made:
+            self._standard_due = False  # unless it was interrupted between the standard and its end
         self.silenced(step)
 
     def silenced(self, step: Silence) -> None:
         """Note that the protocol silenced the plate; questions of its trial may follow."""
         if self._present is None:
             return
-        felt, fresh = (self._present, self._explored), self._made
+        present, explored, fresh = self._present, self._explored, self._made
         self.forget()
-        if step.trial is not None and felt[0].trial == step.trial:
-            self._remembered, self._fresh = felt, fresh
+        if present.trial is None:
+            self._standard = (present, explored) if explored else None
+        elif step.trial is not None and present.trial == step.trial:
+            self._remembered, self._fresh = (present, explored), fresh
 
     def forget(self) -> None:
         """Note that no surface is wanted, nor remembered."""
         self._present, self._explored, self._made = None, None, False
         self._remembered, self._fresh = None, False
 
+    def part_over(self) -> None:
+        """Note that a block or a task is over: its standard counts no more."""
+        self._standard = None
+
+    def take_standard_made(self) -> Presented | None:
+        """Return how the standard was presented again since the last call, if it was."""
+        made, self._standard_made = self._standard_made, None
+        return made
+
     def interrupt(self) -> None:
         """Note that the surface is about to be lost, or is; it stays wanted, or remembered."""
         self._made, self._fresh = False, False
+        self._standard_due = True
 
     def hush(self) -> None:
         """Silence the plate for something apart; the surface that stood there is lost."""
@@ -180,6 +203,14 @@ class SurfaceState:
             self._plate.silence()
         except PlateFault:
             self._plate.close()
+
+    def _feel_standard(self, present: Present, explore: Explore) -> None:
+        """Have the standard presented, explored and silenced again."""
+        made = self._drive(present)
+        self._explore(explore)
+        self._plate.silence()
+        self.forget()
+        self._standard_made, self._standard_due = made, False
 
     def _drive(self, step: Present) -> Presented:
         """Present a surface; it is there once it has settled and reads back as commanded."""

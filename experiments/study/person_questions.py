@@ -142,6 +142,18 @@ class PersonQuestion(BaseModel):
             options = tuple((words, words) for words in self.options or ())
         return Ask(name=self.name, question=ChoiceQuestion(prompt=prompt, options=options))
 
+    def levels(self, language: str) -> dict[str, str]:
+        """Return the words of each code that the data can hold; none for a number.
+
+        In a language that the study has no words in, those of another.
+        """
+        if isinstance(self.options, dict):
+            return {
+                code: words.get(language, next(iter(words.values())))
+                for code, words in self.options.items()
+            }
+        return {words: words for words in self.options or ()}
+
 
 def unanswerable(questions: tuple[PersonQuestion, ...], language: str) -> Iterator[Fault]:
     """Yield the place and the sentence of each question that cannot be asked in a language."""

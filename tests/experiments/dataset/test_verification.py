@@ -121,17 +121,47 @@ def test_a_flipped_bit_anywhere_is_named_and_costs_no_more_than_the_trials_besid
     assert sum(map(len, trials.values())) == 12
 
 
-@pytest.mark.parametrize("cut", [b'{"n":0,"t":0.0,"kind":"header"', None])
-def test_a_torn_header_blocks_nobody_else(dataset, cut):
-    """Torn alone, or damaged with all that follows still there."""
+@pytest.mark.parametrize("torn", [True, False], ids=["torn alone", "damaged, without tables"])
+def test_a_header_that_nothing_replaces_blocks_nobody_else(dataset, torn):
     lines = lines_of(dataset)
-    put(dataset, [cut] if cut else one_flipped_bit(lines, 0))
+    if not torn:
+        shutil.rmtree(dataset / "sub-01")
+    put(dataset, [lines[0][:30]] if torn else one_flipped_bit(lines, 0))
     (problem,) = build_dataset(dataset)
     assert problem.file == JOURNAL
     assert "its first record is" in problem.what
     people = pd.read_csv(dataset / "participants.tsv", sep="\t")
     assert list(people["participant_id"]) == ["sub-02"]
-    assert (dataset / TABLE).exists()  # all that is left of that run
+    assert (dataset / TABLE).exists() == torn  # all that is left of that run
+
+
+@pytest.mark.parametrize("lost", [1, 2], ids=["header", "the next too"])
+def test_a_run_without_its_header_is_read_with_what_its_sidecar_says(dataset, lost):
+    people = (dataset / "participants.tsv").read_bytes()
+    tables = {path: path.read_bytes() for path in dataset.glob("sub-01/beh/*.tsv")}
+    lines = lines_of(dataset)
+    put(dataset, one_flipped_bit(lines, 0) if lost == 1 else lines[lost:])
+    problems = told(build_dataset(dataset))
+    assert f"{JOURNAL}: line 1: what the header said is taken from the run's sidecar" in problems
+    assert any("damaged" in problem for problem in problems)
+    same = [path.read_bytes() == content for path, content in tables.items()]
+    assert sum(same) == (2 if lost == 1 else 1)
+    flagged = [path.read_text().count("\tdamaged") for path in tables]
+    assert sorted(flagged) == ([0, 0] if lost == 1 else [0, 1])
+    assert (dataset / "participants.tsv").read_bytes() == people
+    notes = json.loads((dataset / TABLE).with_suffix(".json").read_text())["Slipscale"]
+    assert any(line.startswith("line 1: ") for line in notes["damaged"])
+    assert told(build_dataset(dataset)) == problems  # and again: nothing is worn away
+    assert verify(dataset)
+
+
+def test_a_study_file_that_was_edited_replaces_no_header(dataset):
+    put(dataset, one_flipped_bit(lines_of(dataset), 0))
+    study = dataset / "code" / "study.toml"
+    study.write_text(study.read_text() + "# later\n")
+    runs, problems = read_runs(dataset)
+    assert len(runs) == 1
+    assert "its first record is damaged" in told(problems)[0]
 
 
 def test_one_word_changed_with_its_checksum_mended_is_found(dataset):

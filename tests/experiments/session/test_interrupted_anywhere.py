@@ -197,8 +197,26 @@ def felt_again(records):
     return found
 
 
+def estimates_without_standard(records):
+    """Return the trials with an estimate between which and the standard something interrupted."""
+    due, step, found = False, {}, []
+    for record in records:
+        if record.kind in ("fault", "pause", "take_up"):
+            due = True
+        elif record.kind == "standard_again":
+            due = False
+        elif record.kind == "begin":
+            step = record.data["what"]
+        elif record.kind == "done" and step["type"] == "Explore" and step["trial"] is None:
+            due = False
+        elif record.kind == "done" and due and step.get("name") == "estimate":
+            found.append(step["trial"]["number"])
+    return found
+
+
 def assert_felt_and_flagged(laboratory, plan, rated):
     """Assert that each rating is of what was felt last, and flagged where that was felt again."""
+    assert estimates_without_standard(laboratory.records(plan)) == []
     tables, _ = rows(laboratory, plan)
     trials = [(task, row) for task, table in tables.items() for row in table]
     flagged = {(task, row["trial"]) for task, row in trials if "represented" in (row["flag"] or "")}
@@ -278,3 +296,21 @@ def test_wherever_a_persons_run_is_taken_up_what_is_rated_was_felt_and_the_trial
         path.parent.mkdir(parents=True)
         path.write_bytes(b"".join(lines[:kept]))
         assert_felt_and_flagged(laboratory, everything, sit_down(everything))
+
+
+def test_a_standard_counts_for_its_block_alone(laboratory, sit_down, plan):
+    """Felt again once after a pause, not at each trial; and not in another task."""
+    everything = plan(EVERY_OPTION, participant="01", session="1", run="01")
+    sit_down(everything)
+    polls = 1
+    again = []
+    while polls < 400:
+        laboratory.folder = laboratory.folder.with_name(f"{polls}")
+        sit_down(everything, operator=PausesAt(polls))
+        records = laboratory.records(everything)
+        made = [record for record in records if record.kind == "standard_again"]
+        assert len(made) <= 1
+        again += made
+        polls += 20
+    assert again
+    assert {record.data["answer"]["commanded_um_pp"] for record in again} == {2.0}

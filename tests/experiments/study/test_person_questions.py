@@ -1,5 +1,7 @@
 """Questions about the participant: codes for the data, words for the reader, bounds for numbers."""
 
+import json
+
 import pytest
 
 from experiments.dataset.bids import build_dataset
@@ -122,6 +124,26 @@ def answer(step):
     if isinstance(question, ChoiceQuestion):
         return question.options[0][0]
     return 34.0 if isinstance(question, WholeNumberQuestion) else 42.0
+
+
+def test_the_table_of_participants_says_what_each_code_means(laboratory):
+    agreed = plan(AGE + HAND, 'informed_consent = true\nlanguage = "fr"', language="en")
+    laboratory.run(agreed, person=lambda _: ScriptedParticipant(answer, laboratory.clock))
+    build_dataset(laboratory.folder)
+    described = json.loads((laboratory.folder / "participants.json").read_text(encoding="utf-8"))
+    assert described["handedness"]["Levels"] == {"left": "gauche", "right": "droite"}
+    assert described["informed_consent"]["Levels"]["yes"] == "agreed to take part"
+    assert "Levels" not in described["age_years"]
+
+
+def test_words_that_are_their_own_codes_are_levels_too():
+    study = parse_study(
+        STUDY.format(
+            asked='[[about_you]]\nname = "sex"\noptions = ["m", "f"]\nprompt = "?"\n', more=""
+        ),
+        "mine.toml",
+    )
+    assert study.about_you[0].levels("en") == {"m": "m", "f": "f"}
 
 
 def test_age_and_consent_stand_in_the_table_of_participants(laboratory):

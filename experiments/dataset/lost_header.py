@@ -1,0 +1,70 @@
+"""A run whose journal has lost its header: its tables' sidecar says the same.
+
+The header is a journal's first record; without it the other records are answers to an unknown
+study. The sidecars repeat it, and the study file lies in the data set under its hash, so that
+nothing has to be guessed. A run that has no tables yet has nothing that could stand in.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from experiments.dataset.schema import SIDECAR, TABLE_NAME
+from experiments.journal.record import Record
+from experiments.journal.record_shapes import checked
+from experiments.journal.run_record import plan_from
+from experiments.study.file import study_hash
+from experiments.study.run_plan import journal_path
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+    from typing import Any
+
+    from experiments.study.run_plan import RunPlan
+
+
+def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] | None:
+    """Return a run's plan and header as its sidecars and study file have them.
+
+    None where there are no tables of the run, or they do not say it.
+    """
+    for entries in _sidecars(dataset, journal):
+        record = Record(number=0, time_s=0.0, kind="header", data=entries)
+        if not checked([record])[1]:
+            return plan_from(record), record
+    return None
+
+
+def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, Any]]:
+    """Yield what each sidecar of the run says, in the words of a header."""
+    studies = _studies(dataset)
+    for table in sorted(dataset.glob(f"{journal.parent.name}/**/beh/*_beh.tsv")):
+        found = TABLE_NAME.fullmatch(table.name)
+        if found is None:
+            continue
+        labels = {
+            "participant": found["sub"],
+            "session": found["ses"] or "",
+            "run": found["run"] or "",
+        }
+        if journal_path(dataset, **labels) != journal:
+            continue
+        try:
+            told = json.loads(table.with_suffix(".json").read_text(encoding="utf-8"))[SIDECAR]
+            name, text = told["study"], studies[told["study_hash"]]
+        except (OSError, ValueError, LookupError, TypeError, RecursionError):
+            continue
+        yield {**told, **labels, "study_name": name, "study_text": text}
+
+
+def _studies(dataset: Path) -> dict[str, str]:
+    """Return the texts of a data set's study files, by their hash."""
+    texts = []
+    for path in sorted((dataset / "code").glob("study*.toml")):
+        try:
+            texts.append(path.read_bytes().decode())  # its own line ends: the hash is of them
+        except (OSError, UnicodeDecodeError):
+            continue
+    return {study_hash(text): text for text in texts}
