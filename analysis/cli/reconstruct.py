@@ -76,7 +76,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=4.0,
         metavar="GIB",
-        help="memory that a table of states may take (default 4); with --batch, in each process",
+        help="memory that counting or drawing may take (default 4); with --batch, in each process",
+    )
+    parser.add_argument(
+        "--minutes",
+        type=float,
+        default=10.0,
+        metavar="MIN",
+        help="time that counting a column may take, as far as can be told beforehand (default 10)",
     )
 
 
@@ -98,7 +105,9 @@ def run(arguments: argparse.Namespace) -> int:
             '--conclusions needs the design: say design = "paired" (the same participants in every '
             'column) or "independent" (others in each) in the file, or --design'
         )
-    columns = [Solutions(column, arguments.memory_gib) for column in table.columns]
+    columns = [
+        Solutions(column, arguments.memory_gib, arguments.minutes) for column in table.columns
+    ]
     _announce(columns)
     if arguments.sample is None:
         _answer(table, columns, design, arguments)
@@ -113,14 +122,14 @@ WORTH_SAYING_S = 5.0
 
 def _announce(columns: list[Solutions]) -> None:
     """Say on stderr what takes long, before it starts."""
-    from analysis.reconstruction.counting import duration, seconds_to_count  # noqa: PLC0415
+    from analysis.reconstruction.problem import duration, seconds_to_count  # noqa: PLC0415
 
     for solutions in columns:
         if solutions.refused:
             continue
         seconds = seconds_to_count(solutions.problems)
         if seconds > WORTH_SAYING_S:
-            gib = max(task.bytes for task in solutions.problems) / 2**30
+            gib = max(task.count_bytes for task in solutions.problems) / 2**30
             print(
                 f"column '{solutions.column.label}': counting takes {duration(seconds)} and "
                 f"{gib:.1f} GiB",
@@ -195,7 +204,7 @@ def _sample(columns: list[Solutions], arguments: argparse.Namespace) -> None:
     usable = _usable(columns)
     for solutions in columns:
         if solutions not in usable:
-            why = solutions.refused or solutions.reason
+            why = solutions.not_drawn or solutions.reason
             print(f"column '{solutions.column.label}': no samples: {why}", file=sys.stderr)
     if usable:
         with _output(arguments.out) as file:
@@ -203,8 +212,8 @@ def _sample(columns: list[Solutions], arguments: argparse.Namespace) -> None:
 
 
 def _usable(columns: list[Solutions]) -> list[Solutions]:
-    """Return the columns with data sets that can be counted: no other column silences them."""
-    return [solutions for solutions in columns if not solutions.refused and solutions.consistent]
+    """Return the columns with data sets that can be drawn: no other column silences them."""
+    return [solutions for solutions in columns if not solutions.not_drawn and solutions.consistent]
 
 
 def _status(columns: list[Solutions]) -> int:

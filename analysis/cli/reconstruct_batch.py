@@ -38,7 +38,9 @@ def run_batch(arguments: Namespace) -> int:
             if not file.tell():
                 writer.writeheader()
             left = rows[len(found) :]
-            for verdict in verdicts(left, arguments.memory_gib, arguments.workers):
+            for verdict in verdicts(
+                left, arguments.memory_gib, arguments.minutes, arguments.workers
+            ):
                 writer.writerow(asdict(verdict))
                 # What was answered is kept, whatever comes.
                 file.flush()

@@ -74,6 +74,8 @@ class ColumnAnswer:
         Empty if not asked for.
     refused : str
         Why the data sets are not counted; empty if they are.
+    not_drawn : str
+        Why none can be drawn though they are counted; empty if they can.
     witness : tuple of float
         One data set, checked, where they are not counted; empty if none was found.
     log10_estimate : float or None
@@ -92,6 +94,7 @@ class ColumnAnswer:
     order_statistics: tuple[OrderStatistic, ...] = ()
     variants: tuple[Variant, ...] = ()
     refused: str = ""
+    not_drawn: str = ""
     witness: tuple[float, ...] = ()
     log10_estimate: float | None = None
 
@@ -143,6 +146,7 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
             order_statistics(marginals(solutions, measure), column.scale) if worth else ()
         ),
         variants=all_variants(solutions) if variants else (),
+        not_drawn=solutions.not_drawn if solutions.consistent else "",
     )
 
 
@@ -169,12 +173,16 @@ def _uncounted(solutions: Solutions) -> ColumnAnswer:
 
 def worth_marginals(solutions: Solutions) -> bool:
     """Whether exact marginals are worth their time unasked."""
+    if solutions.not_drawn:
+        return False
     cells = sum((task.bytes // 8) * len(task.goals) for task in solutions.problems)
     return cells <= MARGINAL_CELLS
 
 
 def worth_ordering(solutions: Solutions, measure: str) -> bool:
     """Whether ordered samples are counted: asked for, or few enough additions."""
+    if solutions.not_drawn:
+        return False
     n, values = solutions.column.n, solutions.column.scale.steps + 1
     cells = sum(task.bytes // 8 for task in solutions.problems)
     return measure == "ordered" or cells * n * values <= ORDERED_ADDITIONS
@@ -249,8 +257,8 @@ def across(columns: Sequence[Solutions], design: Design, measure: str, seed: int
     from analysis.reconstruction.distributions import distributions  # noqa: PLC0415
     from analysis.reconstruction.sampling import LISTED, Sampler  # noqa: PLC0415
 
-    long = tuple(s.column.label for s in columns if s.refused or s.multisets > LISTED)
-    drawable = not any(s.refused for s in columns)
+    long = tuple(s.column.label for s in columns if s.not_drawn or s.multisets > LISTED)
+    drawable = not any(s.not_drawn for s in columns)
     samplers = [Sampler(solutions, measure) for solutions in columns] if drawable else []
     drawn = distributions(samplers, seed) if drawable else []
     return Across(

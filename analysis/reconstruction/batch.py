@@ -62,13 +62,13 @@ class Verdict:
     reason: str = ""
 
 
-def verdict(row: Row, memory_gib: float) -> Verdict:
+def verdict(row: Row, memory_gib: float, minutes: float) -> Verdict:
     """Return the verdict on one row."""
     give = partial(Verdict, line=row.line, digest=digest(row))
     if row.column is None:
         said = "; ".join(words for _, words in row.told)
         return give(label="", verdict="not understood", reason=said)
-    solutions = Solutions(row.column, memory_gib)
+    solutions = Solutions(row.column, memory_gib, minutes)
     label, targets = row.column.label, solutions.targets
     if solutions.refused:
         about = log10_multisets(targets)
@@ -101,19 +101,21 @@ def digest(row: Row) -> str:
     return sha256("\0".join(row.cells).encode()).hexdigest()[:12]
 
 
-def verdicts(rows: Sequence[Row], memory_gib: float, workers: int) -> Iterator[Verdict]:
+def verdicts(
+    rows: Sequence[Row], memory_gib: float, minutes: float, workers: int
+) -> Iterator[Verdict]:
     """Yield the verdicts in the order of the rows.
 
     Parameters
     ----------
     rows : sequence of Row
         Of the file.
-    memory_gib : float
-        Allowed to each worker.
+    memory_gib, minutes : float
+        Allowed to each row.
     workers : int
         Processes; with one no other process is started.
     """
-    judge = partial(verdict, memory_gib=memory_gib)
+    judge = partial(verdict, memory_gib=memory_gib, minutes=minutes)
     if workers == 1 or len(rows) <= TOGETHER:
         yield from map(judge, rows)
         return

@@ -1,144 +1,28 @@
-"""Exact counts of the solutions of a column, of any size, and what they would cost."""
+"""Exact counts of the solutions of a column, of any size."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, comb, inf, isfinite
+from math import inf, isfinite, prod
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.meet_in_the_middle import (
-    Goal,
-    Joint,
-    goals,
-    joints,
-    rough_cells,
-    shapes,
+from analysis.reconstruction import plane_by_plane
+from analysis.reconstruction.problem import (
+    MEMORY_GIB,
+    MINUTES,
+    require_countable,
+    require_memory,
+    simple_bound,
 )
-from analysis.reconstruction.residues import WORD, join, moduli_above
-from analysis.reconstruction.state_table import Shape, StateTable
-from faults import UserError
+from analysis.reconstruction.residues import WORD, join, primes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable
 
-    from analysis.reconstruction.partition import Part, Split
-
-# A state table larger than this is refused unless the user allows more.
-MEMORY_GIB = 4.0
-# Steps between the least and the largest rating.
-WIDEST = 10_000_000
-# Measured at n = 30 to 100 on 0 to 100 and at n = 60 on 0 to 7, an ordinary processor: 30 to 43.
-NANOSECONDS_A_CELL = 40
-BITS_A_PASS = 62
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Parts of the solutions that share their tables.
-
-    Parameters
-    ----------
-    split : Split
-        Where the free values lie.
-    goals : tuple of Goal
-        What they must add up to.
-    below, above : Shape
-        The tables of the values below and above the centre.
-    """
-
-    split: Split
-    goals: tuple[Goal, ...]
-    below: Shape
-    above: Shape
-
-    @property
-    def bytes(self) -> int:
-        """Memory of both tables, one modulus."""
-        return 8 * (self.below.cells + self.above.cells)
-
-    def tables(self, measure: str, modulus: int | None) -> tuple[StateTable, StateTable]:
-        """Return the two tables, filled."""
-        return StateTable(self.below, measure, modulus).fill(), StateTable(
-            self.above, measure, modulus
-        ).fill()
-
-    def joints(self, below: StateTable, above: StateTable) -> list[Joint]:
-        """Return every pair of aligned slices."""
-        return [
-            joint
-            for goal in self.goals
-            for joint in joints(
-                goal, (self.below, self.above), (below.planes, above.planes), below.measure
-            )
-        ]
-
-
-def problems(parts: Iterable[Part], memory_gib: float = MEMORY_GIB) -> list[Problem]:
-    """Return `parts` grouped by what shares its tables.
-
-    Raises
-    ------
-    UserError
-        Values lie too far apart, or a table would clearly need more than `memory_gib`.
-    """
-    groups = goals(parts)
-    for split, wanted in groups.items():
-        if split.high - split.low > WIDEST:
-            raise UserError(
-                f"ratings may lie {split.high - split.low:,} steps apart, more than {WIDEST:,}: "
-                "narrow the scale (observed_minimum, observed_maximum, maximum_deviation)"
-            )
-        # The exact size takes long where the tables are large; a guess does not.
-        guess_gib = 8 * rough_cells(split, wanted) / 2**30
-        if guess_gib > 2 * memory_gib:
-            raise _too_large(guess_gib, memory_gib)
-    return [
-        Problem(split, tuple(wanted), *shapes(split, wanted)) for split, wanted in groups.items()
-    ]
-
-
-def _too_large(need_gib: float, memory_gib: float) -> UserError:
-    seconds = need_gib * 2**30 / 8 * NANOSECONDS_A_CELL * 1e-9
-    return UserError(
-        f"the table of states needs about {need_gib:.1f} GiB, more than the {memory_gib:g} GiB "
-        f"allowed, and {duration(seconds)} or more to fill: narrow the scale "
-        "(observed_minimum, observed_maximum, maximum_deviation) or allow more with --memory-gib"
-    )
-
-
-def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> None:
-    """Refuse what would not fit, before it starts.
-
-    Raises
-    ------
-    UserError
-        The largest table needs more than `memory_gib`.
-    """
-    need = max((task.bytes for task in tasks), default=0) * moduli / 2**30
-    if need > memory_gib:
-        raise _too_large(need, memory_gib)
-
-
-def seconds_to_count(tasks: list[Problem]) -> float:
-    """Return about how long counting the multisets takes on an ordinary processor."""
-    bits = simple_bound(tasks, "multisets").bit_length()
-    # Once in floating point, and once for each modulus.
-    passes = 1 if bits <= BITS_A_PASS else 1 + ceil(bits / BITS_A_PASS)
-    return sum(task.bytes // 8 for task in tasks) * passes * NANOSECONDS_A_CELL * 1e-9
-
-
-def duration(seconds: float) -> str:
-    """Return a length of time for people.
-
-    >>> duration(0.2), duration(90), duration(7200)
-    ('about 1 s', 'about 2 min', 'about 2 h')
-    """
-    for size, unit in ((3600, "h"), (60, "min")):
-        if seconds >= size:
-            return f"about {ceil(seconds / size):,} {unit}"
-    return f"about {max(round(seconds), 1)} s"
+    from analysis.reconstruction.meet_in_the_middle import Joint
+    from analysis.reconstruction.problem import Problem
 
 
 def total(joint: Joint, modulus: int | None) -> float | int:
@@ -176,15 +60,14 @@ class Estimate:
         """A number that the count does not exceed."""
         return self.value * (1 + 2 * self.error) + 1
 
-    @property
-    def settles_a_residue(self) -> bool:
-        """Whether only one number with a known residue modulo 2^64 is near enough."""
-        return isfinite(self.value) and 2 * self.bound * self.error < WORD / 4
+    def settles(self, modulus: int) -> bool:
+        """Whether only one number with a known residue modulo `modulus` is near enough."""
+        return isfinite(self.value) and 2 * self.bound * self.error < modulus / 4
 
-    def nearest(self, residue: int) -> int:
-        """Return the nearest integer that leaves `residue` modulo 2^64."""
-        half = WORD // 2
-        return int(self.value) + (residue - int(self.value) + half) % WORD - half
+    def nearest(self, residue: int, modulus: int) -> int:
+        """Return the nearest integer that leaves `residue` modulo `modulus`."""
+        half = modulus // 2
+        return int(self.value) + (residue - int(self.value) + half) % modulus - half
 
 
 def estimate(tasks: list[Problem], measure: str) -> Estimate:
@@ -201,17 +84,6 @@ def estimate(tasks: list[Problem], measure: str) -> Estimate:
     return Estimate(value if isfinite(value) else inf, roundings * 2.0**-53)
 
 
-def simple_bound(tasks: list[Problem], measure: str) -> int:
-    """Return what the free values could be at all, each given one's places included."""
-    bound = 0
-    for task in tasks:
-        values = max(task.split.high - task.split.low + 1, 1)
-        for goal in task.goals:
-            free = values**goal.n if measure == "ordered" else comb(goal.n + values - 1, goal.n)
-            bound += free * (goal.part.arrangements if measure == "ordered" else 1)
-    return bound
-
-
 def largest_possible(tasks: list[Problem], measure: str) -> int:
     """Return an upper bound on the number of solutions, close if it exceeds a machine word."""
     bound = simple_bound(tasks, measure)
@@ -221,7 +93,12 @@ def largest_possible(tasks: list[Problem], measure: str) -> int:
     return int(close) + 1 if isfinite(close) else bound
 
 
-def count(tasks: list[Problem], measure: str, memory_gib: float = MEMORY_GIB) -> int:
+def count(
+    tasks: list[Problem],
+    measure: str,
+    memory_gib: float = MEMORY_GIB,
+    minutes: float = MINUTES,
+) -> int:
     """Return the exact number of solutions.
 
     Parameters
@@ -231,24 +108,56 @@ def count(tasks: list[Problem], measure: str, memory_gib: float = MEMORY_GIB) ->
     measure : {"multisets", "ordered"}
         What is counted.
     memory_gib : float
-        Memory allowed to one table of states.
+        Memory allowed.
+    minutes : float
+        Time allowed to a count of multisets, as far as it can be told beforehand.
 
     Returns
     -------
     int
         Of any size.
     """
-    require_memory(tasks, memory_gib)
-    if not tasks:
-        return 0
-    bound = simple_bound(tasks, measure)
+    if measure == "ordered":
+        require_memory(tasks, memory_gib)
+        return _exact(
+            simple_bound(tasks, measure),
+            lambda: estimate(tasks, measure),
+            lambda modulus: _residue(tasks, measure, modulus),
+        )
+    require_countable(tasks, memory_gib, minutes)
+    few = [task.of_few_values for task in tasks]
+    many = [task for task, found in zip(tasks, few, strict=True) if found is None]
+    return sum(found for found in few if found is not None) + _exact(
+        simple_bound(many, measure),
+        lambda: _estimated_multisets(many),
+        lambda modulus: sum(int(_multisets(task, modulus)) for task in many) % modulus,
+    )
+
+
+def _exact(bound: int, estimated: Callable[[], Estimate], residue: Callable[[int], int]) -> int:
+    """Return a count of at most `bound` from its residues, as few as will do."""
     if bound < WORD:
-        return _residue(tasks, measure, WORD)
-    close = estimate(tasks, measure)
-    if close.settles_a_residue:
-        return close.nearest(_residue(tasks, measure, WORD))
-    moduli = moduli_above(int(close.bound) + 1 if isfinite(close.bound) else bound)
-    return join(tuple(_residue(tasks, measure, modulus) for modulus in moduli), moduli)
+        return residue(WORD) if bound else 0
+    close = estimated()
+    moduli: tuple[int, ...] = (WORD,)
+    while not close.settles(prod(moduli)) and prod(moduli) <= bound:
+        moduli = (WORD, *primes(len(moduli)))
+    found = join(tuple(residue(modulus) for modulus in moduli), moduli)
+    return close.nearest(found, prod(moduli)) if close.settles(prod(moduli)) else found
+
+
+def _multisets(task: Problem, modulus: int | None) -> float | int:
+    return plane_by_plane.number(task.below, task.above, task.goals, modulus)
+
+
+def _estimated_multisets(tasks: list[Problem]) -> Estimate:
+    """Return the number of multisets in floating point."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        value = sum(float(_multisets(task, None)) for task in tasks)
+    roundings = max(
+        plane_by_plane.roundings(task.below, task.above, task.goals) for task in tasks
+    ) + len(tasks)
+    return Estimate(value if isfinite(value) else inf, roundings * 2.0**-53)
 
 
 def attained(tasks: list[Problem], memory_gib: float = MEMORY_GIB) -> set[tuple[int, int]]:

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.counting import Problem, largest_possible, require_memory, total
+from analysis.reconstruction.counting import largest_possible, total
 from analysis.reconstruction.meet_in_the_middle import Goal, joints
+from analysis.reconstruction.problem import Problem, require_memory
 from analysis.reconstruction.residues import WORD, join, moduli_above
 from analysis.reconstruction.state_table import Array, StateTable
 

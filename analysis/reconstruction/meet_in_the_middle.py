@@ -66,14 +66,37 @@ def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
     return below.shape(), above.shape()
 
 
-def rough_cells(split: Split, wanted: list[Goal]) -> float:
-    """Return about how many cells both tables have, from a few of their planes, at once."""
-    return sum(half.rough_cells() for half in _halves(split, wanted))
+def glimpses(split: Split, wanted: list[Goal]) -> list[Glimpse]:
+    """Return how far a few planes of both tables must reach, at once."""
+    return [half.glimpse() for half in _halves(split, wanted)]
 
 
-# Planes, and sums in each, from which the size of a table is guessed.
+# Planes, sums in each and distances, from which the size of a table is guessed.
 PLANES_LOOKED_AT = 16
 SUMS_LOOKED_AT = 256
+DISTANCES_LOOKED_AT = 1024
+
+
+@dataclass(frozen=True)
+class Glimpse:
+    """A few planes of a table.
+
+    Parameters
+    ----------
+    ks : ndarray, shape (planes,)
+        Numbers of values.
+    cells : ndarray, shape (planes,)
+        Cells of each plane.
+    sizes : ndarray, shape (planes, distances)
+        Cells that values at a distance or farther out need; each stands for `share` distances.
+    share : float
+        Distances a column.
+    """
+
+    ks: Array
+    cells: Array
+    sizes: Array
+    share: float
 
 
 @dataclass(frozen=True)
@@ -90,40 +113,56 @@ class _Half:
     sign: int
     lowest: int  # value still to come, seen from here
     most: int  # values
-    # Goals that differ in V alone share their bounds: (n, D, smallest V, largest V).
-    groups: tuple[tuple[int, int, int, int], ...]
+    # Goals with the same n share their bounds: n, least and largest D, least and largest V.
+    groups: tuple[tuple[int, tuple[int, int], tuple[int, int]], ...]
 
     def shape(self) -> Shape:
         """Return for every k the largest a and w that occur on the way to a solution."""
         reach = ((0, 0), *(self._reach_of(k, 0) for k in range(1, self.most + 1)))
         return Shape(self.nearest, self.farthest, self.sign, reach)
 
-    def rough_cells(self) -> float:
-        """Return about how many cells a table of this reach has."""
+    def glimpse(self) -> Glimpse:
+        """Return a few planes."""
         ks = np.unique(np.linspace(0, self.most, PLANES_LOOKED_AT).astype(int))
         found = [self._reach_of(int(k), SUMS_LOOKED_AT) if k else (0, 0) for k in ks]
-        return float(np.trapezoid([(a + 1.0) * (w + 1.0) for a, w in found], ks)) + 1
+        a, w = np.array(found, dtype=np.float64).T[:, :, None]
+        number = max(self.farthest - self.nearest + 1, 0)
+        d = np.linspace(self.nearest, self.farthest, min(number, DISTANCES_LOOKED_AT))
+        rows, columns = a + 1 - ks[:, None] * d, w + 1 - ks[:, None] * (d * (d + self.sign) / 2)
+        return Glimpse(
+            ks,
+            ((a + 1) * (w + 1))[:, 0],
+            np.maximum(rows, 0) * np.maximum(columns, 0),
+            number / max(len(d), 1),
+        )
 
     def _reach_of(self, k: int, looked_at: int) -> tuple[int, int]:
         """Return the largest a and w of k values; from so many sums only, if not 0."""
         largest = (0, 0)
-        for n, signed_sum, square_least, square_most in self.groups:
+        for n, signed_sums, square_sums in self.groups:
             if k > n:
                 continue
-            first, last = k * self.nearest, min(k * self.farthest, isqrt(k * square_most))
+            first, last = k * self.nearest, min(k * self.farthest, isqrt(k * square_sums[1]))
             if last < first:
                 continue
             if looked_at and last - first >= looked_at:
                 a = np.linspace(first, last, looked_at).astype(np.int64)
             else:
                 a = np.arange(first, last + 1, dtype=np.int64)
-            rest, b = n - k, -self.sign * signed_sum - a
-            ends, inner = self.nearest + self.farthest, self.nearest * self.farthest
-            rest_least = -(-(b * b) // max(rest, 1))
-            rest_most = (self.lowest + self.farthest) * b - rest * self.lowest * self.farthest
-            most = np.minimum(ends * a - k * inner, square_most - rest_least)
-            least = np.maximum(-(-(a * a) // k), square_least - rest_most)
-            fits = (least <= most) & (b >= rest * self.lowest) & (b <= rest * self.farthest)
+            rest = n - k
+            # Sums that the values still to come may have, seen from here.
+            ends = sorted(-self.sign * signed_sum for signed_sum in signed_sums)
+            b_least, b_most = ends[0] - a, ends[1] - a
+            nearest_to_0 = np.clip(0, b_least, b_most)
+            rest_least = -(-(nearest_to_0**2) // max(rest, 1))
+            total, inner = self.lowest + self.farthest, rest * self.lowest * self.farthest
+            rest_most = np.maximum(total * b_least, total * b_most) - inner
+            own = (self.nearest + self.farthest) * a - k * self.nearest * self.farthest
+            most = np.minimum(own, square_sums[1] - rest_least)
+            least = np.maximum(-(-(a * a) // k), square_sums[0] - rest_most)
+            fits = (
+                (least <= most) & (b_most >= rest * self.lowest) & (b_least <= rest * self.farthest)
+            )
             if fits.any():
                 w = (most + self.sign * a)[fits] // 2
                 largest = (max(largest[0], int(a[fits].max())), max(largest[1], int(w.max())))
@@ -133,13 +172,20 @@ class _Half:
 def _halves(split: Split, wanted: list[Goal]) -> tuple[_Half, _Half]:
     below = (split.centre - split.below, split.centre - split.low)
     above = (split.above - split.centre, split.high - split.centre)
-    square_sums: dict[tuple[int, int], list[int]] = {}
+    of_n: dict[int, list[Goal]] = {}
     for goal in wanted:
-        square_sums.setdefault((goal.n, goal.signed_sum), []).append(goal.square_sum)
-    groups = tuple((*key, min(found), max(found)) for key, found in square_sums.items())
+        of_n.setdefault(goal.n, []).append(goal)
+    groups = tuple(
+        (n, _ends([g.signed_sum for g in found]), _ends([g.square_sum for g in found]))
+        for n, found in of_n.items()
+    )
     most_below = max(goal.part.most_below for goal in wanted)
     most_above = max(goal.n - goal.part.fewest_below for goal in wanted)
     return _half(below, above, +1, most_below, groups), _half(above, below, -1, most_above, groups)
+
+
+def _ends(values: list[int]) -> tuple[int, int]:
+    return min(values), max(values)
 
 
 def _half(
@@ -147,7 +193,7 @@ def _half(
     other: tuple[int, int],
     sign: int,
     most: int,
-    groups: tuple[tuple[int, int, int, int], ...],
+    groups: tuple[tuple[int, tuple[int, int], tuple[int, int]], ...],
 ) -> _Half:
     here = own[1] >= own[0]
     lowest = -other[1] if other[1] >= other[0] else own[0]

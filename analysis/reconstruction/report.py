@@ -42,6 +42,8 @@ def column_json(answer: ColumnAnswer) -> Json:
         written["refused"] = answer.refused
         written["witness"] = list(answer.witness)
         written["log10_estimate"] = answer.log10_estimate
+    if answer.not_drawn:
+        written["not_drawn"] = answer.not_drawn
     if answer.order_statistics:
         written["order_statistics"] = [asdict(row) for row in answer.order_statistics]
     if answer.variants:
@@ -96,11 +98,11 @@ def column_lines(answer: ColumnAnswer) -> Iterator[str]:
         yield from _uncounted_lines(answer)
     elif answer.multisets:
         yield f"  multisets        {answer.multisets:,}"
-        yield (
-            "  ordered samples  not counted, it takes long; --measure ordered does"
-            if answer.ordered is None
-            else f"  ordered samples  {answer.ordered:,}"
-        )
+        if answer.ordered is None:
+            why = answer.not_drawn or "it takes long; --measure ordered does"
+            yield f"  ordered samples  not counted, {why}"
+        else:
+            yield f"  ordered samples  {answer.ordered:,}"
         yield "  sum, sum of squares  " + "; ".join(f"{s}, {q}" for s, q in answer.sums)
     else:
         yield f"  inconsistent: {answer.reason}"

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.counting import largest_possible, require_memory
+from analysis.reconstruction.counting import largest_possible
+from analysis.reconstruction.problem import require_memory
 from analysis.reconstruction.residues import WORD, moduli_above
 from analysis.reconstruction.unranking import Ranking
 from faults import UserError

@@ -7,15 +7,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from analysis.reconstruction.constraints import Targets, targets
-from analysis.reconstruction.counting import (
+from analysis.reconstruction.counting import attained, count
+from analysis.reconstruction.partition import partition
+from analysis.reconstruction.problem import (
     MEMORY_GIB,
+    MINUTES,
     Problem,
-    attained,
-    count,
     problems,
+    require_countable,
     require_memory,
 )
-from analysis.reconstruction.partition import partition
 from analysis.reconstruction.witness import witness
 from faults import UserError
 
@@ -31,12 +32,13 @@ class Solutions:
     ----------
     column : Column
         As published.
-    memory_gib : float
-        Memory allowed to one table of states; a larger one is refused before it starts.
+    memory_gib, minutes : float
+        Memory and time allowed; what takes more is refused before it starts.
     """
 
     column: Column
     memory_gib: float = MEMORY_GIB
+    minutes: float = MINUTES
 
     @cached_property
     def targets(self) -> Targets:
@@ -49,18 +51,29 @@ class Solutions:
         if self.targets.refused:
             raise UserError(f"column '{self.column.label}': {self.targets.refused}")
         parts = (part for wish in self.targets.wanted for part in partition(wish))
-        return problems(parts, self.memory_gib)
+        return problems(parts)
 
     @cached_property
     def multisets(self) -> int:
         """Number of data sets when the order of the participants does not count."""
-        return count(self.problems, "multisets", self.memory_gib)
+        return count(self.problems, "multisets", self.memory_gib, self.minutes)
 
     @cached_property
     def refused(self) -> str:
         """Why they are not counted; empty if they can be."""
         if self.targets.refused:
             return self.targets.refused
+        try:
+            require_countable(self.problems, self.memory_gib, self.minutes)
+        except UserError as error:
+            return str(error)
+        return ""
+
+    @cached_property
+    def not_drawn(self) -> str:
+        """Why no data set can be drawn or listed, if there is any; empty if they can."""
+        if self.refused:
+            return self.refused
         try:
             require_memory(self.problems, self.memory_gib)
         except UserError as error:
@@ -75,7 +88,7 @@ class Solutions:
     @cached_property
     def attained(self) -> tuple[tuple[tuple[int, int], ...], bool]:
         """Pairs of sum and sum of squares, in steps, and whether each surely is some data set's."""
-        if self.refused:
+        if self.not_drawn:
             return tuple((m.total, m.squares) for m in self.targets.moments), False
         return tuple(sorted(attained(self.problems, self.memory_gib))), True
 

@@ -15,8 +15,8 @@ from analysis.reconstruction.residues import WORD, weights
 from analysis.reconstruction.state_table import WAYS, Array, StateTable, Ways
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.counting import Problem
     from analysis.reconstruction.meet_in_the_middle import Joint
+    from analysis.reconstruction.problem import Problem
 
 # Ranks that have all their values are dropped once they are so many of those that walk.
 WORTH_DROPPING = 0.7

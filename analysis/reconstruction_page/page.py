@@ -113,7 +113,7 @@ def _facts(source: Source) -> list[tuple[str, str]]:
 def _drawn(source: Source, place: int, number: int) -> Array | None:
     """Return samples of a column in steps; None if it has none that can be drawn."""
     solutions, _ = source.columns[place]
-    if solutions.refused or not solutions.consistent:
+    if solutions.not_drawn or not solutions.consistent:
         return None
     # As `--sample` draws them: a column's samples do not depend on the columns beside it.
     return Sampler(solutions, source.measure).draw(

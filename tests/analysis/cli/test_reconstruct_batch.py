@@ -17,7 +17,7 @@ ROWS = {
     "impossible,20,3.20,9.00,1,7,,": "inconsistent impossible",
     "extremes,5,2.40,1.14,1,7,,7": "inconsistent extremes",
     "median,5,2.40,1.14,1,7,2.3,": "inconsistent count",
-    "long,5000,4.00,1.50,1,7,,": "not counted",
+    "long,500,4.00,1.50,1,7,,": "not counted",
     "word,many,4.00,1.50,1,7,,": "not understood",
     "cells,5": "not understood",
 }
@@ -31,7 +31,9 @@ def table(tmp_path):
 
 
 def batch(table, out, *words):
-    return slipscale.main(["reconstruct", str(table), "--batch", "--out", str(out), *words])
+    # What is in closed form takes no time, so that the long row alone is refused.
+    given = [str(table), "--batch", "--out", str(out), "--minutes", "0", *words]
+    return slipscale.main(["reconstruct", *given])
 
 
 def test_every_row_has_a_verdict_and_all_are_summed_up(table, tmp_path, capsys):
@@ -44,7 +46,7 @@ def test_every_row_has_a_verdict_and_all_are_summed_up(table, tmp_path, capsys):
     assert [row["line"] for row in found[:3]] == ["2", "3", "4"]
     assert int(found[0]["multisets"]) > 0
     assert "needs about" in found[6]["reason"]
-    assert float(found[6]["log10_estimate"]) > 10
+    assert float(found[6]["log10_estimate"]) > 8
     assert "got 'many'" in found[7]["reason"]
     said = capsys.readouterr().out
     assert "27 rows" in said
@@ -67,7 +69,7 @@ def test_what_was_interrupted_anywhere_goes_on(table, tmp_path, monkeypatch, kep
     judge = verdict
     monkeypatch.setattr(
         "analysis.reconstruction.batch.verdict",
-        lambda row, memory_gib: judged.append(row) or judge(row, memory_gib),
+        lambda row, **allowed: judged.append(row) or judge(row, **allowed),
     )
     batch(table, tmp_path / "torn.csv")
     assert (tmp_path / "torn.csv").read_bytes() == whole

@@ -8,16 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.reconstruction import counting
+from analysis.reconstruction import problem
 from analysis.reconstruction.counting import (
     Estimate,
     attained,
     count,
     estimate,
     largest_possible,
-    require_memory,
-    simple_bound,
 )
+from analysis.reconstruction.problem import require_memory, simple_bound
 from analysis.reconstruction.residues import WORD
 from analysis.reconstruction.solutions import Solutions
 from faults import UserError
@@ -103,7 +102,7 @@ def test_the_bound_of_an_estimate_is_not_wasteful():
 def test_the_nearest_number_with_a_residue_is_found_on_either_side(value, off):
     about = Estimate(float(value), 0.0)
     wanted = int(about.value) + off
-    assert about.nearest(wanted % WORD) == wanted
+    assert about.nearest(wanted % WORD, WORD) == wanted
 
 
 def test_sums_that_no_data_set_has_are_not_attained(column, all_multisets):
@@ -117,4 +116,4 @@ def test_sums_that_no_data_set_has_are_not_attained(column, all_multisets):
 
 
 def test_by_default_four_gib_are_allowed():
-    assert counting.MEMORY_GIB == 4.0
+    assert problem.MEMORY_GIB == 4.0
