@@ -62,7 +62,7 @@ def test_one_impossible_column_silences_no_other(capsys, tmp_path, words):
 
 def test_a_column_too_large_to_count_is_answered_as_far_as_possible_then_refused(capsys, tmp_path):
     (tmp_path / "t.csv").write_text(MIXED)
-        words = ["reconstruct", str(tmp_path / "t.csv"), "--minutes", "0"]
+    words = ["reconstruct", str(tmp_path / "t.csv"), "--minutes", "0"]
     assert slipscale.main(words) == 2
     said = capsys.readouterr()
     assert "multisets        40" in said.out
