@@ -164,7 +164,7 @@ def residuals(logs: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> Figur
     """
     from scipy import stats  # noqa: PLC0415 - a second's import
 
-    figure = Figure(figsize=(6.8, 2.9), layout="constrained")
+    figure = Figure(figsize=(5.6, 2.7), layout="constrained")
     left, right = figure.subplots(1, 2)
     left_over = omnibus.additive_residuals(logs.to_numpy(float))
     ordered = np.sort(left_over.ravel())
@@ -173,7 +173,7 @@ def residuals(logs: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> Figur
     span = [min(expected[0], ordered[0]), max(expected[-1], ordered[-1])]
     left.plot(span, span, color=PALE, linewidth=1.2, zorder=1)
     left.plot(expected[shown], ordered[shown], "o", color=BLUE, markersize=3.5, markeredgewidth=0)
-    left.set_xlabel("Expected of a normal distribution")
+    left.set_xlabel("Expected if normal")
     left.set_ylabel("Residual (natural logarithm)")
     left.set_title("Normality")
     amplitudes = logs.columns.to_numpy(float)

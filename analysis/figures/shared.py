@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote, unquote
 from xml.sax.saxutils import escape
 
+import matplotlib as mpl
 import numpy as np
 
 from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
@@ -25,6 +26,8 @@ LINES_AT_MOST = 60
 LINEAR_RATIO = 50.0
 #: Ticks closer than this share of the axis would overlap.
 CLOSEST_TICKS = 0.06
+#: Width of a digit, in sizes of the font.
+DIGIT = 0.62
 
 
 def amplitude_axis(
@@ -62,13 +65,14 @@ def apart(axes: Axes, levels: NDArray[np.float64]) -> list[float]:
     """Return the levels whose ticks do not overlap on an axis with its scale and limits."""
     transform = axes.get_xaxis_transform()
     places = transform.transform([(level, 0.0) for level in levels])[:, 0]
-    width = axes.bbox.width
+    size = mpl.rcParams["font.size"] * axes.figure.dpi / 72
     kept: list[float] = []
-    last = -np.inf
+    end = -np.inf
     for level, place in zip(levels.tolist(), places, strict=True):
-        if place - last >= CLOSEST_TICKS * width:
+        half = max(CLOSEST_TICKS * axes.bbox.width, DIGIT * size * (len(f"{level:g}") + 1)) / 2
+        if place - half >= end:
             kept.append(level)
-            last = place
+            end = place + half
     return kept
 
 

@@ -169,7 +169,18 @@ def _participants(axes: Axes, steps: pd.DataFrame) -> None:
     )
     counted = own.groupby(["size", "difference_felt"]).size()
     rows = counted.reset_index(name="people").to_numpy(float).tolist()
-    for place, (size, share, people) in enumerate(rows):
+    # In the legend one person's ring: the largest would hide other entries.
+    axes.plot(
+        [],
+        linestyle="none",
+        marker="o",
+        markersize=RING**0.5,
+        markerfacecolor="none",
+        markeredgecolor=PALE,
+        markeredgewidth=1.1,
+        label="participants (area: how many)",
+    )
+    for size, share, people in rows:
         axes.scatter(
             [size],
             [share],
@@ -179,6 +190,5 @@ def _participants(axes: Axes, steps: pd.DataFrame) -> None:
             linewidths=1.1,
             clip_on=False,
             zorder=3,
-            label="participants (area: how many)" if place == 0 else None,
             gid=tip(f"{people:g} participants: {share:.0%}"),
         )

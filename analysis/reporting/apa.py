@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting.numbers import bracketed, number, p_value, unit_number
+from analysis.reporting.numbers import bracketed, number, of_size, p_value, unit_number
 from analysis.reporting.primary import FAMILIES
 from analysis.statistics.not_computed import NotComputed
 
@@ -105,9 +105,10 @@ def linear_trend(found: LinearTrend, confidence: float) -> str | None:
     slope = found.log_slope_per_um_pp
     if isinstance(slope, NotComputed):
         return None
+    write = of_size(slope.mean)
     return (
-        f"The linear trend of log estimates was {number(slope.mean)} per µm (peak to peak), "
-        f"{level_of(confidence)} CI {bracketed(slope.interval)}, t({slope.df}) = "
+        f"The linear trend of log estimates was {write(slope.mean)} per µm (peak to peak), "
+        f"{level_of(confidence)} CI {bracketed(slope.interval, write)}, t({slope.df}) = "
         f"{number(slope.t)}, {p_value(slope.p)} (n = {found.n})."
     )
 

@@ -6,7 +6,7 @@ from math import isfinite
 from typing import TYPE_CHECKING
 
 from analysis.reporting.apa import level_of, reliable
-from analysis.reporting.numbers import bracketed, number, p_value
+from analysis.reporting.numbers import bracketed, number, of_size, p_value
 from analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
@@ -24,14 +24,16 @@ def psychometric(found: PsychometricCurve | NotComputed, confidence: float) -> s
     if isinstance(found, NotComputed):
         return f"No curve of “yes” against the size of the step was fitted: {found.reason}."
     verb = "depended" if reliable(found.p, confidence) else "did not depend reliably"
+    write = of_size(found.log_odds_per_um_pp)
+    at = found.half_yes_um_pp
     half = (
-        f"; half of the answers are “yes” at {number(found.half_yes_um_pp)} µm"
-        if found.half_yes_um_pp is not None and found.half_yes_um_pp > 0
+        f"; half of the answers are “yes” at {of_size(at)(at)} µm"
+        if at is not None and at > 0
         else ""
     )
     return (
-        f"“Yes” {verb} on the size of the step, log odds {number(found.log_odds_per_um_pp)} per µm "
-        f"(peak to peak) removed, {level_of(confidence)} CI {bracketed(found.interval)}, "
+        f"“Yes” {verb} on the size of the step, log odds {write(found.log_odds_per_um_pp)} per µm "
+        f"(peak to peak) removed, {level_of(confidence)} CI {bracketed(found.interval, write)}, "
         f"t({found.df}) = {number(found.t)}, {p_value(found.p)}{half} (logistic curve by "
         "generalised estimating equations, answers of a participant exchangeable)."
     )
@@ -91,7 +93,7 @@ def sensitivity(found: SignalDetection, confidence: float) -> str:
         f"{bracketed(mean.interval)}."
     )
     return (
-        f"{text[0].upper()}{text[1:]} (probit model with participants, profile-likelihood "
+        f"Sensitivity by step size: {text} (probit model with participants, profile-likelihood "
         f"intervals, {level_of(confidence)}).{own}"
     )
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 
 #: What a caption starts with -> what is counted.
 KINDS = {"<figcaption>": "Figure", "<caption>": "Table"}
-#: A table of so many rows fits on a page and is not broken across two.
-ROWS_TOGETHER = 16
+#: A table of so many rows is not broken across two pages.
+ROWS_TOGETHER = 8
 
 
 @dataclass(slots=True)

@@ -10,6 +10,8 @@ if TYPE_CHECKING:
 
     from analysis.statistics.confidence_interval import ConfidenceInterval
 
+#: Slopes below this, per µPa for example, would read 0.00.
+SMALLEST_OF_TWO_DECIMALS = 0.095
 #: What stands in a table where there is no number.
 DASH = "–"
 
@@ -23,6 +25,31 @@ def number(value: float | None, decimals: int = 2, *, thousands: str = "") -> st
     if value is None or not math.isfinite(value):
         return DASH
     return f"{value:,.{decimals}f}".replace(",", thousands).replace("-", "−")
+
+
+def significant(value: float) -> str:
+    """Return a number of any size for reading, to three significant digits.
+
+    >>> significant(0.0213), significant(-1.234e-8), significant(float("nan"))
+    ('0.0213', '−1.23 × 10⁻⁸', '–')
+    """
+    if not math.isfinite(value):
+        return DASH
+    figures, mark, power = f"{value:#.3g}".replace("-", "−").partition("e")
+    return f"{figures} × 10{_raised(int(power.replace('−', '-')))}" if mark else figures
+
+
+def _raised(power: int) -> str:
+    return str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def of_size(value: float) -> Callable[[float], str]:
+    """Return how a value and its interval are written: two decimals, unless they show nothing.
+
+    >>> of_size(0.82)(0.05), of_size(0.0021)(0.0004)
+    ('0.05', '0.000400')
+    """
+    return significant if 0 < abs(value) < SMALLEST_OF_TWO_DECIMALS else number
 
 
 def grouped(value: float | None, decimals: int = 2) -> str:

@@ -74,7 +74,7 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
 
 def in_own_section(section: html.ReportSection, quantity: Quantity) -> html.ReportSection:
     """Return a section as it reads for a quantity; its markup holds none of our phrases."""
-    found = html.ReportSection(in_own_words(section.title, quantity))
+    found = html.ReportSection(in_own_words(section.title, quantity), shown=section.shown)
     found.blocks += [
         Markup(in_own_words(str(block), quantity))  # noqa: S704 - it was escaped before
         for block in section.blocks
@@ -95,7 +95,9 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
             ("Amplitudes", f"{amplitudes} µm (peak to peak)"),
             ("Normalisation", analysis.rule),
         ]
-    found.append(("Records of", MODES.get(data.mode, data.mode)))
+    # Nobody asks whether a table of another laboratory is a pilot's.
+    if data.quantity.of_plate:
+        found.append(("Records of", MODES.get(data.mode, data.mode)))
     found += [
         (title, ", ".join(data.details[key]))
         for key, title in (("study", "Study"), ("plate", "Plate"), ("language", "Language"))

@@ -9,7 +9,13 @@ import pandas as pd
 from analysis.preprocessing import data_quality as quality_rules
 from analysis.reporting import html
 from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import DASH, grouped, interval
+from analysis.reporting.numbers import (
+    DASH,
+    SMALLEST_OF_TWO_DECIMALS,
+    grouped,
+    interval,
+    significant,
+)
 from analysis.statistics.not_computed import NotComputed
 from experiments.dataset.schema import PARTICIPANT
 
@@ -125,12 +131,17 @@ def _of(row: Row, part: str, whole: str) -> str:
     return DASH if pd.isna(row[part]) else f"{row[part]:.0f} of {row[whole]:.0f}"
 
 
+def _estimate(value: float) -> str:
+    """Return an estimate at one unit, which may lie far below what was presented."""
+    return significant(value) if 0 < value < SMALLEST_OF_TWO_DECIMALS else grouped(value, 1)
+
+
 #: TableColumn of `analysis.statistics.individuals` -> its heading, and how to write a row's cell.
 OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
     "exponent": (TableColumn(title="Exponent"), lambda row: grouped(row["exponent"])),
     "estimate_at_1_um": (
         TableColumn(title="Estimate", unit="at 1 µm p-p"),
-        lambda row: grouped(row["estimate_at_1_um"], 1),
+        lambda row: _estimate(row["estimate_at_1_um"]),
     ),
     "growth_function": (
         TableColumn(title="Favoured", left=True),

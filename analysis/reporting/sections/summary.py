@@ -61,7 +61,7 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
 def _question(analysis: Analysis) -> str:
     parts = []
     if analysis.prepared is not None:
-        parts.append("Does perceived slipperiness change with the vibration's amplitude, and how?")
+        parts.append("Does perceived slipperiness change with vibration amplitude, and how?")
     if not isinstance(analysis.inference.difference, NotComputed):
         parts.append("Do participants feel a step down in amplitude, and what do they say of it?")
     return " ".join(parts)
@@ -73,7 +73,7 @@ def _design(analysis: Analysis) -> str:
     if analysis.prepared is not None:
         amplitudes = ", ".join(f"{a:g}" for a in analysis.cells.columns)
         trials = counted(len(analysis.estimates), "estimate", "estimates")
-        parts.append(f"{trials} of {amplitudes} µm")
+        parts.append(f"{trials} of {amplitudes} µm (peak to peak)")
     felt = analysis.inference.difference
     if not isinstance(felt, NotComputed):
         steps = sum(step.n for step in felt.steps)
@@ -81,14 +81,14 @@ def _design(analysis: Analysis) -> str:
             f"{counted(steps, 'step', 'steps')} down and "
             f"{counted(felt.catch.n, 'catch step', 'catch steps')}"
         )
-    return "; ".join(parts) + " (amplitudes peak to peak)."
+    return "; ".join(parts) + "."
 
 
 def _doubts(analysis: Analysis) -> list[str]:
     """Return what a careful reader would hold against the answer, the gravest first."""
     found = []
     people = len(analysis.flags) - len(analysis.excluded)
-    if 1 < people < SMALL:
+    if 2 < people < SMALL:  # noqa: PLR2004 - of one or two, what is missing is told
         found.append(
             f"{people} participants: intervals are wide, and what is not told apart may differ."
         )

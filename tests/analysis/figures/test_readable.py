@@ -4,10 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.collections import PathCollection
+from matplotlib.figure import Figure
 
 from analysis.figures.estimates import fig15
 from analysis.figures.growth import growth
-from analysis.figures.shared import with_tips
+from analysis.figures.shared import apart, with_tips
 from analysis.figures.yes_no import RING, difference
 from analysis.statistics.descending_difference.verbal_coding import load_codebook
 from analysis.statistics.descending_difference.yes_no import analyse_differences
@@ -69,3 +70,14 @@ def test_the_growth_figure_s_panels_lie_one_above_the_other(logs):
     assert above.y0 > below.y1
     assert above.x0 < below.x1
     assert figure.get_figwidth() < 5.5
+
+
+def test_ticks_with_long_labels_do_not_overlap():
+    axes = Figure(figsize=(2.8, 2.7)).add_subplot()
+    axes.set_xscale("log")
+    levels = np.array([6324.56, 20000, 63245.6, 200000, 632456])
+    axes.set_xlim(levels[0], levels[-1])
+    assert apart(axes, levels) == [6324.56, 63245.6, 632456]
+    short = np.array([0.1, 1, 10, 100, 1000])
+    axes.set_xlim(0.1, 1000)
+    assert apart(axes, short) == short.tolist()

@@ -40,7 +40,8 @@ def folder(tmp_path_factory):
 def test_neither_plate_nor_film_nor_paper_is_in_the_report_or_a_file(folder):
     """Whatever a writer of the report adds later, too."""
     foreign = re.compile(
-        r"plate\b|film|the paper|µm|um_pp|amplitude|slipper|friction|surface", re.IGNORECASE
+        r"plate\b|film|the paper|µm|um_pp|amplitude|slipper|friction|surface|vibration|peak to",
+        re.IGNORECASE,
     )
     for name in ("report.html", "inference.json", "results.json", "fig15.svg", "growth.svg"):
         text = (folder / name).read_text(encoding="utf-8")
@@ -48,6 +49,11 @@ def test_neither_plate_nor_film_nor_paper_is_in_the_report_or_a_file(folder):
         assert sorted(set(foreign.findall(text))) == [], name
     for path in [*folder.glob("*.csv"), *folder.glob("*.tex")]:
         assert not foreign.search(path.read_text(encoding="utf-8")), path.name
+
+
+def test_slopes_of_large_levels_are_not_written_as_zero(folder):
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    assert re.search(r"linear trend of log estimates was 0\.000150 per µPa", text)
 
 
 def test_columns_carry_the_quantity(folder):

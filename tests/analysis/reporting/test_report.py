@@ -126,3 +126,42 @@ def test_pictures_have_alternative_texts_and_columns_headings(dataset, tmp_path)
     assert "<figure>" in text
     assert "<figure " not in text
     assert not re.search(r'<th scope="col"[^>]*></th>', text)
+
+
+@pytest.fixture
+def written(dataset, page):
+    """Return the report of six people, both tasks, with a pilot's banner."""
+    row = dataset.difference_row
+    people = {f"{n:02d}": [row(1, 2.3, 1.2, "yes"), row(2, 1.2, 1.2, "no")] for n in range(1, 7)}
+    return page(analyse(dataset(differences=people, mode="pilot")))
+
+
+def test_the_summary_is_read_without_opening_anything(written):
+    main = written.partition('<main id="main">')[2]
+    assert main.index("<b>Answer.</b>") < main.index("<details")
+    assert re.findall(r"<details(.*?)><summary><h2[^>]*>(.*?)<", main)[:2] == [
+        (" open", "Results, in sentences"),
+        ("", "Magnitude estimates"),
+    ]
+
+
+def test_a_link_of_the_contents_leads_into_what_it_opens(written):
+    """A browser opens the details that hold a link's target, not those that are it."""
+    links = re.findall(r'<a href="#([\w-]+)">', written.partition("<nav")[2])
+    assert len(links) > 5
+    for name in links[1:]:
+        before = written.partition(f'id="{name}"')[0]
+        assert before.count("<details") == before.count("</details>") + 1, name
+
+
+def test_everything_is_in_a_landmark_and_no_heading_is_empty(written):
+    header = written.partition("<header>")[2].partition("</header>")[0]
+    assert "PILOT DATA" in header
+    assert not re.search(r"<th[^>]*></th>", written)
+
+
+def test_two_people_are_told_once_what_two_cannot_tell(table_by_hand, page):
+    text = page(analyse(few(table_by_hand, "ab", (0, 1, 2))))
+    doubts = text.partition("What to doubt")[2].partition("</ul>")[0]
+    assert "intervals, tests and exponents need at least three" in doubts
+    assert "intervals are wide" not in doubts
