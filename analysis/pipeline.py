@@ -8,6 +8,7 @@ anything is described or tested.
 from __future__ import annotations
 
 from dataclasses import replace
+from math import inf
 from typing import TYPE_CHECKING
 
 from analysis.preprocessing import data_quality, data_warnings, normalisation
@@ -34,6 +35,7 @@ def analyse(
     dataset: str | Path | Dataset,
     *,
     normalise: str | None = None,
+    equivalence_ratio: float | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Analysis:
     """Analyse a data set; `analysis.reporting.files.write_analysis` writes what was found.
@@ -44,6 +46,8 @@ def analyse(
         A data set's folder, a tidy table, or what `analysis.reading.load.load` returned.
     normalise : str, optional
         A rule of `analysis.preprocessing.normalisation.RULES`, in place of the study's frozen one.
+    equivalence_ratio : float, optional
+        In place of the study's: within which ratio two amplitudes count as equal.
     progress : callable, optional
         Called with a few words on what comes next.
 
@@ -58,6 +62,7 @@ def analyse(
     if not len(data.estimates) and not len(data.differences):
         raise UserError(f"{data.name}: {data_warnings.nothing(data)}")
     absences = data_warnings.absent(data)
+    data, changes = _with_ratio(data, equivalence_ratio)
     tell("checking data quality")
     measures = data_quality.measures(data, data.choices.thresholds)
     flags = data_quality.flags(measures, data.choices.thresholds)
@@ -94,6 +99,7 @@ def analyse(
         problems=(
             *data.problems,
             *absences,
+            *changes,
             *notes,
             *data_warnings.changing_tops(data),
             *data_warnings.beyond_tops(data),
@@ -102,6 +108,18 @@ def analyse(
             *data_warnings.unequal(prepared),
         ),
     )
+
+
+def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]:
+    """Return the data with the bound asked for, and what to say where it was frozen otherwise."""
+    frozen = data.choices.equivalence_ratio
+    if asked is None or asked == frozen:
+        return data, []
+    if not 1 < asked < inf:
+        raise UserError(f"the ratio of equivalence is {asked:g}; expected a number above 1")
+    choices = data.choices.model_copy(update={"equivalence_ratio": asked})
+    notes = [f"The study froze an equivalence_ratio of {frozen:g}; {asked:g} was asked for."]
+    return replace(data, choices=choices), notes if "equivalence_ratio" in data.frozen else []
 
 
 def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tuple[str, ...]]]:

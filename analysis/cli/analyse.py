@@ -47,6 +47,13 @@ def add_analyse(parser: ArgumentParser) -> None:
         choices=rules,
         help=f"how estimates come to one scale: {', '.join(rules)}",
     )
+    parser.add_argument(
+        "--equivalence",
+        metavar="RATIO",
+        type=float,
+        help="within which ratio of geometric means two amplitudes count as equal (default: the "
+        "study's, else 1.25)",
+    )
     parser.add_argument("--json", action="store_true", help="print Table III as JSON")
     _add_mapping(parser)
 
@@ -97,7 +104,12 @@ def run_analyse(args: Namespace) -> int:
         if args.map and mapping is not None:
             mappings.write_mapping(mapping, Path(args.dataset))
         out = Path(args.out) if args.out else default_folder(data, args.dataset)
-        analysis = analyse(data, normalise=args.normalise, progress=progress)
+        analysis = analyse(
+            data,
+            normalise=args.normalise,
+            equivalence_ratio=args.equivalence,
+            progress=progress,
+        )
         progress("writing tables, figures and the report")
         # Matplotlib takes a second to load: not before something is to be drawn.
         from analysis.reporting.files import write_analysis  # noqa: PLC0415

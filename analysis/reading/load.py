@@ -166,7 +166,9 @@ def _load_table(path: Path) -> Dataset:
 
 def _load_foreign(path: Path, mapping: TableMapping) -> Dataset:
     problems = Problems()
-    return _by_hand(path, read_foreign(path, mapping, problems), problems, mapping.quantity)
+    data = _by_hand(path, read_foreign(path, mapping, problems), problems, mapping.quantity)
+    choices = mapping.analysis
+    return replace(data, choices=choices, frozen=tuple(sorted(choices.model_fields_set)))
 
 
 def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quantity) -> Dataset:

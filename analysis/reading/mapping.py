@@ -16,6 +16,7 @@ from pydantic import (
 )
 
 from analysis.reading.quantity import Quantity
+from experiments.study.analysis_choices import AnalysisChoices
 from faults import UserError
 from faults.toml_file import read_toml
 from faults.validation import complaint, faults_in, sentences
@@ -78,12 +79,15 @@ class TableMapping(_Strict):
     table : Cells
         Decimal mark and sheet where they are not found by themselves; ``only`` keeps rows by
         column -> value.
+    analysis : AnalysisChoices
+        How the data will be analysed, as in a study file.
     """
 
     columns: Columns
     stimulus: StimulusWords = StimulusWords()
     levels: dict[ColumnName, Annotated[float, Field(ge=0, le=1e100)]] = Field(default_factory=dict)
     table: Cells = Cells()
+    analysis: AnalysisChoices = AnalysisChoices()
 
     @model_validator(mode="after")
     def _one_task(self) -> TableMapping:

@@ -21,7 +21,7 @@ from analysis.reading.delimited import (
 )
 from analysis.reading.table_lines import listed_lines
 from experiments.dataset.schema import NOTES, PARTICIPANT, SIDECAR
-from experiments.study.analysis_choices import AnalysisChoices
+from experiments.study.analysis_choices import RETIRED, AnalysisChoices
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -130,6 +130,8 @@ def choices(
         raise UserError(f"{path}: not a TOML file ({error})") from error
     except ValidationError as error:
         raise UserError(f"{path}: {faults_of(error, text, ('analysis',))}") from error
+    for key in sorted(table.keys() & RETIRED.keys()):
+        problems.add(f"code/study.toml: analysis.{key} has no effect any more: {RETIRED[key]}")
     ran_with = details.get("study_hash", ())
     # Sessions hash the text; an editor or a version control may have turned its line ends.
     unchanged = digest(content.replace(b"\r\n", b"\n")) in ran_with if ran_with else None
@@ -143,7 +145,7 @@ def choices(
             f"Sessions ran with {len(ran_with)} different study files; the choices of analysis are "
             "those of code/study.toml"
         )
-    return choices, tuple(sorted(table)), unchanged
+    return choices, tuple(sorted(table.keys() - RETIRED.keys())), unchanged
 
 
 def add_sources(folder: Path, choices: AnalysisChoices, sources: list[Source]) -> None:

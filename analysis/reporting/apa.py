@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from analysis.statistics.mixed_model import MixedModel
     from analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
     from analysis.statistics.order_effects import OrderEffects
-    from analysis.statistics.pairwise import PairComparison
+    from analysis.statistics.pairwise import PairComparison, PairedT
     from analysis.statistics.power_law import PowerLaw
     from analysis.statistics.reliability import Reliability
     from analysis.statistics.run_all import Inference
@@ -34,9 +34,13 @@ MODEL_NAMES = {
 }
 
 
+#: Bayes factors beyond this, and below one over it, are not told more closely.
+MOST_DECISIVE = 100.0
+
+
 def level_of(confidence: float) -> str:
     """Return "95%"."""
-    return f"{100 * confidence:g}%"
+    return f"{round(100 * confidence, 6):g}%"
 
 
 def reliable(p: float, confidence: float) -> bool:
@@ -143,6 +147,59 @@ def pairwise_logs(pairs: Sequence[PairComparison], confidence: float) -> str | N
         return behind.strip()
     rows = [(pair, found.p_holm, pair.n_logs) for pair, found in tested]
     return _all_pairs(rows, "paired t of log estimates", confidence) + behind
+
+
+def equivalence(pairs: Sequence[PairComparison], confidence: float) -> str | None:
+    """Return what is known of pairs that paired t did not tell apart: equal within, or undecided.
+
+    None where all pairs were told apart.
+    """
+    apart = [
+        (pair, pair.logs)
+        for pair in pairs
+        if not isinstance(pair.logs, NotComputed) and not reliable(pair.logs.p_holm, confidence)
+    ]
+    if not apart:
+        return None
+    equal, undecided = (
+        "; ".join(
+            _equivalence(pair, logs)
+            for pair, logs in apart
+            if reliable(logs.equivalence_p_holm, confidence) == wanted
+        )
+        for wanted in (True, False)
+    )
+    how = (
+        f"two one-sided paired t tests of log estimates within a ratio of "
+        f"{apart[0][1].equivalence.bound:g}"
+        + (", Holm-corrected" if len(pairs) > 1 else "")
+        + "; BF₀₁: Bayes factor of no difference over a difference"
+    )
+    parts = [f"Of the pairs that were not told apart, equal: {equal or 'none'}"]
+    parts += [f"neither different nor equal, undecided: {undecided}"] if undecided else []
+    return f"{'; '.join(parts)} ({how})."
+
+
+def _equivalence(pair: PairComparison, logs: PairedT) -> str:
+    bounds = logs.equivalence.interval
+    return (
+        f"{_pair(pair)}, ratio {number(logs.ratio)}, {level_of(bounds.confidence)} CI "
+        f"{bracketed(bounds)}, {p_value(logs.equivalence_p_holm)}, "
+        f"BF₀₁ {bayes_of_none(logs.bayes_factor)} (n = {pair.n_logs})"
+    )
+
+
+def bayes_of_none(for_a_difference: float) -> str:
+    """Return the Bayes factor of no difference, as "= 4.23", "< 0.01" or "> 100".
+
+    >>> bayes_of_none(0.236), bayes_of_none(float("inf")), bayes_of_none(0.0001)
+    ('= 4.24', '< 0.01', '> 100')
+    """
+    if for_a_difference > MOST_DECISIVE:
+        return f"< {1 / MOST_DECISIVE:g}"
+    if for_a_difference * MOST_DECISIVE < 1:
+        return f"> {MOST_DECISIVE:g}"
+    return f"= {number(1 / for_a_difference)}"
 
 
 def pairwise_ranks(pairs: Sequence[PairComparison], confidence: float) -> str | None:
@@ -272,6 +329,7 @@ WRITERS: dict[str, tuple[str, Callable[..., str | None]]] = {
     "pairwise_ranks": ("pairwise", pairwise_ranks),
     "rm_anova": ("rm_anova", rm_anova),
     "pairwise_logs": ("pairwise", pairwise_logs),
+    "equivalence": ("pairwise", equivalence),
     "page_trend": ("page_trend", page_trend),
     "linear_trend": ("linear_trend", linear_trend),
     "power_law": ("power_law", power_law),

@@ -195,14 +195,24 @@ def _(pair: PairComparison) -> Json:
         "n": pair.n,
         "n_logs": pair.n_logs,
     }
+    equal: JsonObject = {}
     if isinstance(pair.logs, NotComputed):
         keys |= {"reason": pair.logs.reason, "p": None}
         p_holm = None
     else:
         keys |= _without(
-            _fields(pair.logs, ratio_interval="ratio_ci", d_z_interval="d_z_ci"), "p_holm"
+            _fields(pair.logs, ratio_interval="ratio_ci", d_z_interval="d_z_ci"),
+            *("p_holm", "equivalence", "equivalence_p_holm", "bayes_factor"),
         )
         keys["d_z_ci"] = _bounds(pair.logs.d_z_interval)
+        same = pair.logs.equivalence
+        equal |= {
+            "equivalence_ratio": same.bound,
+            "equivalence_ci": form(same.interval),
+            "equivalence_p": form(same.p),
+            "equivalence_p_holm": form(pair.logs.equivalence_p_holm),
+            "bayes_factor_10": form(pair.logs.bayes_factor),
+        }
         p_holm = form(pair.logs.p_holm)
     return keys | {
         "p_wilcoxon": form(pair.ranks.p),
@@ -210,6 +220,7 @@ def _(pair: PairComparison) -> Json:
         "down": pair.ranks.down,
         "p_holm": p_holm,
         "p_wilcoxon_holm": form(pair.ranks.p_holm),
+        **equal,
     }
 
 

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import combinations
-from math import nan
+from math import exp, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from analysis.preprocessing.sufficiency import FEWEST, few
 from analysis.statistics.effect_sizes import d_z_interval
+from analysis.statistics.equivalence import Equivalence, bayes_factor, equivalence
 from analysis.statistics.mean_over_participants import mean_over_participants
 from analysis.statistics.not_computed import NotComputed
 
@@ -42,6 +43,12 @@ class PairedT:
         Mean difference over the standard deviation of the differences.
     d_z_interval : ConfidenceInterval or None
         Exact; None where it is not defined.
+    equivalence : Equivalence
+        Whether the ratio lies within the study's bound.
+    equivalence_p_holm : float
+        Its p, corrected over all pairs.
+    bayes_factor : float
+        For a difference over none; infinite where it is beyond numbers.
     """
 
     ratio: float
@@ -52,6 +59,9 @@ class PairedT:
     p_holm: float
     d_z: float
     d_z_interval: ConfidenceInterval | None
+    equivalence: Equivalence
+    equivalence_p_holm: float
+    bayes_factor: float
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,8 +117,6 @@ def pairwise(data: Prepared) -> tuple[PairComparison, ...] | NotComputed:
         [_present(table[high] - table[low]) for low, high in pairs]
         for table in (data.logs.reindex(columns=cells.columns), cells)
     )
-    means = [_mean(data, each) for each in differences]
-    t_holm = _holm([nan if isinstance(each, NotComputed) else each.p for each in means])
     raw = [signed_rank_p(each) if len(each) >= FEWEST else nan for each in steps]
     return tuple(
         PairComparison(
@@ -116,13 +124,13 @@ def pairwise(data: Prepared) -> tuple[PairComparison, ...] | NotComputed:
             to_um_pp=float(high),
             n=len(step),
             n_logs=len(difference),
-            logs=_paired_t(mean, t_p, len(difference)),
+            logs=logs,
             ranks=SignedRank(
                 up=int((step > 0).sum()), down=int((step < 0).sum()), p=p, p_holm=rank_p
             ),
         )
-        for (low, high), difference, mean, step, p, t_p, rank_p in zip(
-            pairs, differences, means, steps, raw, t_holm, _holm(raw), strict=True
+        for (low, high), difference, logs, step, p, rank_p in zip(
+            pairs, differences, _paired_t(data, differences), steps, raw, holm(raw), strict=True
         )
     )
 
@@ -142,24 +150,40 @@ def _mean(data: Prepared, differences: NDArray[np.float64]) -> MeanOverParticipa
 
 
 def _paired_t(
-    found: MeanOverParticipants | NotComputed, p_holm: float, n: int
-) -> PairedT | NotComputed:
-    if isinstance(found, NotComputed):
-        return found
-    low, high = (float(np.exp(bound)) for bound in found.interval)
-    return PairedT(
-        ratio=float(np.exp(found.mean)),
-        ratio_interval=replace(found.interval, low=low, high=high),
-        t=found.t,
-        df=found.df,
-        p=found.p,
-        p_holm=p_holm,
-        d_z=found.mean / found.sd,
-        d_z_interval=d_z_interval(found.t, n, found.interval.confidence),
+    data: Prepared, differences: list[NDArray[np.float64]]
+) -> list[PairedT | NotComputed]:
+    """Return each pair's test; Holm's correction is over the pairs that have one."""
+    means = [_mean(data, each) for each in differences]
+    tested = [mean for mean in means if not isinstance(mean, NotComputed)]
+    same = [equivalence(mean, data.choices.equivalence_ratio) for mean in tested]
+    found = (
+        PairedT(
+            ratio=float(np.exp(mean.mean)),
+            ratio_interval=replace(
+                mean.interval, low=exp(mean.interval.low), high=exp(mean.interval.high)
+            ),
+            t=mean.t,
+            df=mean.df,
+            p=mean.p,
+            p_holm=p_holm,
+            d_z=mean.mean / mean.sd,
+            d_z_interval=d_z_interval(mean.t, mean.df + 1, mean.interval.confidence),
+            equivalence=within,
+            equivalence_p_holm=within_p,
+            bayes_factor=bayes_factor(mean.t, mean.df + 1),
+        )
+        for mean, p_holm, within, within_p in zip(
+            tested,
+            holm([mean.p for mean in tested]),
+            same,
+            holm([each.p for each in same]),
+            strict=True,
+        )
     )
+    return [mean if isinstance(mean, NotComputed) else next(found) for mean in means]
 
 
-def _holm(ps: list[float]) -> list[float]:
+def holm(ps: list[float]) -> list[float]:
     """Return Holm's corrected p; what is NaN stays NaN and is no member of the family."""
     from statsmodels.stats.multitest import multipletests  # noqa: PLC0415 - a second's import
 

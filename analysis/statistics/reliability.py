@@ -115,7 +115,8 @@ def _block(data: Prepared) -> tuple[Array, str | None]:
         index=PARTICIPANT, columns=["amplitude_um_pp", "nth"], values="log", observed=True
     )
     amplitudes = table.columns.get_level_values(0)
-    present = table.notna().T.groupby(amplitudes).all().T
+    # Counted: an amplitude that nobody repeated has fewer columns.
+    present = table.notna().T.groupby(amplitudes).sum().eq(repetitions).T
     # An amplitude that hardly anybody has whole would leave nobody.
     kept = present.columns[present.mean() >= 0.5]  # noqa: PLR2004
     table = table.loc[:, amplitudes.isin(kept)].dropna()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shlex
+import tomllib
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -12,6 +13,7 @@ from experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from experiments.protocols.steps import Present
 from experiments.running.balance import order_balance, task_balance
 from experiments.running.dry_run import dry_run
+from experiments.study.analysis_choices import RETIRED
 from experiments.study.file import read_study, study_text
 from experiments.study.run_plan import RunPlan
 from experiments.study.schema import study_schema
@@ -55,7 +57,11 @@ def validate(name: str) -> str:
         f"{name}: no fault ({len(study.tasks)} tasks, {len(study.amplitudes_um_pp)} amplitudes"
         f"{textures})"
     )
-    return "\n".join([said, *balance(name, study, text)])
+    retired = [
+        f"{name}: analysis.{key} has no effect any more: {RETIRED[key]}"
+        for key in sorted(tomllib.loads(text).get("analysis", {}).keys() & RETIRED.keys())
+    ]
+    return "\n".join([said, *retired, *balance(name, study, text)])
 
 
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:

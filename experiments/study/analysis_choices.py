@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 Normalisation = Literal[
     "none",
@@ -49,6 +49,11 @@ Test = Literal[
 ]
 Primary = Literal["ranks", "logarithms"]
 Share = Annotated[float, Field(ge=0, le=1)]
+#: Keys of older study files that have no effect any more -> why.
+RETIRED = {
+    "bootstrap_resamples": "no interval is a bootstrap's",
+    "bootstrap_seed": "no interval is a bootstrap's",
+}
 
 
 class Thresholds(BaseModel):
@@ -110,9 +115,16 @@ class Thresholds(BaseModel):
 
 
 class AnalysisChoices(BaseModel):
-    """The ``[analysis]`` table of a study file."""
+    """The ``[analysis]`` table of a study file; keys of `RETIRED` are read and left out."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _without_retired(cls, table: object) -> object:
+        if not isinstance(table, dict):
+            return table
+        return {key: value for key, value in table.items() if key not in RETIRED}
 
     normalisation: Normalisation | None = Field(
         default=None,
@@ -149,16 +161,17 @@ class AnalysisChoices(BaseModel):
         description="Confidence level of every interval.",
         json_schema_extra={"unit": "share, 0 to 1"},
     )
-    bootstrap_resamples: Annotated[int, Field(ge=200, le=100_000)] = Field(
-        default=5000,
-        description="No longer used: no interval is a bootstrap's. Read so that older study files "
-        "stay valid.",
-        json_schema_extra={"unit": "resamples"},
+    equivalence_ratio: Annotated[float, Field(gt=1, allow_inf_nan=False)] = Field(
+        default=1.25,
+        description="Two amplitudes count as equal where the ratio of their geometric means lies "
+        "between 1 over this and this (two one-sided tests). The default is bioequivalence's "
+        "bound, 0.80 to 1.25; declare what difference matters to you.",
+        json_schema_extra={"unit": "ratio"},
     )
-    bootstrap_seed: Annotated[int, Field(ge=0)] = Field(
-        default=2007,
-        description="No longer used, as bootstrap_resamples.",
-        json_schema_extra={"unit": "none"},
+    group: str | None = Field(
+        default=None,
+        description="Column of participants.tsv that tells the group of a participant, to compare "
+        "groups; left out: group, where there is one.",
     )
     codebook: str | None = Field(
         default=None,

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import html
+from analysis.reporting import apa, html
 from analysis.reporting.html import ReportSection, TableColumn
 from analysis.reporting.numbers import DASH, grouped, interval, p_value
+from analysis.statistics.equivalence import PRIOR_SCALE
 from analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from markupsafe import Markup
+
     from analysis.result import Analysis
-    from analysis.statistics.pairwise import PairComparison
+    from analysis.statistics.pairwise import PairComparison, PairedT
     from analysis.statistics.run_all import Inference
 
 TEST_TITLES = {
@@ -25,6 +30,14 @@ TEST_TITLES = {
     "growth": "Growth functions",
     "order": "Order and carry-over",
     "reliability": "Test-retest reliability",
+}
+
+#: Whether a pair differs reliably, and whether it is equal within the bound -> what follows.
+CONCLUSIONS = {
+    (True, False): "differ",
+    (True, True): "differ, by less than the bound",
+    (False, True): "equal within the bound",
+    (False, False): "undecided",
 }
 
 
@@ -63,6 +76,9 @@ def comparisons(analysis: Analysis) -> ReportSection:
                 "exact interval (non-central t).",
             )
         )
+        tested = [(pair, pair.logs) for pair in pairs if not isinstance(pair.logs, NotComputed)]
+        if tested:
+            section.blocks.append(_equivalence(tested, analysis.dataset.choices.confidence))
     missing = [
         f"{title}: {part.reason}."
         for title, part in _parts(analysis.inference).items()
@@ -72,6 +88,43 @@ def comparisons(analysis: Analysis) -> ReportSection:
         section.blocks.append(html.heading("Not computed"))
         section.blocks.append(html.bullets(missing, "note"))
     return section
+
+
+def _equivalence(tested: Sequence[tuple[PairComparison, PairedT]], confidence: float) -> Markup:
+    """Return the table of equivalence tests and Bayes factors."""
+    bound = tested[0][1].equivalence.bound
+    return html.table(
+        [
+            TableColumn(title="From → to", unit="µm, p-p", left=True, whole=True),
+            TableColumn(title="Ratio", unit="of geometric means"),
+            TableColumn(title=f"{apa.level_of(2 * confidence - 1)} CI", unit="of the ratio"),
+            TableColumn(title="p", unit="equivalence, Holm"),
+            TableColumn(title="p", unit="difference, Holm"),
+            TableColumn(title="BF₀₁", unit="none over some"),
+            TableColumn(title="n"),
+            TableColumn(title="Conclusion", left=True),
+        ],
+        [
+            [
+                f"{pair.from_um_pp:g} → {pair.to_um_pp:g}",
+                grouped(logs.ratio),
+                interval(*logs.equivalence.interval),
+                _bare_p(logs.equivalence_p_holm),
+                _bare_p(logs.p_holm),
+                apa.bayes_of_none(logs.bayes_factor).removeprefix("= "),
+                str(pair.n_logs),
+                CONCLUSIONS[
+                    apa.reliable(logs.p_holm, confidence),
+                    apa.reliable(logs.equivalence_p_holm, confidence),
+                ],
+            ]
+            for pair, logs in tested
+        ],
+        f"Equal or undecided: two one-sided paired t tests of log estimates. Two amplitudes are "
+        f"equal where the ratio of their geometric means lies between {1 / bound:.3g} and "
+        f"{bound:.3g}. BF₀₁: Bayes factor (Jeffreys, Zellner and Siow; Cauchy prior of scale "
+        f"{PRIOR_SCALE:g}) of no difference over a difference.",
+    )
 
 
 def _row(pair: PairComparison) -> list[str]:

@@ -25,7 +25,8 @@ FROZEN = {
     "records)",
     False: "Set in code/study.toml, which is not the file that the sessions ran with, so perhaps "
     "after the data",
-    None: "Set in code/study.toml; no record of the sessions tells whether before the data",
+    None: "Set in code/study.toml or analysis.toml; no record of the sessions tells whether before "
+    "the data",
 }
 
 

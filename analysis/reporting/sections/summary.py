@@ -38,6 +38,7 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     answers: list[str] = []
     if analysis.prepared is not None:
         answers += apa.primary_sentences(analysis.inference, choices.primary, choices.confidence)
+        answers += _equal(analysis)
         if not isinstance(analysis.inference.power_law, NotComputed):
             answers.append(apa.power_law(analysis.inference.power_law, choices.confidence))
     felt = analysis.inference.difference
@@ -56,6 +57,19 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
                 )
             )
     return section
+
+
+def _equal(analysis: Analysis) -> list[str]:
+    """Return the sentence on pairs that were shown to be equal, where there are any."""
+    pairs, level = analysis.inference.pairwise, analysis.dataset.choices.confidence
+    if isinstance(pairs, NotComputed) or not any(
+        apa.reliable(pair.logs.equivalence_p_holm, level)
+        for pair in pairs
+        if not isinstance(pair.logs, NotComputed)
+    ):
+        return []
+    text = apa.equivalence(pairs, level)
+    return [text] if text else []
 
 
 def _question(analysis: Analysis) -> str:

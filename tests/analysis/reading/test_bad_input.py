@@ -12,6 +12,7 @@ from analysis.reporting import apa
 from analysis.reporting.json_form import record
 from analysis.statistics.confidence_interval import ConfidenceInterval
 from analysis.statistics.descending_difference.verbal_coding import load_codebook
+from analysis.statistics.equivalence import Equivalence
 from analysis.statistics.pairwise import PairComparison, PairedT, SignedRank
 from faults import UserError
 
@@ -225,6 +226,9 @@ def test_a_p_that_is_smaller_than_any_number_is_significant():
         p_holm=0.0,
         d_z=28.6,
         d_z_interval=None,
+        equivalence=Equivalence(bound=1.25, interval=ConfidenceInterval(1.9, 2.1, 0.9), p=1.0),
+        equivalence_p_holm=1.0,
+        bayes_factor=float("inf"),
     )
     ranks = SignedRank(up=12, down=0, p=0.0, p_holm=0.0)
     row = PairComparison(from_um_pp=0.5, to_um_pp=1.2, n=12, n_logs=12, logs=logs, ranks=ranks)

@@ -55,7 +55,8 @@ def test_inference_has_its_documented_keys_in_their_order(dataset):
     )
     assert " ".join(found["pairwise"][0]) == (
         "from_um_pp to_um_pp n n_logs ratio ratio_ci t df p d_z d_z_ci p_wilcoxon up down p_holm "
-        "p_wilcoxon_holm"
+        "p_wilcoxon_holm equivalence_ratio equivalence_ci equivalence_p equivalence_p_holm "
+        "bayes_factor_10"
     )
     assert " ".join(found["linear_trend"]) == "unit mean ci sd t df p n n_incomplete"
     assert " ".join(found["growth"]["friction"]) == "models best n exponent reduction"

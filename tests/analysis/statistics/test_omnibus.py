@@ -56,7 +56,7 @@ def reference():
             "normalised": raw["est"],
         }
     )
-    return prepare(frame, AnalysisChoices(bootstrap_resamples=500))
+    return prepare(frame, AnalysisChoices())
 
 
 def test_rm_anova_is_r_s_afex(reference):

@@ -94,6 +94,15 @@ def test_the_interval_of_reliability_covers_at_the_study_s_confidence():
     assert 0.82 * 150 <= covered <= 0.97 * 150
 
 
+def test_an_amplitude_that_nobody_repeated_is_left_out():
+    rng = np.random.default_rng(5)
+    rows = session(rng, 6, repetitions=2)
+    seen = set()
+    once = [r for r in rows if r[1] != 0.5 or (r[0] not in seen and not seen.add(r[0]))]
+    found = reliability(ready(once))
+    assert (found.n, found.amplitudes, found.repetitions) == (6, 3, 2)
+
+
 def test_an_estimate_of_zero_is_no_repetition():
     rows = blocks(np.random.default_rng(5), 10, 3, (0.5, 0.3, 0.4))
     rows[0] = (*rows[0][:2], -np.inf)

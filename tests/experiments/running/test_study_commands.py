@@ -6,6 +6,7 @@ from experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from experiments.running.balance import order_balance, task_balance
 from experiments.running.pilot import pilot_plans
 from experiments.running.study_commands import show, validate
+from experiments.study.file import study_text
 from faults import UserError
 from slipscale import main
 
@@ -129,3 +130,11 @@ def test_a_pilot_has_every_planned_session_and_run(study):
         ("01", "post", "02"),
         ("02", "pre", "01"),
     ]
+
+
+def test_keys_of_older_files_are_named_as_without_effect(tmp_path):
+    path = tmp_path / "old.toml"
+    path.write_text(study_text("biet2007") + "\n[analysis]\nbootstrap_seed = 1\n")
+    said = validate(str(path))
+    assert said.startswith(f"{path}: no fault")
+    assert "analysis.bootstrap_seed has no effect any more: no interval is a bootstrap's" in said
