@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import sys
+from argparse import Action
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from analysis.cli.progress_line import telling
-from faults import DONE
+from faults import DONE, UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -26,6 +27,21 @@ COLUMN_OPTIONS = {
     "block": ("COLUMN", "the column of the block, in which trials may be numbered anew"),
     "trial": ("COLUMN", "the column of the trial's number"),
 }
+
+
+class _Once(Action):
+    """An option that names one column; argparse itself would take the last of several."""
+
+    def __call__(
+        self,
+        parser: ArgumentParser,  # noqa: ARG002 - argparse's signature
+        namespace: Namespace,
+        values: Any,
+        option: str | None = None,
+    ) -> None:
+        if getattr(namespace, self.dest) is not None:
+            raise UserError(f"{option} is given twice; expected one column")
+        setattr(namespace, self.dest, values)
 
 
 def add_analyse(parser: ArgumentParser) -> None:
@@ -64,7 +80,7 @@ def _add_mapping(parser: ArgumentParser) -> None:
         "data of your own", "what the columns of a table mean; see docs/your-data.md"
     )
     for name, (metavar, text) in COLUMN_OPTIONS.items():
-        group.add_argument(f"--{name}", metavar=metavar, help=text)
+        group.add_argument(f"--{name}", metavar=metavar, help=text, action=_Once)
     group.add_argument(
         "--levels",
         metavar="COLUMN=LEVEL",

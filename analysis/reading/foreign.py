@@ -23,6 +23,7 @@ from analysis.reading.cleaning import (
 from analysis.reading.delimited import Problems, Source, read_tables
 from analysis.reading.table_by_hand import read_table
 from analysis.reading.trial_tables import BLOCK, ESTIMATION, SERIES
+from analysis.wording import listed
 from experiments.dataset.schema import PARTICIPANT
 from faults import UserError
 
@@ -257,6 +258,9 @@ def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame
             f"participant does not change (analyse one condition: --only {column}=...)"
         )
     sizes = pairs[GROUP].value_counts()
-    for name in sorted(sizes.index[sizes == 1]):
-        problems.add(f"Group '{name}' is one participant: it has no spread.")
+    alone = sorted(sizes.index[sizes == 1])
+    if len(alone) == 1:
+        problems.add(f"Group '{alone[0]}' is one participant: it has no spread.")
+    elif alone:
+        problems.add(f"Groups of one participant have no spread: {listed(alone)}.")
     return pairs

@@ -30,6 +30,7 @@ from analysis.statistics.descending_difference.yes_no import (
     SignalDetection,
     StepAnswers,
 )
+from analysis.statistics.group_comparison import Effect
 from analysis.statistics.growth import FrictionGrowth
 from analysis.statistics.growth_models import RankedFit
 from analysis.statistics.mean_over_participants import MeanOverParticipants
@@ -41,6 +42,7 @@ from analysis.statistics.pairwise import PairComparison
 from analysis.statistics.power_law import PowerLaw
 from analysis.statistics.reliability import IntraclassCorrelation
 from analysis.statistics.robustness import SubsetSummary
+from analysis.statistics.welch import GroupDifference, GroupMean, Welch
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
@@ -136,6 +138,17 @@ def _(found: RmAnova) -> Json:
 @form.register(MixedModel)
 def _(found: MeanOverParticipants | MixedModel) -> Json:
     return _fields(found, interval="ci")
+
+
+@form.register(GroupMean)
+@form.register(GroupDifference)
+@form.register(Welch)
+@form.register(Effect)
+def _(found: GroupMean | GroupDifference | Welch | Effect) -> Json:
+    return {
+        "ci" if name == "interval" else name.replace("_interval", "_ci"): value
+        for name, value in _fields(found).items()
+    }
 
 
 @form.register(PsychometricCurve)

@@ -10,12 +10,13 @@ import pandas as pd
 from markupsafe import Markup
 
 from analysis.reading.own_words import in_own_words
-from analysis.reporting import apa, apa_difference, html
+from analysis.reporting import apa, apa_difference, apa_groups, html
 from analysis.reporting.numbers import grouped
 from analysis.reporting.sections.assumptions import assumptions
 from analysis.reporting.sections.comparisons import comparisons
 from analysis.reporting.sections.difference import difference
 from analysis.reporting.sections.estimates import estimates
+from analysis.reporting.sections.groups import groups
 from analysis.reporting.sections.growth import growth
 from analysis.reporting.sections.methods import methods, normalisations
 from analysis.reporting.sections.quality import quality
@@ -135,6 +136,7 @@ def sections(
         results(analysis),
         estimates(analysis),
         comparisons(analysis),
+        groups(analysis),
         growth(analysis, svgs),
         difference(analysis, svgs),
         assumptions(analysis, svgs),
@@ -149,15 +151,16 @@ def results(analysis: Analysis) -> html.ReportSection:
     """Return the sentences that a results section is written from."""
     choices = analysis.dataset.choices
     section = html.ReportSection("Results, in sentences", shown="open")
-    groups: dict[str, list[str]] = {}
+    texts_of: dict[str, list[str]] = {}
     if analysis.prepared is not None:
         asked = (analysis.inference, choices.primary, choices.confidence)
-        groups["Primary analysis"] = apa.primary_sentences(*asked)
-        groups["Secondary analyses"] = apa.secondary_sentences(*asked)
-    groups["Descending difference"] = apa_difference.difference_sentences(
+        texts_of["Primary analysis"] = apa.primary_sentences(*asked)
+        texts_of["Secondary analyses"] = apa.secondary_sentences(*asked)
+    texts_of["Groups"] = apa_groups.group_sentences(analysis.inference.groups, choices.confidence)
+    texts_of["Descending difference"] = apa_difference.difference_sentences(
         analysis.inference.difference, choices.confidence
     )
-    for title, texts in groups.items():
+    for title, texts in texts_of.items():
         if texts:
             section.blocks.append(html.heading(title))
             section.blocks += [html.paragraph(_unbroken(text), "sentence") for text in texts]

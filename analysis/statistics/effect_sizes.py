@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 TINY = 1e-12
 #: Differences without noise: SciPy's search would take minutes for an interval of no use.
 LARGEST_T = 1e4
+#: The same for F.
+LARGEST_F = 1e4
 #: Below this SciPy's direct inverse can give the answer for t = 0; a root is searched instead.
 SMALL_T = 1.0
 
@@ -26,6 +28,25 @@ def _noncentrality(t: float, df: int, p: float) -> float:
     from scipy import optimize, stats  # noqa: PLC0415 - see `d_z_interval`
 
     return float(optimize.brentq(lambda shift: stats.nct.cdf(t, df, shift) - p, -8.0, 8.0))
+
+
+def _t_noncentrality(t: float, df: int, confidence: float) -> tuple[float, float] | None:
+    """Return the non-centralities at which t lies at either end of the confidence level."""
+    from scipy import special  # noqa: PLC0415 - see `d_z_interval`
+
+    if abs(t) > LARGEST_T:
+        return None
+    tail = (1 - confidence) / 2
+    if abs(t) < SMALL_T:
+        low, high = (_noncentrality(t, df, p) for p in (1 - tail, tail))
+        return low, high
+    low, high = (float(special.nctdtrinc(df, p, t)) for p in (1 - tail, tail))
+    # SciPy's search ends at its own bounds where t is too large.
+    found = all(
+        np.isclose(special.nctdtr(df, bound, t), p, atol=1e-3)
+        for bound, p in ((low, 1 - tail), (high, tail))
+    )
+    return (low, high) if found else None
 
 
 def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | None:
@@ -41,22 +62,58 @@ def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | No
     >>> [round(bound, 2) for bound in d_z_interval(4.66, 4, 0.95) or ()]
     [0.3, 4.33]
     """
-    from scipy import special  # noqa: PLC0415 - a second's import, only when an interval is asked for
+    bounds = _t_noncentrality(t, n - 1, confidence)
+    return bounds and ConfidenceInterval(bounds[0] / n**0.5, bounds[1] / n**0.5, confidence)
 
-    if abs(t) > LARGEST_T:
+
+def hedges_g(
+    first: Array, second: Array, confidence: float
+) -> tuple[float, ConfidenceInterval | None]:
+    """Return Hedges' g of two groups and its interval; None where that is not defined.
+
+    The difference of means over the pooled standard deviation, times Hedges' correction of its
+    bias (1981, J. Educ. Stat. 6, 107-128); the interval is exact for normal values of one spread.
+    """
+    df = len(first) + len(second) - 2
+    pooled = ((len(first) - 1) * first.var(ddof=1) + (len(second) - 1) * second.var(ddof=1)) / df
+    unit = (1 / len(first) + 1 / len(second)) ** 0.5
+    d = float((first.mean() - second.mean()) / pooled**0.5)
+    correction = 1 - 3 / (4 * df - 1)
+    bounds = _t_noncentrality(d / unit, df, confidence)
+    scale = unit * correction
+    return d * correction, bounds and ConfidenceInterval(
+        bounds[0] * scale, bounds[1] * scale, confidence
+    )
+
+
+def eta2_of(f: float, df1: float, df2: float) -> float:
+    """Return (partial) eta squared from F: the effect's share of its and the error's variance.
+
+    >>> eta2_of(3.0, 2, 12)
+    0.3333333333333333
+    """
+    return f * df1 / (f * df1 + df2)
+
+
+def eta2_interval(f: float, df1: float, df2: float, confidence: float) -> ConfidenceInterval | None:
+    """Return the interval of (partial) eta squared by the non-central F; None where F is too large.
+
+    Steiger (2004), Psychol. Methods 9, 164-182: from the non-centrality λ, λ / (λ + df1 + df2 + 1).
+    """
+    from scipy import optimize, stats  # noqa: PLC0415
+
+    if not f < LARGEST_F:
         return None
     tail = (1 - confidence) / 2
-    if abs(t) < SMALL_T:
-        bounds = [_noncentrality(t, n - 1, p) for p in (1 - tail, tail)]
-    else:
-        bounds = [float(special.nctdtrinc(n - 1, p, t)) for p in (1 - tail, tail)]
-    # SciPy's search ends at its own bounds where t is too large.
-    found = all(
-        abs(t) < SMALL_T or np.isclose(special.nctdtr(n - 1, bound, t), p, atol=1e-3)
-        for bound, p in zip(bounds, (1 - tail, tail), strict=True)
-    )
-    low, high = (bound / n**0.5 for bound in bounds)
-    return ConfidenceInterval(low, high, confidence) if found else None
+
+    def share(p: float) -> float:
+        if stats.f.cdf(f, df1, df2) <= p:
+            return 0.0
+        above = 10 * (f * df1 + df1 + df2)
+        found = optimize.brentq(lambda shift: stats.ncf.cdf(f, df1, df2, shift) - p, 0, above)
+        return float(found / (found + df1 + df2 + 1))
+
+    return ConfidenceInterval(share(1 - tail), share(tail), confidence)
 
 
 def generalised_eta_squared(values: Array) -> float:

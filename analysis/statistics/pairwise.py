@@ -12,6 +12,7 @@ import numpy as np
 from analysis.preprocessing.sufficiency import FEWEST, few
 from analysis.statistics.effect_sizes import d_z_interval
 from analysis.statistics.equivalence import Equivalence, bayes_factor, equivalence
+from analysis.statistics.holm import holm
 from analysis.statistics.mean_over_participants import mean_over_participants
 from analysis.statistics.not_computed import NotComputed
 
@@ -181,18 +182,6 @@ def _paired_t(
         )
     )
     return [mean if isinstance(mean, NotComputed) else next(found) for mean in means]
-
-
-def holm(ps: list[float]) -> list[float]:
-    """Return Holm's corrected p; what is NaN stays NaN and is no member of the family."""
-    from statsmodels.stats.multitest import multipletests  # noqa: PLC0415 - a second's import
-
-    raw = np.array(ps)
-    usable = np.isfinite(raw)
-    adjusted = np.full(len(raw), np.nan)
-    if usable.any():
-        adjusted[usable] = multipletests(raw[usable], method="holm")[1]
-    return [float(p) for p in adjusted]
 
 
 def signed_rank_p(differences: NDArray[np.float64]) -> float:

@@ -11,6 +11,7 @@ from analysis.statistics import omnibus
 from analysis.statistics.descending_difference.coder_agreement import agreement
 from analysis.statistics.descending_difference.verbal_coding import SHIPPED, load_codebook
 from analysis.statistics.descending_difference.yes_no import analyse_differences
+from analysis.statistics.group_comparison import compare_groups, membership
 from analysis.statistics.growth import growth
 from analysis.statistics.mixed_model import mixed_model
 from analysis.statistics.not_computed import NotComputed
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from analysis.preprocessing.log_transform import Prepared
     from analysis.reading.dataset import Dataset
     from analysis.statistics.descending_difference.yes_no import DescendingDifference
+    from analysis.statistics.group_comparison import GroupComparison
     from analysis.statistics.growth import Growth
     from analysis.statistics.mixed_model import MixedModel
     from analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
@@ -76,6 +78,7 @@ class Inference:
     growth: Growth | NotComputed
     order: OrderEffects | NotComputed
     reliability: Reliability | NotComputed
+    groups: GroupComparison | NotComputed
     normalisation: NormalisationUsed
     difference: DescendingDifference | NotComputed
 
@@ -112,6 +115,7 @@ def conclude(data: Dataset, prepared: Prepared | None, rule: str | None) -> Infe
         growth=run("growth", partial(growth, film=data.quantity.of_plate)),
         order=run("order", order_effects),
         reliability=run("reliability", reliability),
+        groups=run("groups", partial(compare_groups, group_of=membership(data))),
         normalisation=NormalisationUsed(
             rule=rule,
             zero_rule=data.choices.zero_rule,

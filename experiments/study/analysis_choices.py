@@ -45,6 +45,7 @@ Test = Literal[
     "mixed_model",
     "order",
     "reliability",
+    "groups",
     "difference",
 ]
 Primary = Literal["ranks", "logarithms"]

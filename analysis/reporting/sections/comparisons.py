@@ -30,6 +30,7 @@ TEST_TITLES = {
     "growth": "Growth functions",
     "order": "Order and carry-over",
     "reliability": "Test-retest reliability",
+    "groups": "Groups of participants",
 }
 
 #: Whether a pair differs reliably, and whether it is equal within the bound -> what follows.
