@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from faults import UserError
 from hardware.errors import NotReached, OverLimit
@@ -71,9 +71,21 @@ class PlateLimits:
         """Raise `OverLimit` unless the drive frequency is finite and within the band."""
         _check("drive frequency", frequency_hz, self.frequency_min_hz, self.frequency_max_hz, "Hz")
 
+    def allowed_um_pp(self, commanded_um_pp: float) -> float:
+        """Return how far a measured amplitude may lie from the one commanded, µm peak to peak."""
+        return max(self.tolerance * commanded_um_pp, self.tolerance_um)
+
+    def held_to(self, *, tolerance: float | None, tolerance_um: float | None) -> PlateLimits:
+        """Return the limits with a narrower tolerance, where one is asked for."""
+        return replace(
+            self,
+            tolerance=min(self.tolerance, tolerance or self.tolerance),
+            tolerance_um=min(self.tolerance_um, tolerance_um or self.tolerance_um),
+        )
+
     def check_reached(self, commanded_um_pp: float, measured_um_pp: float) -> None:
         """Raise `NotReached` when a measured amplitude is another than the one commanded."""
-        allowed = max(self.tolerance * commanded_um_pp, self.tolerance_um)
+        allowed = self.allowed_um_pp(commanded_um_pp)
         if not abs(measured_um_pp - commanded_um_pp) <= allowed:
             raise NotReached(
                 f"{commanded_um_pp:g} µm p-p was commanded, {measured_um_pp:.3f} µm p-p is "

@@ -6,6 +6,7 @@ Use: ``PYTHONPATH=. python tools/data_set_page.py > docs/data-set.md``.
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from experiments.dataset.schema import (
@@ -60,11 +61,11 @@ def page() -> str:
     for name in shipped:
         protocol = load_protocol(name)
         stem = table_stem(participant="01", session="", task=protocol.task, run="01")
-        parts += [
-            f"\n## {protocol.title}\n",
-            f"\n`sub-01/beh/{stem}.tsv`, of the protocol `{name}`.\n\n",
-            _columns(columns(protocol)),
-        ]
+        shown = f"\n`sub-01/beh/{stem}.tsv`, of the protocol `{name}`."
+        if protocol.intervals:
+            protocol = replace(protocol, interval_columns=2)
+            shown += " A third interval has columns like those of the first two."
+        parts += [f"\n## {protocol.title}\n", f"{shown}\n\n", _columns(columns(protocol))]
     parts += [PEOPLE, "\n", _columns(person_columns())]
     parts += [FLAG_TEXT, "\n", _table(("flag", "meaning"), _quoted(FLAGS))]
     parts += [SIDECAR_TEXT, "\n", _table(("key", "meaning"), _quoted(NOTES))]

@@ -54,12 +54,13 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
     for run in runs:
         plan = run.plan
         protocols = {protocol.task: protocol for protocol, _ in plan.tasks()}
+        labelled = {p.task: options.protocol for p, options in plan.tasks() if options.label}
         try:
             own = [
                 file
                 for protocol in protocols.values()
                 if run.gathered.trials.get(protocol.task)
-                for file in _run_files(run, protocol)
+                for file in _run_files(run, protocol, labelled.get(protocol.task, ""))
             ]
         except (LookupError, TypeError, ValueError, AttributeError) as error:
             name = "/".join(run.path.parts[-3:])
@@ -87,7 +88,9 @@ def stem_of(run: Run, task: str) -> PurePosixPath:
     return PurePosixPath(f"sub-{plan.participant}", *session, "beh", stem)
 
 
-def _run_files(run: Run, protocol: Protocol) -> Iterator[tuple[PurePosixPath, Content]]:
+def _run_files(
+    run: Run, protocol: Protocol, labelled: str
+) -> Iterator[tuple[PurePosixPath, Content]]:
     """Yield one task's table of one run, and its sidecar."""
     plan, records, gathered = run.plan, run.records, run.gathered
     described = columns(protocol)
@@ -101,6 +104,7 @@ def _run_files(run: Run, protocol: Protocol) -> Iterator[tuple[PurePosixPath, Co
     person = plan.mode == "participant"
     notes = {
         "study": plan.study.name,
+        **({"protocol": labelled} if labelled else {}),
         "study_hash": first["study_hash"],
         "seed": plan.seed,
         "mode": plan.mode,

@@ -16,7 +16,7 @@ from experiments.dataset.schema import (
 )
 from experiments.journal import reading
 from experiments.journal.serialisation import answer_from, surface_from, trial_from
-from experiments.protocols.base import TrialRecord
+from experiments.protocols.base import IntervalRecord, TrialRecord
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -159,14 +159,24 @@ def _end(gathered: Gathered, row: TrialRecord, time_s: float) -> None:
 
 
 def _take_presented(row: TrialRecord, step: dict[str, Any], answer: dict[str, Any]) -> None:
-    row.surface = surface_from(step["surface"])
+    surface = surface_from(step["surface"])
+    if number := step.get("interval"):
+        row.intervals[number] = IntervalRecord(
+            surface=surface, readback_um_pp=answer["readback_um_pp"], onset_s=answer["onset_s"]
+        )
+        if len(row.intervals) > 1:
+            return  # the trial began with its first
+    row.surface = surface
     row.before = surface_from(step["lead_in"][0]["surface"]) if step["lead_in"] else None
     row.readback_um_pp = answer["readback_um_pp"]
     row.onset_s = answer["onset_s"]
 
 
-def _take_exploration(row: TrialRecord, _step: dict[str, Any], answer: dict[str, Any]) -> None:
-    row.exploration_time_s = answer["response_time_s"]
+def _take_exploration(row: TrialRecord, step: dict[str, Any], answer: dict[str, Any]) -> None:
+    if number := step.get("interval"):
+        row.intervals[number].exploration_time_s = answer["response_time_s"]
+    else:
+        row.exploration_time_s = answer["response_time_s"]
 
 
 def _take_answer(row: TrialRecord, step: dict[str, Any], answer: dict[str, Any]) -> None:
@@ -179,4 +189,5 @@ TAKERS: dict[str, Callable[[TrialRecord, dict[str, Any], dict[str, Any]], None]]
     "Present": _take_presented,
     "Explore": _take_exploration,
     "Ask": _take_answer,
+    "Adjust": _take_answer,
 }

@@ -16,9 +16,10 @@ from experiments.study.run_plan import stem
 from faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
-    from experiments.protocols.base import Protocol, TrialRecord
+    from experiments.protocols.base import IntervalRecord, Protocol, TrialRecord
+    from stimuli.surface import Surface
 
 MISSING = "n/a"
 # The columns of participants.tsv that Slipscale fills. The first says whose row it is, and does
@@ -38,6 +39,8 @@ FLAGS: Mapping[str, str] = {
     RESUMED: "the run was interrupted in this trial and taken up again",
     DAMAGED: "a record of this trial or next to it is damaged in the journal; not to be analysed",
 }
+# What the columns of a trial's intervals begin with, before their number.
+INTERVAL = "interval"
 # Between the flags of a trial.
 FLAG_SEPARATOR = ";"
 
@@ -45,6 +48,7 @@ FLAG_SEPARATOR = ";"
 SIDECAR = "Slipscale"
 NOTES: Mapping[str, str] = {
     "study": "name of the study",
+    "protocol": "name of the protocol, where the study gives the task a label of its own",
     "study_hash": "SHA-256 of the study file's text",
     "seed": "seed of all orders",
     "mode": "participant, or pilot: nobody took part",
@@ -88,14 +92,68 @@ def columns(protocol: Protocol) -> dict[str, Column]:
             f"protocol '{protocol.task}': column {', '.join(doubled)} is in every task's table; "
             "expected another name"
         )
-    order = [
-        *("trial", *protocol.design, "phase", "surface", *protocol.stimulus),
-        *("amplitude_um_pp", "amplitude_readback_um_pp", *protocol.response),
-        *("response_time", "onset", "duration", "exploration_time"),
-        *("response_time_source", "rejected_entries", "repeats", "flag"),
-    ]
+    if protocol.interval_columns:
+        presented = [name for name in common if name.startswith(INTERVAL)]
+        order = [
+            *("trial", *protocol.design, "phase", *protocol.stimulus, *presented),
+            *(*protocol.response, "response_time", "onset", "duration"),
+        ]
+    else:
+        order = [
+            *("trial", *protocol.design, "phase", "surface", *protocol.stimulus),
+            *("amplitude_um_pp", "amplitude_readback_um_pp", *protocol.response),
+            *("response_time", "onset", "duration", "exploration_time"),
+        ]
+    order += ["response_time_source", "rejected_entries", "repeats", "flag"]
     everything = {**common, **own}
     return {name: everything[name] for name in order}
+
+
+def _interval_columns(number: int) -> dict[str, Column]:
+    """Return the columns of one of a trial's intervals."""
+
+    def of(record: TrialRecord) -> IntervalRecord | None:
+        return record.intervals.get(number)
+
+    def surface(record: TrialRecord) -> Surface | None:
+        interval = of(record)
+        return interval.surface if interval else None
+
+    def field(name: str) -> Callable[[TrialRecord], Any]:
+        return lambda record: getattr(of(record), name, None)
+
+    which = f"of interval {number}"
+    return {
+        f"{INTERVAL}{number}_surface": Column(
+            value=lambda record: getattr(surface(record), "label", None),
+            kind="label",
+            description=f"Code of the surface {which}",
+        ),
+        f"{INTERVAL}{number}_amplitude_um_pp": Column(
+            value=lambda record: getattr(surface(record), "amplitude_um_pp", None),
+            kind="number",
+            description=f"Vibration amplitude commanded {which}, peak to peak",
+            units="um",
+        ),
+        f"{INTERVAL}{number}_readback_um_pp": Column(
+            value=field("readback_um_pp"),
+            kind="number",
+            description=f"Vibration amplitude read back {which} once settled, peak to peak",
+            units="um",
+        ),
+        f"{INTERVAL}{number}_onset": Column(
+            value=field("onset_s"),
+            kind="number",
+            description=f"When the surface {which} had settled, from the beginning of the session",
+            units="s",
+        ),
+        f"{INTERVAL}{number}_exploration_time": Column(
+            value=field("exploration_time_s"),
+            kind="number",
+            description=f"How long the surface {which} was stroked",
+            units="s",
+        ),
+    }
 
 
 def _common(protocol: Protocol) -> dict[str, Column]:
@@ -106,7 +164,12 @@ def _common(protocol: Protocol) -> dict[str, Column]:
     def answered(record: TrialRecord, field: str) -> Any:
         return record.answers.get(protocol.answer, {}).get(field)
 
-    return {
+    intervals = {
+        name: column
+        for number in range(1, protocol.interval_columns + 1)
+        for name, column in _interval_columns(number).items()
+    }
+    return intervals | {
         "trial": Column(
             value=lambda record: record.trial.number,
             kind="number",

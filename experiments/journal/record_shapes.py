@@ -16,7 +16,7 @@ from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 from experiments.journal.reading import DAMAGED, Damage
 from experiments.journal.record import Record
-from experiments.protocols.steps import Presented, Reply, Trial, Voided
+from experiments.protocols.steps import Adjusted, Presented, Reply, Trial, Voided
 from faults import UserError
 from stimuli.surface import VirtualSurface
 from stimuli.texture import Grating
@@ -105,7 +105,11 @@ class _LeadIn(_Shape):
     surface: Text
 
 
-class _Present(_Step):
+class _InInterval(_Step):
+    interval: Annotated[int, Field(ge=1)] | None = None
+
+
+class _Present(_InInterval):
     surface: Text
     lead_in: tuple[_LeadIn, Any] | None
 
@@ -113,6 +117,10 @@ class _Present(_Step):
 class _Ask(_Step):
     name: str
     task: str
+
+
+class _Adjust(_InInterval):
+    name: str
 
 
 # kind of record: what its data must hold
@@ -131,10 +139,12 @@ RECORDS: dict[str, Any] = {
 STEPS: dict[str, tuple[Any, type | None]] = {
     "Instruct": (_Step, Reply),
     "Rest": (_Step, Reply),
-    "Explore": (_Step, Reply),
+    "Explore": (_InInterval, Reply),
     "Ask": (_Ask, Reply),
+    "Adjust": (_Adjust, Adjusted),
+    "Feedback": (_Step, Reply),
     "Present": (_Present, Presented),
-    "Silence": (_Step, None),
+    "Silence": (_InInterval, None),
     "EndTrial": (_Step, Voided),
     "EndBlock": (_Step, Voided),
 }
@@ -251,7 +261,7 @@ def _check_surface(surface: dict[str, Any]) -> None:
 
 
 def _check_answer(answer: dict[str, Any]) -> None:
-    kinds = {kind.__name__: kind for kind in (Reply, Presented, Voided)}
+    kinds = {kind.__name__: kind for kind in (Reply, Adjusted, Presented, Voided)}
     kind = answer.get("type")
     if not isinstance(kind, str) or kind not in kinds:
         raise UserError("the answer is of no known type")

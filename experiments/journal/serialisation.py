@@ -6,7 +6,7 @@ import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from experiments.protocols.steps import Answer, Presented, Reply, Trial, Voided
+from experiments.protocols.steps import Adjusted, Answer, Presented, Reply, Trial, Voided
 from stimuli.surface import VirtualSurface
 from stimuli.texture import Grating
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
 ANSWERS: dict[str, Callable[..., Answer]] = {
     "Reply": Reply,
+    "Adjusted": Adjusted,
     "Presented": Presented,
     "Voided": Voided,
 }
@@ -26,8 +27,15 @@ WORDS = ("text", "title", "question")
 
 
 def step_record(step: Step) -> dict[str, Any]:
-    """Return a step as plain data, with its type, as it reads back from a journal."""
+    """Return a step as plain data, with its type, as it reads back from a journal.
+
+    A step outside intervals does not name one: its record is that of the versions without them,
+    whose journals are gone on with.
+    """
     record: dict[str, Any] = json.loads(json.dumps(asdict(step)))
+    for part in (record, *(record.get("lead_in") or ())):
+        if part.get("interval", 0) is None:
+            del part["interval"]
     return {"type": type(step).__name__, **record}
 
 
@@ -53,8 +61,12 @@ def answer_from(record: dict[str, Any] | None) -> Answer:
     """Return the answer that a record holds."""
     if record is None:
         return None
-    fields = {key: tuple(v) if isinstance(v, list) else v for key, v in record.items()}
+    fields = {key: _tuples(value) for key, value in record.items()}
     return ANSWERS[str(fields.pop("type"))](**fields)
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(_tuples(each) for each in value) if isinstance(value, list) else value
 
 
 def surface_from(record: dict[str, Any]) -> Surface:

@@ -43,7 +43,11 @@ def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
     return flat
 
 
-def load_texts(language: str, replacements: Mapping[str, Any] | None = None) -> Texts:
+def load_texts(
+    language: str,
+    replacements: Mapping[str, Any] | None = None,
+    brought: Texts | None = None,
+) -> Texts:
     """Return all texts of a language, with a study's own in place of the shipped ones.
 
     Parameters
@@ -52,6 +56,8 @@ def load_texts(language: str, replacements: Mapping[str, Any] | None = None) -> 
         A shipped language's code.
     replacements : Mapping, optional
         Texts that replace the shipped ones, nested or with dotted keys.
+    brought : Mapping, optional
+        Texts that the run's protocols bring, beside the shipped ones.
 
     Raises
     ------
@@ -60,11 +66,11 @@ def load_texts(language: str, replacements: Mapping[str, Any] | None = None) -> 
     """
     if language not in languages():
         raise UserError(f"language '{language}': expected one of {', '.join(languages())}")
-    faults = text_faults(language, replacements or {})
+    faults = text_faults(language, replacements or {}, brought)
     if faults:
         told = (f"texts.{language}.{key}: {sentence}" for key, sentence in faults)
         raise UserError("; ".join(told))
-    return shipped_texts(language) | flatten(replacements or {})
+    return shipped_texts(language) | dict(brought or {}) | flatten(replacements or {})
 
 
 @cache
@@ -74,9 +80,11 @@ def shipped_texts(language: str) -> dict[str, str]:
     return flatten(tomllib.loads(source.read_text(encoding="utf-8")))
 
 
-def text_faults(language: str, replacements: Mapping[str, Any]) -> list[tuple[str, str]]:
+def text_faults(
+    language: str, replacements: Mapping[str, Any], brought: Texts | None = None
+) -> list[tuple[str, str]]:
     """Return each text of a study's own that would fail in a session: its key, and a sentence."""
-    shipped, own = shipped_texts(language), flatten(replacements)
+    shipped, own = shipped_texts(language) | dict(brought or {}), flatten(replacements)
     known = {key: text for key, text in own.items() if key in shipped}
     return [
         *((key, _unknown(key, shipped)) for key in own if key not in shipped),

@@ -9,12 +9,15 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, Self
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from experiments.protocols.steps import ParticipantStep, Reply
+    from experiments.protocols.steps import Adjust, ParticipantStep, Reply
 
 # Called at every frame while a participant reads, explores or answers. It checks the plate and
 # the operator and may raise (a plate fault, a pause, a stop): a participant class lets
 # the exception pass and must be able to start the same step again afterwards.
 Watch = Callable[[], None]
+
+# Turns the surface by so many notches, up or down; what it raises passes through as well.
+Turn = Callable[[int], None]
 
 Kind = Literal["person", "simulated", "scripted"]
 
@@ -52,7 +55,7 @@ class Participant(Protocol):
 
         Parameters
         ----------
-        step : Instruct, Explore, Ask or Rest
+        step : Instruct, Explore, Ask, Rest or Feedback
             It never holds an amplitude.
         watch : callable
             To be called at every frame; what it raises passes through.
@@ -62,6 +65,9 @@ class Participant(Protocol):
         StopRequested
             The participant asked to stop, and confirmed.
         """
+
+    def adjust(self, step: Adjust, turn: Turn, watch: Watch) -> Reply:
+        """Have the participant turn the surface until it is as asked for; see `perform`."""
 
     def hold(self, text: str, until: Callable[[], bool]) -> None:
         """Show ``text`` (the operator paused, or the rig is being repaired) until ``until()``."""

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from types import TracebackType
 
-    from experiments.participants.base import Kind, Watch
-    from experiments.protocols.steps import ParticipantStep, Value
+    from experiments.participants.base import Kind, Turn, Watch
+    from experiments.protocols.steps import Adjust, ParticipantStep, Value
     from hardware.clock import Clock
 
 
@@ -23,7 +23,7 @@ class ScriptedParticipant:
     ----------
     script : iterable or callable
         The answers, or what gives one for an `Ask`. An answer that is a `Reply` is given as it
-        is; one that is an exception is raised.
+        is; one that is an exception is raised. Of an `Adjust` it is the number of notches.
     clock : Clock
         Each step takes ``step_s`` of it.
     step_s : float
@@ -35,7 +35,7 @@ class ScriptedParticipant:
 
     def __init__(
         self,
-        script: Iterable[Value | Reply | BaseException] | Callable[[Ask], Value],
+        script: Iterable[Value | Reply | BaseException] | Callable[[Ask | Adjust], Value],
         clock: Clock,
         step_s: float = 1.0,
     ) -> None:
@@ -44,6 +44,7 @@ class ScriptedParticipant:
         self._clock = clock
         self._step_s = step_s
         self.seen: list[ParticipantStep] = []
+        self.turned: list[Adjust] = []
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Let some time pass, then give the next answer."""
@@ -61,6 +62,19 @@ class ScriptedParticipant:
 
     def _next(self, step: Ask) -> Value | Reply | BaseException:
         return self._give(step) if self._give else next(self._answers or iter(()))
+
+    def adjust(self, step: Adjust, turn: Turn, watch: Watch) -> Reply:
+        """Turn by the next answer's notches, one after the other."""
+        watch()
+        self.turned.append(step)
+        onset_s = self._clock.now()
+        answer = self._give(step) if self._give else next(self._answers or iter(()))
+        notches = int(str(answer))
+        for _ in range(abs(notches)):
+            self._clock.sleep(self._step_s)
+            turn(1 if notches > 0 else -1)
+            watch()
+        return Reply(onset_s=onset_s, response_time_s=self._clock.now() - onset_s)
 
     def hold(self, _text: str, until: Callable[[], bool]) -> None:
         """Wait."""

@@ -9,9 +9,7 @@ come again.
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass, field
-from functools import cache
-from importlib.metadata import EntryPoints, entry_points
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
@@ -19,17 +17,18 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from experiments.protocols.randomisation import Stream
 from experiments.protocols.williams import Place
 from faults import UserError
+from faults.plug_ins import PROTOCOLS, installed
 from stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from experiments.languages.texts import Texts
+    from experiments.protocols.simulation import SimulatedAnswer
     from experiments.protocols.steps import Steps, Trial, Value
     from stimuli.surface import Surface
     from stimuli.texture import Grating
 
-PROTOCOLS = "slipscale.protocols"
 Kind = Literal["number", "label", "text"]
 # 1: the Williams rows, and orders that knew neither session nor run (docs/decisions/0130).
 ORDER_VERSION = 2
@@ -46,6 +45,8 @@ Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
 Amplitude = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False), AfterValidator(abs)]
 Words = Annotated[str, Field(strict=True, min_length=1)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
+# A part of file names (BIDS entity): letters and digits only.
+EntityLabel = Annotated[str, Field(strict=True, pattern="^[A-Za-z0-9]+$")]
 
 
 class Options(BaseModel):
@@ -54,6 +55,11 @@ class Options(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     protocol: Words = Field(description="Name of the protocol, as an entry point gives it.")
+    label: EntityLabel | None = Field(
+        default=None,
+        description="Label of the task in file names, letters and digits; left out: the "
+        "protocol's. A study that has a protocol several times gives each its own.",
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,6 +88,8 @@ class Context:
         What the participant reads, by key.
     textures : tuple of Grating
         The study's textures.
+    task : str
+        The task's label, for its trials and its random numbers.
     """
 
     seed: int
@@ -89,6 +97,7 @@ class Context:
     row: int
     amplitudes_um_pp: tuple[float, ...]
     texts: Texts
+    task: str = ""
     textures: tuple[Grating, ...] = ()
     visit: int = 0
     advance: bool = True
@@ -124,8 +133,22 @@ class Context:
 
 
 @dataclass(slots=True, kw_only=True)
+class IntervalRecord:
+    """An interval of a trial as the journal tells it."""
+
+    surface: Surface
+    readback_um_pp: float | None = None
+    onset_s: float = 0.0
+    exploration_time_s: float | None = None
+
+
+@dataclass(slots=True, kw_only=True)
 class TrialRecord:
-    """A trial as the journal tells it, gathered for one row of the data set."""
+    """A trial as the journal tells it, gathered for one row of the data set.
+
+    ``surface`` and what follows it are those of a trial without intervals; ``intervals`` are those
+    of one that has some, by their number.
+    """
 
     trial: Trial
     surface: Surface | None = None
@@ -137,6 +160,7 @@ class TrialRecord:
     answers: dict[str, Mapping[str, Any]] = field(default_factory=dict)
     run_answers: Mapping[str, Value] = field(default_factory=dict)
     flags: list[str] = field(default_factory=list)
+    intervals: dict[int, IntervalRecord] = field(default_factory=dict)
 
     def answer(self, name: str) -> Value:
         """Return the value of an answer, None where it was not given."""
@@ -185,13 +209,22 @@ class Protocol:
     options : type of Options
         What a study may set.
     trials : callable
-        How many trials a run will have, practice included, from the options and the context.
+        How many trials a run is expected to have, practice included, from the options and the
+        context.
+    most_trials : callable, optional
+        The most there can be if none is repeated, likewise; left out: as many as are expected.
     steps : callable
         The generator of steps, from the options and the context.
     answer : str
         The column of the trial's main answer: its response time is the row's.
     instructions : str
         The key of the text that instructs the participant (quoted in the data set).
+    simulated : Mapping
+        For the name of each question, who answers it in a pilot (`experiments.protocols.
+        simulation`). A pilot of a protocol that lacks one is refused.
+    texts : Mapping
+        The protocol's own texts: for each language a mapping from key to text. Keys begin with
+        the protocol's name and a dot. Shipped protocols have theirs in `experiments.languages`.
     design : Mapping
         Own columns after the trial's number: where the trial stands (block, series, ...).
     stimulus : Mapping
@@ -199,11 +232,26 @@ class Protocol:
     response : Mapping
         Own columns after the amplitude read back: every answer that is asked for, by the name of
         its question, and what is needed to read it.
+    intervals : callable, optional
+        How many intervals a trial has, from the options: each has columns of its own, in place
+        of the one surface's. Left out: a trial presents one surface.
     amplitudes : tuple of str
         The options that hold an amplitude of the protocol's own: the plate must be able to make
         it. Every option whose name ends in ``_um_pp`` is one.
+    possible_um_pp : callable, optional
+        Every amplitude (or the least and the largest) that could be presented, whatever is
+        answered, µm peak to peak, from the options and the context. Left out: those that a
+        rehearsal comes across.
+    finest_um_pp : callable, optional
+        The smallest difference of amplitudes that matters to the task, and the amplitude at which
+        it occurs, µm peak to peak, from the options and the context: the plate must hold an
+        amplitude better than that.
+    check : callable, optional
+        Raises `UserError` where options and context do not fit together.
     textures : bool
         Whether it presents the study's textures; then ``texture`` is one of its columns.
+    interval_columns : int
+        For how many intervals the table has columns; `for_task` sets it.
 
     Raises
     ------
@@ -216,14 +264,22 @@ class Protocol:
     description: str
     options: type[Options]
     trials: Callable[[Any, Context], int]
+    most_trials: Callable[[Any, Context], int] | None = None
     steps: Callable[[Any, Context], Steps]
     answer: str
     instructions: str
+    simulated: Mapping[str, SimulatedAnswer] = field(default_factory=dict)
+    texts: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     design: Mapping[str, Column] = field(default_factory=dict)
     stimulus: Mapping[str, Column] = field(default_factory=dict)
     response: Mapping[str, Column]
+    intervals: Callable[[Any], int] | None = None
     amplitudes: tuple[str, ...] = ()
+    possible_um_pp: Callable[[Any, Context], Iterable[float]] | None = None
+    finest_um_pp: Callable[[Any, Context], tuple[float, float]] | None = None
+    check: Callable[[Any, Context], None] | None = None
     textures: bool = False
+    interval_columns: int = 0
 
     def __post_init__(self) -> None:
         own = [*self.design, *self.stimulus, *self.response]
@@ -238,19 +294,52 @@ class Protocol:
         if faults := [expected for fault, expected in wrong if fault]:
             raise UserError(f"protocol '{self.task}': expected that {'; that '.join(faults)}")
 
+    def for_task(self, options: Options) -> Protocol:
+        """Return the protocol as a task of a study has it: under its label, with its intervals."""
+        shown = self.intervals(options) if self.intervals else 0
+        return replace(self, task=options.label or self.task, interval_columns=shown)
 
-@cache
-def _installed() -> EntryPoints:
-    # Looking through all installed packages takes some 15 ms; they do not change under a run.
-    return entry_points(group=PROTOCOLS)
+    def most(self, options: Options, context: Context) -> int:
+        """Return the most trials that a run can have if none is repeated."""
+        return (self.most_trials or self.trials)(options, context)
+
+
+def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
+    """Return the texts that a protocol brings in a language: none for a shipped one.
+
+    Raises
+    ------
+    UserError
+        It brings texts, but none in that language.
+    """
+    if protocol.texts and language not in protocol.texts:
+        raise UserError(
+            f"protocol '{protocol.task}': has no texts in '{language}'; it has them in "
+            f"{', '.join(protocol.texts)}"
+        )
+    return protocol.texts.get(language, {})
 
 
 def protocol_names() -> list[str]:
     """Return the names of all installed protocols, sorted."""
-    return sorted(_installed().names)
+    return list(installed(PROTOCOLS))
 
 
 def load_protocol(name: str) -> Protocol:
-    """Return an installed protocol by name; KeyError if there is none."""
-    loaded: Protocol = _installed()[name].load()
+    """Return an installed protocol by name; KeyError if there is none.
+
+    Raises
+    ------
+    UserError
+        It is no `Protocol`, or its texts would hide others.
+    """
+    loaded: object = installed(PROTOCOLS)[name].load()
+    if not isinstance(loaded, Protocol):
+        raise UserError(f"protocol '{name}': its entry point is {loaded!r}, expected a Protocol")
+    for language, texts in loaded.texts.items():
+        if foreign := [key for key in texts if not key.startswith(f"{name}.")]:
+            raise UserError(
+                f"protocol '{name}': its {language} text '{foreign[0]}' could hide another's; "
+                f"expected a key that begins with '{name}.'"
+            )
     return loaded

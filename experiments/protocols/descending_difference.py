@@ -26,6 +26,7 @@ from experiments.protocols.base import (
 from experiments.protocols.pacing import PacedOptions
 from experiments.protocols.randomisation import with_catch_steps
 from experiments.protocols.repeating import Repeating, part_over
+from experiments.protocols.simulation import any_choice
 from experiments.protocols.steps import (
     Answer,
     Ask,
@@ -135,7 +136,7 @@ class _Run(Repeating[_Step]):
         falling = with_catch_steps(
             descent(self.options, self.context),
             self.options.catch_steps,
-            self.context.stream(TASK, "catch", series),
+            self.context.stream(self.context.task, "catch", series),
         )
         yield Present(surface=self.context.surface(falling[0][0]))
         yield self.explore("start")
@@ -152,7 +153,7 @@ class _Run(Repeating[_Step]):
     ) -> Generator[Step, Answer, tuple[int, ...]]:
         """Yield one step; return the numbers of the trials voided meanwhile."""
         trial = Trial(
-            task=TASK,
+            task=self.context.task,
             number=number,
             total=self.total,
             factors={"series": condition.series, "step": condition.step},
@@ -216,6 +217,11 @@ PROTOCOL = Protocol(
     answer="difference_felt",
     instructions="descending_difference.instructions",
     amplitudes=("start_um_pp",),
+    simulated={
+        "difference_felt": lambda _, person: person.notices(),
+        "verbal_report": lambda _, person: person.verbal_report(),
+        "confidence": any_choice,
+    },
     design={
         "series": Column(
             value=lambda record: record.trial.factors["series"],

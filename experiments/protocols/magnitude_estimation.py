@@ -137,15 +137,15 @@ def _blocks(
         surfaces,
         options.repetitions,
         options.randomisation,
-        stream=context.stream(TASK, "main"),
-        shared=lambda group, turn: context.shared_stream(TASK, "main", group, turn),
+        stream=context.stream(context.task, "main"),
+        shared=lambda group, turn: context.shared_stream(context.task, "main", group, turn),
         place=context.place,
         no_immediate_repeat=options.no_immediate_repeat,
     )
     practice = practice_order(
         surfaces,
         options.practice,
-        stream=context.stream(TASK, "practice"),
+        stream=context.stream(context.task, "practice"),
         following=main[0][0] if options.no_immediate_repeat else None,
     )
     return {"practice": practice, "main": main}
@@ -161,7 +161,7 @@ def _first_blocks(
             surfaces,
             repetitions,
             rule,
-            stream=context.stream(TASK, phase),
+            stream=context.stream(context.task, phase),
             row=context.row,
             no_immediate_repeat=options.no_immediate_repeat,
         )
@@ -185,7 +185,7 @@ def steps(options: MagnitudeEstimation, context: Context) -> Steps:
     )
     if options.scale_top == "declared":
         question = NumberQuestion(prompt=texts["magnitude_estimation.scale_top"], positive=True)
-        yield Ask(name="scale_top", question=question, task=TASK)
+        yield Ask(name="scale_top", question=question, task=context.task)
     run = _Run(options, context)
     planned = blocks(options, context)
     if options.practice:
@@ -246,7 +246,7 @@ class _Run(Repeating[_Presentation]):
         """Yield one trial; return the numbers of the trials to be repeated."""
         options, texts = self.options, self.context.texts
         trial = Trial(
-            task=TASK,
+            task=self.context.task,
             number=number,
             total=self.total,
             phase=condition.phase,
@@ -287,6 +287,10 @@ PROTOCOL = Protocol(
     instructions="magnitude_estimation.instructions",
     amplitudes=("standard_um_pp",),
     textures=True,
+    simulated={
+        "estimate": lambda _, person: person.estimate(),
+        "scale_top": lambda _, person: person.scale_top,
+    },
     design={
         "block": Column(
             value=lambda record: record.trial.factors["block"],

@@ -38,11 +38,14 @@ class PacedOptions(Options):
             raise ValueError("expected no less than exploration_minimum_s")
         return value
 
-    def explore(self, text: str, trial: Trial | None = None) -> Explore:
+    def explore(
+        self, text: str, trial: Trial | None = None, *, interval: int | None = None
+    ) -> Explore:
         """Return the exploration of the surface that is on the plate."""
         return Explore(
             text=text,
             trial=trial,
+            interval=interval,
             minimum_s=self.exploration_minimum_s,
             maximum_s=self.exploration_maximum_s,
         )

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from experiments.protocols.steps import Answer, Rest, Step, Steps
 
 Condition = TypeVar("Condition")
+# What makes a trial, and the number of the trial that it repeats.
+Repetition = tuple[Condition, int]
 
 
 class Repeating(ABC, Generic[Condition]):
@@ -33,6 +35,7 @@ class Repeating(ABC, Generic[Condition]):
         self.total = total
         self.number = 0
         self._known: dict[int, Condition] = {}
+        self._draw: Callable[[], Condition | None] = lambda: None
 
     @abstractmethod
     def trial(
@@ -54,7 +57,17 @@ class Repeating(ABC, Generic[Condition]):
 
     def block(self, conditions: Iterable[Condition]) -> Steps:
         """Yield a block's trials, and at its end those to be repeated."""
-        yield from self._trials(deque((condition, None) for condition in conditions))
+        rest = iter(conditions)
+        yield from self.drawn(lambda: next(rest, None))
+
+    def drawn(self, draw: Callable[[], Condition | None]) -> Steps:
+        """Yield a block's trials, each condition drawn when the trial before it is over.
+
+        So it may depend on all answers until then; None ends the block. It is drawn again where
+        the screen after the block voids a trial.
+        """
+        self._draw = draw
+        yield from self._trials(deque())
 
     def close(self, screen: Callable[[], Instruct | Rest]) -> Steps:
         """Yield the screen that follows a block; repeat what is voided while it is shown.
@@ -62,23 +75,27 @@ class Repeating(ABC, Generic[Condition]):
         The screen is shown again after that: it tells where the participant stands.
         """
         while isinstance(reply := (yield EndBlock(screen=screen())), Voided) and reply.trials:
-            yield from self._trials(self._again(reply.trials))
+            yield from self._trials(self.again(reply.trials))
 
-    def _trials(self, queue: deque[tuple[Condition, int | None]]) -> Steps:
+    def again(self, numbers: Iterable[int]) -> deque[Repetition[Condition]]:
+        """Return what is to be repeated for these trials, at the end of the block."""
+        repetitions = deque((self._known[number], number) for number in numbers)
+        self.total += len(repetitions)
+        return repetitions
+
+    def _trials(self, repetitions: deque[Repetition[Condition]]) -> Steps:
         yield from self.start()
-        while queue:
-            condition, repeats = queue.popleft()
+        while True:
+            condition, repeats = self._draw(), None
+            if condition is None:
+                if not repetitions:
+                    break
+                condition, repeats = repetitions.popleft()
             self.number += 1
             self._known[self.number] = condition
-            queue += self._again((yield from self.trial(condition, self.number, repeats)))
+            repetitions += self.again((yield from self.trial(condition, self.number, repeats)))
             yield from self.between()
         yield from self.finish()
-
-    def _again(self, numbers: Iterable[int]) -> deque[tuple[Condition, int | None]]:
-        again: deque[tuple[Condition, int | None]] = deque()
-        again.extend((self._known[number], number) for number in numbers)
-        self.total += len(again)
-        return again
 
 
 def part_over(texts: Texts) -> Instruct:

@@ -11,11 +11,17 @@ step          what the session does                                  reply
 `Present`     makes a surface on the plate, settled and read back    `Presented`
 `Explore`     lets the participant stroke the surface                `Reply`
 `Ask`         asks a question                                        `Reply`
+`Adjust`      has the participant turn the surface's amplitude       `Adjusted`
+`Feedback`    shows a text for a fixed time                          `Reply`
 `Silence`     stops the plate                                        None
 `Rest`        shows a break screen with the progress                 `Reply`
 `EndTrial`    closes a trial; is told which trials were voided       `Voided`
 `EndBlock`    shows the screen after a block; is told likewise       `Voided`
 ============  =====================================================  ==============
+
+A trial may present several surfaces, each in an *interval*: `Present`, `Explore` and `Silence`
+carry its number, 1, 2, ... Whatever interrupts such a trial, its script is performed again from
+the first interval before it goes on.
 """
 
 from __future__ import annotations
@@ -104,7 +110,27 @@ class WholeNumberQuestion:
     maximum: int
 
 
-Question = NumberQuestion | YesNoQuestion | TextQuestion | ChoiceQuestion | WholeNumberQuestion
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ComparisonQuestion:
+    """Which of the surfaces that were presented; the reply's value is its number, 1, 2, ...
+
+    ``options`` are the words on the screen, in the order of presentation ("the first", ...);
+    ``seeks`` says which is asked for: the most slippery, or the least.
+    """
+
+    prompt: str
+    options: tuple[str, ...]
+    seeks: Literal["most", "least"] = "most"
+
+
+Question = (
+    NumberQuestion
+    | YesNoQuestion
+    | TextQuestion
+    | ChoiceQuestion
+    | WholeNumberQuestion
+    | ComparisonQuestion
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,6 +154,7 @@ class Explore:
     trial: Trial | None = None
     minimum_s: float = 0.0
     maximum_s: float | None = None
+    interval: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -141,6 +168,7 @@ class Present:
     surface: Surface
     trial: Trial | None = None
     lead_in: tuple[Present, Explore] | None = None
+    interval: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,6 +190,47 @@ class Ask:
 class Silence:
     """Stop the plate: between surfaces, or when exploration is over."""
 
+    trial: Trial | None = None
+    interval: int | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Adjust:
+    """Turn the amplitude of the surface that was presented last until it is as asked for.
+
+    Parameters
+    ----------
+    name : str
+        The data set's column for the amplitude reached, µm peak to peak.
+    text : str
+        What to turn for; it holds no amplitude.
+    trial : Trial
+    interval : int
+        The interval in which the surface to be turned was presented.
+    step_um_pp : float
+        What one notch of the wheel, or one press of a key, changes.
+    lowest_um_pp, highest_um_pp : float
+        It cannot be turned beyond these.
+    time_limit_s : float or None
+        Then it is over as it stands, and counts as timed out.
+    """
+
+    name: str
+    text: str
+    trial: Trial
+    interval: int
+    step_um_pp: float
+    lowest_um_pp: float
+    highest_um_pp: float
+    time_limit_s: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Feedback:
+    """A text that goes by itself after ``duration_s``: whether the answer was right."""
+
+    text: str
+    duration_s: float
     trial: Trial | None = None
 
 
@@ -195,8 +264,8 @@ class EndBlock:
     trial: Trial | None = None
 
 
-ParticipantStep = Instruct | Explore | Ask | Rest
-Step = ParticipantStep | Present | Silence | EndTrial | EndBlock
+ParticipantStep = Instruct | Explore | Ask | Rest | Feedback
+Step = ParticipantStep | Present | Adjust | Silence | EndTrial | EndBlock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -226,6 +295,23 @@ class Reply:
     time_source: str = "scripted"
     timed_out: bool = False
     rejected: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Adjusted(Reply):
+    """What a participant turned the plate to: the value is that amplitude, µm peak to peak.
+
+    Parameters
+    ----------
+    readback_um_pp : float or None
+        What the plate says it makes, at the end.
+    trace : tuple of pairs
+        Each amplitude on the way, and when it had settled: (seconds from the beginning, µm peak
+        to peak); the first is where it began.
+    """
+
+    readback_um_pp: float | None = None
+    trace: tuple[tuple[float, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,60 +1,209 @@
-"""A run's steps as they would come: to be looked at before anybody sits down."""
+"""A run's steps as they would come: to be looked at before anybody sits down.
+
+Which steps come may depend on what is answered. A rehearsal therefore takes several ways through a
+run, and a protocol says itself which amplitudes it could come to (`Protocol.possible_um_pp`).
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from experiments.dataset.schema import columns
-from experiments.protocols.steps import Ask, EndBlock, EndTrial, Present, Reply, Voided
+from experiments.participants.simulated import unanswered
+from experiments.protocols.randomisation import Stream
+from experiments.protocols.steps import (
+    Adjust,
+    Adjusted,
+    Ask,
+    ChoiceQuestion,
+    ComparisonQuestion,
+    EndBlock,
+    EndTrial,
+    NumberQuestion,
+    Present,
+    Presented,
+    Reply,
+    Silence,
+    TextQuestion,
+    Voided,
+    WholeNumberQuestion,
+    YesNoQuestion,
+)
 from faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator, Mapping
 
-    from experiments.protocols.steps import Answer, Step
+    from experiments.protocols.base import Options, Protocol
+    from experiments.protocols.steps import Answer, Question, Step, Value
     from experiments.study.run_plan import RunPlan
     from hardware.driver import PlateDriver
     from stimuli.surface import Surface
 
+# An answer is the one at this place, from 0 to 1, among all that there are: the first is the first
+# option and "yes". A way through a run is a place for each question, by the number of the question.
+WAYS: Mapping[str, Callable[[int], float]] = {
+    "first": lambda _: 0.0,
+    "last": lambda _: 1.0,
+    "in turn": lambda number: float(number % 2),
+    "mixed": lambda number: Stream("rehearsal", number).uniform(),
+}
+FIRST = WAYS["first"]
 
-def dry_run(plan: RunPlan) -> Iterator[Step]:
-    """Yield a run's steps as if every question were answered with "yes" and no trial voided.
+
+def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step]:
+    """Yield a run's steps as they come if every question is answered, and no trial voided.
+
+    Parameters
+    ----------
+    plan : RunPlan
+    way : callable
+        Where in the range of answers each one is, by its number: 0 is "yes" and the first option.
 
     Raises
     ------
     UserError
-        A protocol asks for an answer that its table has no column for, or its table has a
-        column that every task has.
+        A protocol asks for an answer that its table has no column for, its table has a column
+        that every task has, or it has more trials than it says.
     """
-    declared = {protocol.task: columns(protocol) for protocol, _ in plan.tasks()}
+    tasks = {protocol.task: (protocol, options) for protocol, options in plan.tasks()}
+    declared = {task: columns(protocol) for task, (protocol, _) in tasks.items()}
     steps = plan.steps()
     answer: Answer = None
+    asked = 0
     while True:
         try:
             step = steps.send(answer)
         except StopIteration:
             return
-        if isinstance(step, Ask):
-            task = step.trial.task if step.trial else step.task
+        if isinstance(step, Ask | Adjust):
+            asked += 1
+            task = step.trial.task if step.trial else getattr(step, "task", "")
             if task and step.name not in declared[task]:
                 raise UserError(
                     f"protocol '{task}' asks for '{step.name}', which its table has no column "
                     "for: the answer would be missing from the data set; expected it to be declared"
                 )
+        if isinstance(step, EndTrial):
+            _count(plan, *tasks[step.trial.task], step.trial.number)
         yield step
-        answer = Voided() if isinstance(step, EndTrial | EndBlock) else Reply(value=True)
+        # Consent is given: without it nothing else would come.
+        own = isinstance(step, Ask) and not step.task and step.trial is None
+        answer = _answer(step, FIRST(asked) if own else way(asked))
+
+
+def _count(plan: RunPlan, protocol: Protocol, options: Options, number: int) -> None:
+    most = protocol.most(options, plan.context(protocol.task))
+    if number > most:
+        raise UserError(
+            f"protocol '{protocol.task}' goes on after {most} trials, the most that it says it "
+            "has: a rule that never stops needs a cap"
+        )
+
+
+def _answer(step: Step, place: float) -> Answer:
+    """Return the answer to a step at a place in the range of answers."""
+    if isinstance(step, EndTrial | EndBlock):
+        return Voided()
+    if isinstance(step, Silence):
+        return None
+    if isinstance(step, Present):
+        um_pp = step.surface.amplitude_um_pp
+        return Presented(
+            commanded_um_pp=um_pp,
+            readback_um_pp=um_pp,
+            readback_kind="none",
+            settled_by="time",
+            onset_s=0.0,
+        )
+    if isinstance(step, Adjust):
+        span_um_pp = step.highest_um_pp - step.lowest_um_pp
+        reached = step.highest_um_pp - place * span_um_pp
+        return Adjusted(value=reached, readback_um_pp=reached, trace=((0.0, reached),))
+    return Reply(value=_value(step.question, place) if isinstance(step, Ask) else None)
+
+
+def _value(question: Question, place: float) -> Value:
+    if isinstance(question, YesNoQuestion):
+        return place < 0.5  # noqa: PLR2004 - half of the range
+    if isinstance(question, ChoiceQuestion | ComparisonQuestion):
+        number = min(int(place * len(question.options)), len(question.options) - 1)
+        chosen = question.options[number]
+        return float(number + 1) if isinstance(question, ComparisonQuestion) else chosen[0]
+    if isinstance(question, WholeNumberQuestion):
+        return float(question.minimum + round(place * (question.maximum - question.minimum)))
+    if isinstance(question, NumberQuestion):
+        return 1.0 + place
+    if isinstance(question, TextQuestion):
+        return "-"
+    raise TypeError(f"no answer to rehearse for {type(question).__name__}")
 
 
 def surfaces(plan: RunPlan) -> list[Surface]:
-    """Return every surface that a run will present, standards and starts among them, once each.
+    """Return every surface that a run could present, standards and starts among them, once each.
 
     They are in the order of their labels, so that the order of presentation stays unknown.
+
+    Raises
+    ------
+    UserError
+        A protocol presents an amplitude beyond those that it says it could.
     """
-    found = {step.surface for step in dry_run(plan) if isinstance(step, Present)}
+    found: set[Surface] = set()
+    for protocol, options in plan.tasks():
+        if protocol.possible_um_pp:
+            context = plan.context(protocol.task)
+            found |= {context.surface(each) for each in protocol.possible_um_pp(options, context)}
+    for way in WAYS.values():
+        found |= _on_a_way(plan, way)
     return sorted(found, key=lambda surface: (surface.label, surface.amplitude_um_pp))
 
 
+def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Surface]:
+    """Return what is presented on a way through a run; refuse what a protocol did not declare."""
+    bounds: dict[str, tuple[float, float]] = {}
+    for protocol, options in plan.tasks():
+        if protocol.possible_um_pp:
+            possible = list(protocol.possible_um_pp(options, plan.context(protocol.task)))
+            bounds[protocol.task] = min(possible), max(possible)
+    found: set[Surface] = set()
+    for step in dry_run(plan, way):
+        if isinstance(step, Present):
+            found.add(step.surface)
+            task = step.trial.task if step.trial else ""
+            low, high = bounds.get(task, (0.0, float("inf")))
+            if not low <= step.surface.amplitude_um_pp <= high:
+                raise UserError(
+                    f"protocol '{task}' presents {step.surface.amplitude_um_pp:g} µm p-p, and says "
+                    f"that it presents {low:g} to {high:g}; expected it to declare every amplitude"
+                )
+    return found
+
+
 def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
-    """Raise `PlateDriver.check_supported`'s fault if the plate could not present a surface."""
+    """Raise `UserError`, or the plate's fault, if the plate could not present what a run needs."""
     for surface in surfaces(plan):
         plate.check_supported(surface)
+    for protocol, options in plan.tasks():
+        if protocol.finest_um_pp is None:
+            continue
+        finest_um_pp, at_um_pp = protocol.finest_um_pp(options, plan.context(protocol.task))
+        held_um_pp = plate.limits.allowed_um_pp(at_um_pp)
+        if finest_um_pp < held_um_pp:
+            raise UserError(
+                f"task '{protocol.task}' presents differences down to {finest_um_pp:g} µm p-p, and "
+                f"this plate is held to within {held_um_pp:g} µm p-p at {at_um_pp:g} µm p-p; "
+                "present larger ones, or give the study's [plate] a tolerance and a "
+                "tolerance_um_pp that the plate can keep"
+            )
+
+
+def check_answered(plan: RunPlan) -> None:
+    """Raise `UserError` where nobody could answer a question in a pilot."""
+    answers = plan.simulated_answers()
+    for way in WAYS.values():
+        for step in dry_run(plan, way):
+            if isinstance(step, Ask | Adjust):
+                task = step.trial.task if step.trial else getattr(step, "task", "")
+                if task and (task, step.name) not in answers:
+                    raise UserError(unanswered(task, step.name))

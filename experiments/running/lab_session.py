@@ -24,7 +24,7 @@ from experiments.journal.run_record import (
 )
 from experiments.participants.psychopy_window import PsychoPyWindow
 from experiments.running.dry_run import check_supported
-from experiments.running.run import run_plan
+from experiments.running.run import plate_for, run_plan
 from experiments.running.run_state import check_alike, how_to_resume, remedy, run_state
 from experiments.session.marker_outputs import open_markers
 from experiments.session.masking_output import MaskingNoise, check_device
@@ -34,7 +34,6 @@ from experiments.study.run_plan import RunPlan
 from faults import UserError
 from hardware.address import with_plate_file
 from hardware.clock import SystemClock
-from hardware.registry import open_plate
 from hardware.signals import signals_raise
 
 if TYPE_CHECKING:
@@ -171,7 +170,7 @@ def _conduct(
         stack.push(partial(_leave, dataset, journal))
         stack.enter_context(journal)
         spec = with_plate_file(setting.plate, plan.study.plate.file)
-        plate = stack.enter_context(open_plate(spec, clock=clock, seed=plan.seed))
+        plate = stack.enter_context(plate_for(plan, spec, clock))
         check_supported(plan, plate)
         noise = _noise(plan)
         markers = stack.enter_context(open_markers(setting.markers))

@@ -20,13 +20,13 @@ from experiments.journal.run_record import (
     read_plan,
 )
 from experiments.participants.simulated import SimulatedParticipant
-from experiments.running.run import run_plan
+from experiments.running.dry_run import check_answered, check_supported
+from experiments.running.run import plate_for, run_plan
 from experiments.session.operator import UnattendedOperator
 from experiments.study.file import read_study
 from experiments.study.run_plan import RunPlan
 from faults import UserError
 from hardware.clock import VirtualClock
-from hardware.registry import open_plate
 from hardware.signals import signals_raise
 
 if TYPE_CHECKING:
@@ -132,6 +132,8 @@ def run_pilot(
     """
     if not is_mock(spec):
         raise UserError(f"--plate {spec}: a pilot runs in virtual time; expected mock")
+    check_supported(plans[0], plate_for(plans[0], spec, VirtualClock()))
+    check_answered(plans[0])
     claim(folder, plans)
     begun = [read_plan(path)[0].order_version for path in journals(folder) if holds_records(path)]
     # A pilot begun with an older rule of orders ends with it.
@@ -156,7 +158,7 @@ def run_simulated(folder: Path, plan: RunPlan, spec: str) -> None:
         opened = Journal.reopen(path, clock)
     else:
         opened = Journal.create(path, clock, private=plan.study.private_files)
-    with opened as journal, open_plate(spec, clock=clock, seed=plan.seed) as plate:
+    with opened as journal, plate_for(plan, spec, clock) as plate:
         person = SimulatedParticipant(
             seed=plan.seed,
             participant=plan.participant,
@@ -164,6 +166,7 @@ def run_simulated(folder: Path, plan: RunPlan, spec: str) -> None:
             feel=plate.vibration_um_pp,
             clock=clock,
             language=plan.language,
+            answers=plan.simulated_answers(),
         )
         run_plan(
             plan,

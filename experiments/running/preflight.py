@@ -20,6 +20,7 @@ from experiments.journal.run_record import is_mock
 from experiments.languages.texts import load_texts
 from experiments.running.disk_space import why_not_taken
 from experiments.running.dry_run import check_supported, surfaces
+from experiments.running.run import plate_for
 from experiments.running.run_state import check_alike, participants, remedy, run_state
 from experiments.session.marker_outputs import open_markers
 from experiments.session.markers import Event
@@ -28,7 +29,6 @@ from experiments.study.run_plan import RunPlan, check_labels, journal_path
 from faults import RigError, UserError
 from hardware.address import with_plate_file
 from hardware.clock import SystemClock
-from hardware.registry import open_plate
 from hardware.signals import silent_on_signals
 from stimuli.surface import VirtualSurface
 
@@ -223,7 +223,7 @@ def check_plate(planned: PlannedSession) -> Finding:
     study = plan.study
     spec = with_plate_file(planned.plate, study.plate.file)
     with (
-        open_plate(spec, clock=SystemClock(), seed=study.seed) as plate,
+        plate_for(plan, spec, SystemClock()) as plate,
         silent_on_signals(plate),
     ):
         check_supported(plan, plate)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from experiments.journal.header import header, resume_data
 from experiments.session.session import Session
+from hardware.registry import open_plate
 
 if TYPE_CHECKING:
     from experiments.journal.journal import Journal
@@ -17,6 +18,16 @@ if TYPE_CHECKING:
     from experiments.study.run_plan import RunPlan
     from hardware.clock import Clock
     from hardware.driver import PlateDriver
+
+
+def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
+    """Return the plate that a SPEC names, not connected, held as narrowly as the study wants."""
+    driver = open_plate(spec, clock=clock, seed=plan.seed)
+    wanted = plan.study.plate
+    driver.limits = driver.limits.held_to(
+        tolerance=wanted.tolerance, tolerance_um=wanted.tolerance_um_pp
+    )
+    return driver
 
 
 def run_plan(

@@ -13,12 +13,16 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from experiments.journal.serialisation import answer_from, answer_record, same_step, step_record
 from experiments.participants.base import StopRequested, Unfinished
+from experiments.protocols.adaptive.track import DECIMALS
 from experiments.protocols.steps import (
+    Adjust,
+    Adjusted,
     Answer,
     Ask,
     EndBlock,
     EndTrial,
     Explore,
+    Feedback,
     Instruct,
     Present,
     Presented,
@@ -35,6 +39,7 @@ from experiments.session.surface_state import SurfaceState
 from faults import UserError
 from hardware.clock import VirtualClock
 from hardware.errors import PlateFault
+from stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -121,13 +126,14 @@ class Session:
             hold_text=texts["session.hold"],
             unblind=unblind,
         )
-        self._presented_s = 0.0  # when the wanted surface was presented, for a resumed pilot
         self._rewinds = False  # the surface was lost because a pilot was interrupted
         self._actions: Mapping[type, Callable[[Any], Answer]] = {
             Instruct: self._show,
             Rest: self._show,
+            Feedback: self._feedback,
             Explore: self._explore,
             Ask: self._ask,
+            Adjust: self._adjust,
             Present: self._present,
             Silence: self._silence,
             EndTrial: self._end_trial,
@@ -199,14 +205,16 @@ class Session:
                 "another step than the one recorded; resume with the version of Slipscale that "
                 "began the run (it is named in the journal's first line)"
             )
+        answer = answer_from(done.data["answer"])
         if isinstance(step, Present):
-            self._surface.remember(step)
-            self._presented_s = begun.time_s
+            self._surface.presented(step, begun.time_s)
         elif isinstance(step, Explore):
             self._surface.explored(step)
         elif isinstance(step, Silence):
             self._surface.silenced(step)
-        return answer_from(done.data["answer"])
+        elif isinstance(answer, Adjusted):
+            self._surface.adjusted(turned(answer.trace[-1][1]))
+        return answer
 
     def _take_up(self, step: Step) -> None:
         """Go from replay to live steps: the surface that was on the plate must be there again."""
@@ -220,21 +228,21 @@ class Session:
             self._interruptions.attempt(lambda: self._restore(step))
 
     @contextmanager
-    def _when_it_was_presented(self) -> Iterator[None]:
-        """Set a resumed pilot's clock to the surface's presentation, and back afterwards.
+    def _when_it_was_presented(self) -> Iterator[Callable[[float], None]]:
+        """Let a resumed pilot's clock be set to when each surface was presented, and back after.
 
         It continues as if it had never stopped: there was no wait, and a texture, which changes
         with time, is explored at the time at which it was.
         """
-        if not (self._rewinds and isinstance(self._clock, VirtualClock)):
-            yield
+        clock = self._clock
+        if not (self._rewinds and isinstance(clock, VirtualClock)):
+            yield lambda _began_s: None
             return
-        began_s = self._clock.now()
-        self._clock.set(self._presented_s)
+        now_s = clock.now()
         try:
-            yield
+            yield clock.set
         finally:
-            self._clock.set(began_s)
+            clock.set(now_s)
         self._rewinds = False
 
     # Live -----------------------------------------------------------------------------------
@@ -270,7 +278,12 @@ class Session:
         self._progress.tell("showing")
         return self._participant.perform(step, self._interruptions.watch)
 
+    def _feedback(self, step: Feedback) -> Reply:
+        return self._participant.perform(step, self._interruptions.watch)
+
     def _present(self, step: Present) -> Presented:
+        if not self._surface.begins(step):
+            self._restore(step)
         self._rewinds = False
         self._noise.start()
         amplitude_um_pp = step.surface.amplitude_um_pp if self._unblind else None
@@ -304,6 +317,44 @@ class Session:
             self._journal.write("discarded", name=step.name, answer=answer_record(reply))
             raise
         return reply
+
+    def _adjust(self, step: Adjust) -> Adjusted:
+        """Have the participant turn the surface; write down every amplitude on the way."""
+        self._restore(step)
+        self._wait()
+        start_um_pp = self._surface.amplitude_um_pp
+        if start_um_pp is None:
+            raise ValueError("there is no surface to adjust: none was presented")
+        began_s = self._clock.now()
+        trace = [(0.0, start_um_pp)]
+
+        def turn(notches: int) -> None:
+            aim_um_pp = round(trace[-1][1] + notches * step.step_um_pp, DECIMALS)
+            aim_um_pp = min(max(aim_um_pp, step.lowest_um_pp), step.highest_um_pp)
+            if aim_um_pp != trace[-1][1]:
+                self._surface.turn(turned(aim_um_pp))
+                trace.append((round(self._clock.now() - began_s, DECIMALS), aim_um_pp))
+
+        try:
+            reply = self._participant.adjust(step, turn, self._interruptions.watch)
+            readback_um_pp = self._surface.read_back_um_pp()
+        except UserError:
+            raise  # as in `_answer`
+        except BaseException:
+            # What was turned until now is recorded, never used: it is turned again from the start.
+            self._journal.write("discarded", name=step.name, answer={"trace": trace})
+            raise
+        self._markers.mark(Event.ANSWER, step)
+        self._surface.adjusted(turned(trace[-1][1]))
+        return Adjusted(
+            value=trace[-1][1],
+            onset_s=reply.onset_s,
+            response_time_s=reply.response_time_s,
+            time_source=reply.time_source,
+            timed_out=reply.timed_out,
+            readback_um_pp=readback_um_pp,
+            trace=tuple(trace),
+        )
 
     def _answer(self, step: Ask) -> Reply:
         """Have a question answered; what is typed when something interrupts it is kept."""
@@ -351,12 +402,16 @@ class Session:
             self._noise.start()
             self._progress.tell("presenting")
             self._markers.mark(Event.ONSET, step)
-            with self._when_it_was_presented():
-                made = self._surface.restore()
+            with self._when_it_was_presented() as at:
+                made = self._surface.restore(at)
             self._markers.mark(Event.SETTLED, step)
             self._note_standard(step)
             trial = step.trial.number if step.trial else None
-            self._journal.write("represented", trial=trial, answer=answer_record(made))
+            for presented, answer in made:
+                interval = {} if presented.interval is None else {"interval": presented.interval}
+                self._journal.write(
+                    "represented", trial=trial, **interval, answer=answer_record(answer)
+                )
 
     def _note_standard(self, step: Step) -> None:
         """Write down that the standard was felt again before a trial's surface, if it was."""
@@ -368,6 +423,11 @@ class Session:
         """Tell the operator that the participant is at work."""
         amplitude_um_pp = self._surface.amplitude_um_pp if self._unblind else None
         self._progress.tell("waiting", amplitude_um_pp=amplitude_um_pp)
+
+
+def turned(amplitude_um_pp: float) -> VirtualSurface:
+    """Return the surface that a participant turned to; its label does not tell the amplitude."""
+    return VirtualSurface(amplitude_um_pp=amplitude_um_pp, label="S0")
 
 
 def last_unfinished(records: list[Record], step: Ask) -> Unfinished:

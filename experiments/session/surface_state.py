@@ -1,12 +1,12 @@
-"""The surface that should be on the plate, and whether the plate makes it now.
+"""What should be on the plate, or have been felt, and whether that still holds.
 
-A surface that was presented stays *wanted* until the protocol silences the plate. If it is lost
-(a fault, a pause, a crash), it is presented and explored again before the participant is asked
-anything more: no rating is taken of a surface that is not there.
+A *script* is what a trial presents: one surface and its exploration, or several intervals of them,
+with the silences between. If a fault, a pause or a crash comes between, it is performed again from
+its first step before the participant is asked anything more, or feels the next interval: no answer
+is taken about a surface that is not there, or that this finger, in this hour, has not felt.
 
-Where the protocol silences the plate before it asks (the longest exploration is over), the surface
-is *remembered* for the questions of its trial. An interruption breaks that memory: the surface is
-then presented, explored and silenced again before the question (docs/decisions/0160).
+A surface outside a trial stays wanted until the protocol silences the plate. One that a trial
+silences before its question is part of its script, and so remembered (docs/decisions/0160, 0260).
 
 A surface that was explored and silenced outside a trial is a *standard*: what the trials after it
 are compared with. After an interruption it is felt again before the next of them
@@ -15,25 +15,35 @@ are compared with. After an interruption it is felt again before the next of the
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
-from experiments.protocols.steps import Ask, Presented
+from experiments.protocols.steps import Adjust, Ask, Explore, Present, Presented
 from hardware.errors import PlateFault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.protocols.steps import Explore, Present, Reply, Silence, Step
+    from experiments.protocols.steps import Reply, Silence, Step
     from hardware.clock import Clock
     from hardware.driver import PlateDriver
+    from stimuli.surface import Surface
 
 
 PlateState = Literal["silent", "as commanded", "not measured", "lost"]
 MEASURED = ("measured", "applied")
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Done:
+    """A step of the script, and when a presentation began."""
+
+    step: Present | Explore | Silence
+    began_s: float = 0.0
+
+
 class SurfaceState:
-    """What the participant should be feeling, and whether the plate makes it now.
+    """What the participant should be feeling, or have felt, and whether it holds.
 
     Parameters
     ----------
@@ -49,12 +59,9 @@ class SurfaceState:
         self._plate = plate
         self._clock = clock
         self._explore = explore
-        self._present: Present | None = None
-        self._explored: Explore | None = None
-        self._made = False
-        # Silenced before the questions of its trial, and whether nothing came between since.
-        self._remembered: tuple[Present, Explore | None] | None = None
-        self._fresh = False
+        self._script: list[Done] = []
+        self._held = True  # nothing came between since the script began
+        self._wanted: Present | None = None  # what the plate should make now
         self._standard: tuple[Present, Explore] | None = None
         self._standard_due = False
         self._standard_made: Presented | None = None
@@ -64,74 +71,105 @@ class SurfaceState:
     @property
     def state(self) -> PlateState:
         """What the plate does, by its last reading; it tells no amplitude."""
-        if self._present is None:
+        if self._wanted is None:
             return "silent"
-        if not self._made:
+        if not self._held:
             return "lost"
         return "as commanded" if self._measured else "not measured"
 
     @property
     def amplitude_um_pp(self) -> float | None:
         """The amplitude wanted (of a texture the largest), or None."""
-        return self._present.surface.amplitude_um_pp if self._present else None
+        return self._wanted.surface.amplitude_um_pp if self._wanted else None
 
     def must_be_felt_again(self, step: Step) -> bool:
-        """Whether a surface was lost that must be there, or be remembered, for a step."""
-        if self._present is not None:
-            return not self._made
-        asked = isinstance(step, Ask) and step.trial is not None
-        if self._remembered is None or self._fresh or not asked:
+        """Whether what a step needs to be there, or to have been felt, was interrupted."""
+        if self._held or not self._script:
             return False
-        return self._remembered[0].trial == step.trial
+        if self._wanted is not None:
+            return True
+        if isinstance(step, Present):
+            return not self.begins(step)
+        asked = isinstance(step, Ask | Explore | Adjust) and step.trial is not None
+        return asked and step.trial == self._trial
+
+    def begins(self, step: Present) -> bool:
+        """Whether a presentation begins a script, in place of being its next interval."""
+        return step.interval is None or step.trial is None or step.trial != self._trial
 
     def present(self, step: Present) -> Presented:
         """Make a surface, after its lead-in where the plate does not make that."""
-        if self._standard and self._standard_due and step.trial is not None:
-            self._feel_standard(*self._standard)
+        self._feel_standard(step)
         if step.lead_in:
             before, explore = step.lead_in
-            led_in = self._made and self._present and self._present.surface == before.surface
+            led_in = self._held and self._wanted and self._wanted.surface == before.surface
             if not led_in:
+                self.forget()
                 self._drive(before)
                 self._explore(explore)
-        return self._drive(step)
+        if self.begins(step):
+            self.forget()
+        began_s = self._clock.now()
+        made = self._drive(step)
+        self._script.append(Done(step=step, began_s=began_s))
+        return made
 
-    def remember(self, present: Present) -> None:
+    def presented(self, step: Present, began_s: float) -> None:
         """Note a surface that a journal says was presented; the plate makes it no more."""
-        self.forget()
-        self._present = present
+        if self.begins(step):
+            self.forget()
+        self._script.append(Done(step=step, began_s=began_s))
+        self._wanted, self._held = step, False
 
     def explored(self, step: Explore) -> None:
         """Note that the participant has explored the surface."""
-        self._explored = step
+        if self._wanted is not None:
+            self._script.append(Done(step=step))
 
-    def restore(self) -> Presented:
-        """Make the lost surface again and have it explored again, as far as it was.
+    def turn(self, surface: Surface) -> None:
+        """Make the wanted surface another one, as the participant turns it."""
+        if self._wanted is None:
+            raise ValueError("there is no surface to turn: none was presented")
+        self._make(replace(self._wanted, surface=surface))
 
-        To be called where `must_be_felt_again` says so. A surface that the protocol had silenced is
-        silenced again.
+    def adjusted(self, surface: Surface) -> None:
+        """Note to what the wanted surface was turned: that is what was felt."""
+        if self._wanted is None:
+            return
+        self._wanted = turned = replace(self._wanted, surface=surface)
+        last = max(n for n, done in enumerate(self._script) if isinstance(done.step, Present))
+        self._script[last] = replace(self._script[last], step=turned)
+
+    def restore(self, at: Callable[[float], None]) -> list[tuple[Present, Presented]]:
+        """Perform the script again, from its first step as far as it was.
+
+        To be called where `must_be_felt_again` says so.
+
+        Parameters
+        ----------
+        at : callable
+            Told when each presentation began, before it is made again.
+
+        Returns
+        -------
+        list of tuple
+            Each surface and what the plate did.
         """
-        remembered = self._remembered
-        present, explored = remembered or (self._present, self._explored)
-        if present is None:
-            raise ValueError("there is no surface to restore: none was presented")
+        wanted = self._wanted
+        made: list[tuple[Present, Presented]] = []
         try:
-            made = self.present(present)
-            if explored:
-                self._explore(explored)
-            if remembered:
-                self._plate.silence()
+            for done in self._script:
+                if isinstance(done.step, Present):
+                    at(done.began_s)
+                    made.append((done.step, self._redrive(done.step)))
+                elif isinstance(done.step, Explore):
+                    self._explore(done.step)
+                else:
+                    self._plate.silence()
+                    self._wanted = None
         except BaseException:
-            self.forget()
-            if remembered:
-                self._remembered = remembered
-            else:
-                self._present, self._explored = present, explored
+            self._wanted, self._held = wanted, False
             raise
-        self._explored = explored
-        if remembered:
-            self.forget()
-            self._remembered, self._fresh = remembered, True
         return made
 
     def confirm(self) -> None:
@@ -141,41 +179,47 @@ class SurfaceState:
         presented is not taken for it when it was rated (docs/decisions/0022). Of a texture both
         the command and the reading are means.
         """
-        if self._present is None:
-            return
+        if self._wanted is not None:
+            self.read_back_um_pp()
+
+    def read_back_um_pp(self) -> float | None:
+        """Return what the plate says it makes; raise its fault unless that is what is wanted."""
         self._plate.check()
         told = self._plate.read_back()
         self._measured = told.kind in MEASURED and told.amplitude_um_pp is not None
         if told.kind in MEASURED and told.amplitude_um_pp is not None:
             self._plate.limits.check_reached(self._commanded_um_pp, told.amplitude_um_pp)
+        return told.amplitude_um_pp
 
     def check(self) -> None:
         """Raise the plate's fault, if any, while it makes a surface. Cheap."""
-        if self._made:
+        if self._wanted is not None and self._held:
             self._plate.check()
 
     def silence(self, step: Silence) -> None:
         """Silence the plate as the protocol asks for it; no surface is wanted there any more."""
         self._plate.silence()
-        if self._present and self._present.trial is None and self._made:
+        if self._wanted and self._wanted.trial is None and self._held:
             self._standard_due = False  # unless it was interrupted between the standard and its end
         self.silenced(step)
 
     def silenced(self, step: Silence) -> None:
-        """Note that the protocol silenced the plate; questions of its trial may follow."""
-        if self._present is None:
+        """Note that the protocol silenced the plate; its trial may go on."""
+        if self._wanted is None:
             return
-        present, explored, fresh = self._present, self._explored, self._made
-        self.forget()
-        if present.trial is None:
-            self._standard = (present, explored) if explored else None
-        elif step.trial is not None and present.trial == step.trial:
-            self._remembered, self._fresh = (present, explored), fresh
+        if self._wanted.trial is None:
+            explored = [done.step for done in self._script if isinstance(done.step, Explore)]
+            self._standard = (self._wanted, explored[-1]) if explored else None
+            self.forget()
+        elif step.trial == self._trial:
+            self._script.append(Done(step=step))
+            self._wanted = None
+        else:
+            self.forget()
 
     def forget(self) -> None:
         """Note that no surface is wanted, nor remembered."""
-        self._present, self._explored, self._made = None, None, False
-        self._remembered, self._fresh = None, False
+        self._script, self._wanted, self._held = [], None, True
 
     def part_over(self) -> None:
         """Note that a block or a task is over: its standard counts no more."""
@@ -187,12 +231,12 @@ class SurfaceState:
         return made
 
     def interrupt(self) -> None:
-        """Note that the surface is about to be lost, or is; it stays wanted, or remembered."""
-        self._made, self._fresh = False, False
+        """Note that something comes between; what was felt is to be felt again."""
+        self._held = False
         self._standard_due = True
 
     def hush(self) -> None:
-        """Silence the plate for something apart; the surface that stood there is lost."""
+        """Silence the plate for something apart; what was felt is to be felt again."""
         self.interrupt()
         self._plate.silence()
 
@@ -204,19 +248,40 @@ class SurfaceState:
         except PlateFault:
             self._plate.close()
 
-    def _feel_standard(self, present: Present, explore: Explore) -> None:
-        """Have the standard presented, explored and silenced again."""
+    @property
+    def _trial(self) -> object:
+        """The trial of the script's surfaces, None outside one."""
+        first = self._script[0].step if self._script else None
+        return first.trial if first else None
+
+    def _feel_standard(self, step: Present) -> None:
+        """Have the standard presented, explored and silenced again, if a trial needs that first."""
+        if not (self._standard and self._standard_due and step.trial is not None):
+            return
+        present, explore = self._standard
         made = self._drive(present)
         self._explore(explore)
         self._plate.silence()
-        self.forget()
+        self._wanted = None
         self._standard_made, self._standard_due = made, False
+
+    def _redrive(self, step: Present) -> Presented:
+        """Make a surface of the script again, after the standard and its lead-in."""
+        self._feel_standard(step)
+        if step.lead_in:
+            before, explore = step.lead_in
+            self._drive(before)
+            self._explore(explore)
+        return self._drive(step)
 
     def _drive(self, step: Present) -> Presented:
         """Present a surface; it is there once it has settled and reads back as commanded."""
-        self.forget()
+        self._wanted, self._held = None, True
+        return self._make(step)
+
+    def _make(self, step: Present) -> Presented:
         made = self._plate.present(step.surface)
-        self._present, self._made = step, True
+        self._wanted, self._held = step, True
         self._commanded_um_pp = made.commanded_um_pp
         self.confirm()
         return Presented(

@@ -29,6 +29,7 @@ from experiments.protocols.base import (
     AtLeastOne,
     Context,
     Count,
+    EntityLabel,
     Label,
     Options,
     Positive,
@@ -37,6 +38,7 @@ from experiments.protocols.base import (
     Words,
     load_protocol,
     protocol_names,
+    protocol_texts,
 )
 from experiments.study.analysis_choices import AnalysisChoices
 from experiments.study.person_questions import PersonQuestion, unanswerable
@@ -50,9 +52,6 @@ if TYPE_CHECKING:
 
     from faults.toml_lines import Place
     from faults.validation import Fault
-
-# A part of file names (BIDS entity): letters and digits only.
-EntityLabel = Annotated[str, Field(strict=True, pattern="^[A-Za-z0-9]+$")]
 
 
 class MaskingNoise(BaseModel):
@@ -85,6 +84,18 @@ class PlateSettings(BaseModel):
         default=PlateLimits().amplitude_um_pp,
         description="Largest amplitude that may be presented; a larger one in the study is a "
         "fault, and the plate is never asked for it.",
+    )
+    tolerance: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = Field(
+        default=None,
+        description="How far a measured amplitude may lie from the one commanded, as a share of "
+        "it; left out: as far as the plate's own limits allow. A narrower one than these is held "
+        "to, a wider one is not.",
+        json_schema_extra={"unit": "share, 0 to 1"},
+    )
+    tolerance_um_pp: Positive | None = Field(
+        default=None,
+        description="The same as an amplitude; the larger of the two counts. A study of thresholds "
+        "needs a plate that holds an amplitude better than its finest difference.",
     )
 
 
@@ -276,8 +287,10 @@ class Study(BaseModel):
 
     @field_validator("texts")
     @classmethod
-    def _readable(cls, value: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
-        refuse(_unreadable(value))
+    def _readable(
+        cls, value: dict[str, dict[str, Any]], info: ValidationInfo
+    ) -> dict[str, dict[str, Any]]:
+        refuse(_unreadable(value, info.data.get("tasks", ())))
         return value
 
     @property
@@ -307,13 +320,22 @@ def _impossible(
     place: Place, task: Options, before: list[Options], info: ValidationInfo
 ) -> Iterator[Fault]:
     """Yield what makes a task impossible in this study."""
-    if any(task.protocol == other.protocol for other in before):
-        # Their trials would fall into one table, under the same numbers.
-        once = "expected each protocol once; repetitions or series repeat it"
-        yield (*place, "protocol"), {"msg": once}
     protocol = load_protocol(task.protocol)
+    labels = [load_protocol(other.protocol).for_task(other).task for other in before]
+    if (label := protocol.for_task(task).task) in labels:
+        # Their trials would fall into one table, under the same numbers.
+        said = f"there is a '{label}' already: give it a label"
+        yield (*place, "label" if task.label else "protocol"), {"msg": said}
     for key in protocol.amplitudes:
         yield from _beyond((*place, key), info, getattr(task, key, None) or 0.0)
+    try:
+        texts = protocol_texts(protocol, info.data.get("language", "en"))
+    except UserError as error:
+        yield (*place, "protocol"), {"msg": str(error)}
+        return
+    if protocol.texts and protocol.instructions not in texts:
+        said = f"its instructions '{protocol.instructions}' are none of its texts"
+        yield (*place, "protocol"), {"msg": said}
     amplitudes_um_pp, textures = info.data.get("amplitudes_um_pp"), info.data.get("textures")
     if amplitudes_um_pp is None or textures is None:
         return
@@ -323,10 +345,18 @@ def _impossible(
         row=0,
         amplitudes_um_pp=amplitudes_um_pp,
         texts={},
+        task=label,
         textures=tuple(texture.grating() for texture in textures),
     )
-    if not protocol.trials(task, context):
-        yield place, {"msg": "has no trials with these amplitudes"}
+    try:
+        if protocol.check:
+            protocol.check(task, context)
+        possible = protocol.possible_um_pp(task, context) if protocol.possible_um_pp else ()
+        yield from _beyond(place, info, *sorted(set(possible)))
+        if not protocol.trials(task, context):
+            yield place, {"msg": "has no trials with these amplitudes"}
+    except UserError as error:
+        yield place, {"msg": str(error)}
 
 
 def _unpresented(tasks: list[Options], info: ValidationInfo) -> Iterator[Fault]:
@@ -335,13 +365,15 @@ def _unpresented(tasks: list[Options], info: ValidationInfo) -> Iterator[Fault]:
         yield ("textures", 0), {"msg": "no task presents them; magnitude_estimation would"}
 
 
-def _unreadable(texts: dict[str, dict[str, Any]]) -> Iterator[Fault]:
+def _unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) -> Iterator[Fault]:
+    protocols = [load_protocol(task.protocol) for task in tasks]
     for language, own in texts.items():
         place = ("texts", language)
         if language not in languages():
             yield place, {"msg": f"expected one of {', '.join(languages())}"}
             continue
-        for key, sentence in text_faults(language, own):
+        brought = {k: t for each in protocols for k, t in each.texts.get(language, {}).items()}
+        for key, sentence in text_faults(language, own, brought):
             yield (*place, *key.split(".")), {"msg": sentence}
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from experiments.languages.texts import load_texts
-from experiments.protocols.base import ORDER_VERSION, Context, load_protocol
+from experiments.protocols.base import ORDER_VERSION, Context, load_protocol, protocol_texts
 from experiments.protocols.steps import CONSENT, Ask, ChoiceQuestion, Instruct, Reply, Steps
 from experiments.study.file import parse_study
 from faults import UserError
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from experiments.languages.texts import Texts
     from experiments.protocols.base import Options, Protocol
+    from experiments.protocols.simulation import SimulatedAnswer
     from experiments.study.model import Study
 
 Mode = Literal["participant", "pilot"]
@@ -142,17 +143,28 @@ class RunPlan:
         )
 
     def texts(self) -> Texts:
-        """Return what the participant reads."""
-        return load_texts(self.language, self.study.texts.get(self.language))
+        """Return what the participant reads.
 
-    def context(self) -> Context:
-        """Return what the protocols know of the run."""
+        Raises
+        ------
+        UserError
+            A protocol of the study has no words in the run's language.
+        """
+        brought: dict[str, str] = {}
+        for options in self.study.tasks:
+            protocol = load_protocol(options.protocol)
+            brought |= protocol_texts(protocol, self.language)
+        return load_texts(self.language, self.study.texts.get(self.language), brought)
+
+    def context(self, task: str = "") -> Context:
+        """Return what the protocol of a task knows of the run."""
         return Context(
             seed=self.seed,
             participant=self.participant,
             row=self.row,
             amplitudes_um_pp=self.study.amplitudes_um_pp,
             texts=self.texts(),
+            task=task,
             textures=self.study.gratings,
             visit=self.visit,
             advance=self.study.visits == "advance",
@@ -164,7 +176,9 @@ class RunPlan:
     def tasks(self) -> list[tuple[Protocol, Options]]:
         """Return the tasks in the order in which this participant has them."""
         study = self.study
-        tasks = [(load_protocol(options.protocol), options) for options in study.tasks]
+        tasks = [
+            (load_protocol(options.protocol).for_task(options), options) for options in study.tasks
+        ]
         turns = self.row
         if self.order_version > 1 and study.visits == "advance":
             turns += self.visit
@@ -173,8 +187,18 @@ class RunPlan:
 
     def planned_trials(self) -> int:
         """Return how many trials the run will have if none is repeated."""
-        context = self.context()
-        return sum(protocol.trials(options, context) for protocol, options in self.tasks())
+        return sum(
+            protocol.trials(options, self.context(protocol.task))
+            for protocol, options in self.tasks()
+        )
+
+    def simulated_answers(self) -> dict[tuple[str, str], SimulatedAnswer]:
+        """Return who answers the tasks' questions in a pilot, by task and question."""
+        return {
+            (protocol.task, name): answer
+            for protocol, _ in self.tasks()
+            for name, answer in protocol.simulated.items()
+        }
 
     def person_questions(self) -> list[Ask]:
         """Return the questions about the participant, in the run's language.
@@ -196,7 +220,7 @@ class RunPlan:
         for question in self.person_questions():  # noqa: UP028  a list takes no answers
             yield question
         for protocol, options in self.tasks():
-            yield from protocol.steps(options, context)
+            yield from protocol.steps(options, replace(context, task=protocol.task))
         yield Instruct(title=texts["session.thanks_title"], text=texts["session.thanks"], last=True)
 
 

@@ -75,6 +75,7 @@ class Laboratory:
             feel=self.plate.vibration_um_pp,
             clock=self.clock,
             language=plan.language,
+            answers=plan.simulated_answers(),
         )
 
     def records(self, plan=None, kind=None):

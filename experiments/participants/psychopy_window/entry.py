@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Protocol
 from experiments.languages.texts import NUMBER_KEYS
 from experiments.protocols.steps import (
     ChoiceQuestion,
+    ComparisonQuestion,
     NumberQuestion,
     Question,
     TextQuestion,
@@ -226,7 +227,7 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
     """
     if isinstance(question, YesNoQuestion):
         return KeyEntry(yes_no_keys(texts))
-    if isinstance(question, ChoiceQuestion):
+    if isinstance(question, ChoiceQuestion | ComparisonQuestion):
         return KeyEntry(choice_keys(question))
     return TypedEntry(question)
 
@@ -237,12 +238,16 @@ def yes_no_keys(texts: Mapping[str, str]) -> dict[str, Value]:
     return {yes: True, no: False}
 
 
-def choice_keys(question: ChoiceQuestion) -> dict[str, Value]:
-    """Return the number keys of a choice, and the option's code behind each."""
+def choice_keys(question: ChoiceQuestion | ComparisonQuestion) -> dict[str, Value]:
+    """Return the number keys of a choice, and what is behind each: a code, or its number."""
     count = len(question.options)
     if not 1 <= count <= NUMBER_KEYS:
         raise UserError(
             f"question '{question.prompt}' has {count} options, expected 1 to {NUMBER_KEYS}: "
             "each is a number key"
         )
-    return {str(number): code for number, (code, _) in enumerate(question.options, start=1)}
+    numbers = range(1, count + 1)
+    if isinstance(question, ComparisonQuestion):
+        return {str(number): float(number) for number in numbers}
+    codes = (code for code, _ in question.options)
+    return {str(number): code for number, code in zip(numbers, codes, strict=True)}

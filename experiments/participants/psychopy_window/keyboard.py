@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from hardware.clock import Clock
 
-Kind = Literal["character", "erase", "escape"]
+Kind = Literal["character", "erase", "escape", "turn"]
 Source = Literal["ptb", "window"]
 # A press may be stamped this long before the last poll and still be heard only now.
 LATE_S = 0.050
@@ -26,13 +26,14 @@ LATE_S = 0.050
 EARLY_S = 0.004
 # A held key starts to repeat within this time (X11: 0.66 s, Windows: 1 s at most).
 REPEAT_S = 1.1
+PAGE_NOTCHES = 5  # of the wheel, for the keys that turn a page
 
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """Something typed: a ``character``, or "erase", or "escape".
+    """Something typed: a ``character``, or "erase", or "escape", or a "turn".
 
-    ``repeated`` marks what a held key adds by itself.
+    ``repeated`` marks what a held key adds by itself; ``notches`` are those of a turn, up or down.
     """
 
     kind: Kind
@@ -40,6 +41,7 @@ class Key:
     time_s: float
     source: Source = "window"
     repeated: bool = False
+    notches: int = 0
 
 
 def claim(heard: int, stamps_s: Iterable[float], last_poll_s: float, poll_s: float) -> list[float]:
@@ -133,6 +135,12 @@ class Keyboard:
         self._handle = handle
         self._clock = clock
         self._escape, self._backspace = key.ESCAPE, key.MOTION_BACKSPACE
+        self._turns = {
+            key.MOTION_UP: 1,
+            key.MOTION_DOWN: -1,
+            key.MOTION_PREVIOUS_PAGE: PAGE_NOTCHES,
+            key.MOTION_NEXT_PAGE: -PAGE_NOTCHES,
+        }
         self._modifiers = {
             key.LSHIFT, key.RSHIFT, key.LCTRL, key.RCTRL, key.LALT, key.RALT, key.LMETA, key.RMETA,
             key.LCOMMAND, key.RCOMMAND, key.LOPTION, key.ROPTION, key.CAPSLOCK, key.NUMLOCK,
@@ -157,6 +165,7 @@ class Keyboard:
             on_activate=self._on_activate,
             on_deactivate=self._on_deactivate,
             on_mouse_press=self._on_mouse_press,
+            on_mouse_scroll=self._on_mouse_scroll,
             on_close=self._on_close,
         )
         handle.activate()
@@ -236,11 +245,12 @@ class Keyboard:
         except Exception:  # noqa: BLE001  it raises plain Exception where it may not listen
             return None  # the times then say "window"
 
-    def _hear(self, kind: Kind, character: str = "") -> None:
+    def _hear(self, kind: Kind, character: str = "", notches: int = 0) -> None:
         press, self._fresh = self._fresh, None
         self._sign_s = self._clock.now()
         repeated = press is None and self.held
-        self._typed.append((Key(kind, character, self._clock.now(), repeated=repeated), press))
+        heard = Key(kind, character, self._clock.now(), repeated=repeated, notches=notches)
+        self._typed.append((heard, press))
 
     # The window's events; True keeps them from PsychoPy's own handlers and their buffers.
 
@@ -272,6 +282,8 @@ class Keyboard:
     def _on_text_motion(self, motion: int) -> bool:
         if motion == self._backspace:
             self._hear("erase")
+        elif motion in self._turns:
+            self._hear("turn", notches=self._turns[motion])
         return True
 
     def _on_activate(self) -> None:
@@ -283,6 +295,11 @@ class Keyboard:
 
     def _on_mouse_press(self, *_where: int) -> bool:
         self._handle.activate()
+        return True
+
+    def _on_mouse_scroll(self, _x: int, _y: int, _across: float, notches: float) -> bool:
+        if round(notches):
+            self._typed.append((Key("turn", "", self._clock.now(), notches=round(notches)), None))
         return True
 
     def _on_close(self) -> bool:

@@ -71,12 +71,17 @@ def key_cap(label: str, *, x: float, y: float, size: float = 0.14) -> Scene:
     )
 
 
-def two_keys(keys: tuple[str, str], meanings: tuple[str, str], *, y: float) -> Scene:
-    """Return two keys side by side, with what each stands for below it."""
+def key_row(keys: tuple[str, ...], meanings: tuple[str, ...], *, y: float) -> Scene:
+    """Return keys side by side, with what each stands for below it."""
+    pitch = 0.44 if len(keys) < 3 else 0.38  # noqa: PLR2004 - so that three fit the narrowest screen
+    left = -pitch * (len(keys) - 1) / 2
     return tuple(
         item
-        for x, key, meaning in zip((-0.22, 0.22), keys, meanings, strict=True)
-        for item in (*key_cap(key, x=x, y=y), Text(content=meaning, x=x, y=y - 0.12, width=0.4))
+        for n, (key, meaning) in enumerate(zip(keys, meanings, strict=True))
+        for item in (
+            *key_cap(key, x=left + n * pitch, y=y),
+            Text(content=meaning, x=left + n * pitch, y=y - 0.12, width=0.9 * pitch),
+        )
     )
 
 

@@ -14,9 +14,12 @@ from typing import Protocol
 from experiments.participants.psychopy_window import entry, scene
 from experiments.participants.psychopy_window.scene import Scene, Text
 from experiments.protocols.steps import (
+    Adjust,
     Ask,
     ChoiceQuestion,
+    ComparisonQuestion,
     Explore,
+    Feedback,
     Instruct,
     NumberQuestion,
     ParticipantStep,
@@ -30,6 +33,7 @@ from experiments.protocols.steps import (
 Texts = Mapping[str, str]
 SPACE = " "
 CARET = "|"
+UP, DOWN = "↑", "↓"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,13 +168,50 @@ class Resting(Waiting):
         )
 
 
+class Telling(Waiting):
+    """A text that goes by itself; no key hurries it."""
+
+    def __init__(self, step: Feedback, _texts: Texts) -> None:
+        super().__init__()
+        self._step = step
+
+    def scene(self, elapsed_s: float) -> Scene:  # noqa: ARG002  it stays as it is
+        """Return the text."""
+        return scene.message(self._step.text.strip())
+
+    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:  # noqa: ARG002
+        """Take no key."""
+        return None
+
+    def expire(self, elapsed_s: float) -> ScreenResult | None:
+        """End when the time is over: that is no answer missed."""
+        return ScreenResult() if elapsed_s >= self._step.duration_s else None
+
+
+class Adjusting(Waiting):
+    """The participant turns the plate, by arrow keys or the wheel."""
+
+    def __init__(self, step: Adjust, texts: Texts) -> None:
+        super().__init__(maximum_s=step.time_limit_s)
+        self._step = step
+        self._texts = texts
+
+    def scene(self, elapsed_s: float) -> Scene:
+        """Return what to turn for, the keys, and the countdown where there is one."""
+        task = Text(content=self._step.text.strip(), y=0.24, size=0.06, width=1.2, height=0.26)
+        meanings = (self._texts["window.turn_up"], self._texts["window.turn_down"])
+        left = remaining(self._maximum_s, elapsed_s, self._texts, y=-0.26)
+        keys = scene.key_row((UP, DOWN), meanings, y=0.0)
+        return (task, *keys, *left, scene.hint(self._texts["window.turned"]))
+
+
 class Asking:
     """A question and the place for its answer; the time limit is shown where there is one."""
 
     def __init__(self, step: Ask, texts: Texts) -> None:
         question = step.question
         self.rejected: list[str] = []
-        self.single_key = isinstance(question, YesNoQuestion | ChoiceQuestion)
+        self.single_key = isinstance(question, YesNoQuestion | ChoiceQuestion | ComparisonQuestion)
         self._limit_s = step.time_limit_s
         self._texts = texts
         self._entry = entry.entry_for(question, texts)
@@ -187,6 +228,9 @@ class Asking:
             case ChoiceQuestion():
                 self._options = question.options
                 self._body, self._hint = self._choice, texts["window.choose_key"]
+            case ComparisonQuestion():
+                self._compared = question.options
+                self._body, self._hint = self._comparison, texts["window.choose_key"]
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question, what has been typed, and what was wrong with the last entry."""
@@ -250,11 +294,15 @@ class Asking:
     def _two_keys(self, yes: str, no: str, *, y: float) -> Scene:
         texts = self._texts
         keys = (texts["window.yes_key"], texts["window.no_key"])
-        return scene.two_keys(keys, (texts[yes], texts[no]), y=y)
+        return scene.key_row(keys, (texts[yes], texts[no]), y=y)
 
     def _choice(self) -> Scene:
         meanings = tuple(words for _, words in self._options)
         return scene.key_list(meanings, top=0.2, height=0.46)
+
+    def _comparison(self) -> Scene:
+        keys = tuple(str(number) for number in range(1, len(self._compared) + 1))
+        return scene.key_row(keys, self._compared, y=0.02)
 
 
 class Stopping(Asking):
@@ -295,9 +343,11 @@ SCREENS: dict[type, Callable[..., Screen]] = {
     Explore: Exploring,
     Ask: Asking,
     Rest: Resting,
+    Feedback: Telling,
+    Adjust: Adjusting,
 }
 
 
-def screen_for(step: ParticipantStep, texts: Texts) -> Screen:
+def screen_for(step: ParticipantStep | Adjust, texts: Texts) -> Screen:
     """Return a fresh screen for a step."""
     return SCREENS[type(step)](step, texts)

@@ -23,8 +23,9 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from experiments.languages.texts import Texts
+    from experiments.participants.base import Turn
     from experiments.participants.psychopy_window.scene import Scene
-    from experiments.protocols.steps import ParticipantStep
+    from experiments.protocols.steps import Adjust, ParticipantStep
     from hardware.clock import Clock
 
 RELEASE_PATIENCE_S = 0.5  # a key that was just pressed may still be on its way up
@@ -135,22 +136,33 @@ class PsychoPyWindow:
             self.unfinished = Unfinished(entry=screen.typed, rejected=tuple(screen.rejected))
             raise
 
-    def _perform(self, screen: Screen, watch: Watch) -> Reply:
+    def adjust(self, step: Adjust, turn: Turn, watch: Watch) -> Reply:
+        """Have the surface turned until the participant says that it will do; see `perform`."""
+        return self._perform(screen_for(step, self._texts), watch, turn)
+
+    def _perform(self, screen: Screen, watch: Watch, turn: Turn | None = None) -> Reply:
         """Show a screen until it is over."""
         onset_s = self._show_first(screen, watch)
         away_s = 0.0
         while True:
+            notches = 0
             for key in self._keyboard.poll():
                 elapsed_s = key.time_s - onset_s - away_s
                 if key.kind == "escape":
                     away_s += self._ask_to_stop(watch)
                     break
+                notches += key.notches
+                if notches and turn and key.character:
+                    turn(notches)  # the surface that is taken is the one turned to before the key
+                    notches = 0
                 outcome = hand_over(key, screen, elapsed_s)
                 if outcome:
                     return reply(screen, outcome, onset_s, elapsed_s, key.source)
             outcome = screen.expire(self._clock.now() - onset_s - away_s)
             if outcome:
                 return reply(screen, outcome, onset_s, None, "window")
+            if notches and turn:
+                turn(notches)
             watch()
             self._show(screen.scene(self._clock.now() - onset_s - away_s))
 
@@ -209,7 +221,7 @@ class PsychoPyWindow:
 
 def hand_over(key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:
     """Give a key to a screen, unless it came too early or from a key that is just held down."""
-    if key.kind == "escape" or elapsed_s < 0:
+    if key.kind in ("escape", "turn") or elapsed_s < 0:
         return None
     if key.kind == "erase":
         screen.erase()

@@ -93,6 +93,24 @@ class Interleaved:
         """The most there can be, of all tracks."""
         return len(self.tracks) * self.stopping.most_trials
 
+    @property
+    def left_at_most(self) -> int:
+        """The most trials that are still to come."""
+        most = self.stopping.most_trials
+        return sum(most - track.progress.trials for track in self.tracks if self._goes_on(track))
+
+    def taken_back(self, tracks: tuple[Track, ...], again: tuple[int, ...]) -> Self:
+        """Return the block with tracks as they are without some answers.
+
+        ``again`` are the tracks whose answers were taken back: each has another trial in this
+        round.
+        """
+        going = tuple(number for number in again if self._goes_on(tracks[number]))
+        return replace(self, tracks=tracks, left=(*self.left, *going))
+
+    def _goes_on(self, track: Track) -> bool:
+        return self.stopping.reason(track.progress) is None
+
     def answered(self, *, correct: bool) -> Self:
         """Return the tracks after an answer at the level."""
         tracks = list(self.tracks)
@@ -109,7 +127,7 @@ def _round(block: Interleaved) -> tuple[int, ...]:
     going = [
         number
         for number, track in enumerate(block.tracks)
-        if block.stopping.reason(track.progress) is None
+        if block._goes_on(track)  # noqa: SLF001 - its own module
     ]
     if block.order == "shuffled":
         going = block.stream(block.round_number).shuffled(going)

@@ -192,9 +192,12 @@ class QuestPlusTrack:
         others = tuple(axis for axis in range(3) if axis != parameter)
         return np.asarray(self.posterior.reshape(self.rule.shape).sum(axis=others))
 
-    def answered(self, *, correct: bool) -> Self:
-        """Return the track after an answer at its level."""
-        return self.told(self.level_index, correct=correct)
+    def answered(self, *, correct: bool, at_um_pp: float | None = None) -> Self:
+        """Return the track after an answer at its level, or at another one of its levels."""
+        if at_um_pp is None:
+            return self.told(self.level_index, correct=correct)
+        levels = [rounded(level) for level in self.rule.levels_um_pp]
+        return self.told(levels.index(at_um_pp), correct=correct)
 
     def told(self, level_index: int, *, correct: bool) -> Self:
         """Return the track after an answer at any of the levels.

@@ -51,8 +51,12 @@ class Track(Protocol):
         """How far the track has come."""
         ...
 
-    def answered(self, *, correct: bool) -> Self:
-        """Return the track after an answer at its level: correct, or "yes" in a yes-no task."""
+    def answered(self, *, correct: bool, at_um_pp: float | None = None) -> Self:
+        """Return the track after an answer: correct, or "yes" in a yes-no task.
+
+        The answer is one at its level; ``at_um_pp`` is another level, where an answer before this
+        one was taken back. A rule that does not use levels moves from its own.
+        """
         ...
 
 

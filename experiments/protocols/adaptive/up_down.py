@@ -140,8 +140,8 @@ class UpDownTrack:
         """Trials and reversals so far."""
         return Progress(trials=self.trials, reversals=len(self.reversal_levels_um_pp))
 
-    def answered(self, *, correct: bool) -> Self:
-        """Return the track after an answer at its level."""
+    def answered(self, *, correct: bool, at_um_pp: float | None = None) -> Self:  # noqa: ARG002
+        """Return the track after an answer; the rule moves from its own level."""
         in_row = self.correct_in_row + 1 if correct else 0
         if correct and in_row < self.rule.down_after:
             return self._after(in_row, self.direction, self.level_um_pp, ())

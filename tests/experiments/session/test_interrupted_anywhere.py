@@ -119,6 +119,7 @@ def sit_down(laboratory):
                 visit=plan.visit,
                 feel=laboratory.plate.vibration_um_pp,
                 clock=laboratory.clock,
+                answers=plan.simulated_answers(),
             )
 
         assert laboratory.run(plan, person=person, **about) == "complete"

@@ -133,7 +133,7 @@ def test_faults_between_keys_are_told_at_once_too_each_with_its_line():
         "  line 11, texts.tlh: expected one of en, fr",
         "  line 13, textures.1: 2.7 is beyond the plate's 2.5 µm p-p",
         "  line 22, tasks.1.start_um_pp: 2.7 is beyond the plate's 2.5 µm p-p",
-        "  line 25, tasks.2.protocol: expected each protocol once; repetitions or series repeat it",
+        "  line 25, tasks.2.protocol: there is a 'descendingdifference' already: give it a label",
         "  line 26, tasks.2.start_um_pp: 2.9 is beyond the plate's 2.5 µm p-p",
         "  line 28, tasks.3.modulus: standard_um_pp and modulus go together: give both, or neither",
         "  line 31, tasks.3.practise: there is no such key",
@@ -184,7 +184,10 @@ def test_a_task_without_trials_is_refused():
         (('title = "Small"', "title = "), "is not TOML.*line 3"),
         (('title = "Small"', 'title = "Small"\ntexts.en.session.wellcome = "x"'), "wellcome"),
         (('title = "Small"', 'title = "Small"\ntexts.fr.session.rest = "{x}"'), "session.rest"),
-        (("[[tasks]]", '[[tasks]]\nprotocol = "magnitude_estimation"\n[[tasks]]'), "once"),
+        (
+            ("[[tasks]]", '[[tasks]]\nprotocol = "magnitude_estimation"\n[[tasks]]'),
+            "give it a label",
+        ),
         (("[[tasks]]", ASKED.format('"a", "a"') + "[[tasks]]"), "line 7, .*options: .*different"),
         (
             ("[[tasks]]", 2 * ASKED.format('"a", "b"') + "[[tasks]]"),
