@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis.cli.progress_line import telling
-from faults import DONE, UserError
+from faults import DONE, UserError, harmless
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -132,7 +132,7 @@ def run_analyse(args: Namespace) -> int:
 
         report = write_analysis(analysis, out)
     for sentence in analysis.problems:
-        print(f"note: {in_own_words(sentence, data.quantity)}", file=sys.stderr)
+        print(harmless(f"note: {in_own_words(sentence, data.quantity)}"), file=sys.stderr)
     if args.json:
         print(
             own_columns(analysis.table3, data.quantity).to_json(

@@ -68,7 +68,9 @@ def run(args: Namespace) -> int:
         raise
     console.print("\n[bold]Simulated study: no person took part.[/]")
     print_table3(analysis, console)
-    console.print(f"figure  {report.parent}/fig15.svg\nreport  {report}", highlight=False)
+    console.print(
+        f"figure  {report.parent}/fig15.svg\nreport  {report}", highlight=False, markup=False
+    )
     return DONE
 
 

@@ -242,6 +242,7 @@ def _write_samples(
     import numpy as np  # noqa: PLC0415
 
     from analysis.reconstruction.sampling import Sampler  # noqa: PLC0415
+    from experiments.dataset.spreadsheet_cells import harmless_cell  # noqa: PLC0415
 
     # All columns are checked before the first row is written.
     samplers = {
@@ -254,6 +255,7 @@ def _write_samples(
     writer.writerow(["column", "sample", *(f"rating_{i}" for i in range(1, most + 1))])
     for place, sampler in samplers.items():
         column = sampler.solutions.column
+        label = harmless_cell(column.label)
         names = [f"{float(column.scale.value(v)):.10g}" for v in range(column.scale.steps + 1)]
         # A column's samples do not depend on the columns beside it.
         generator = np.random.default_rng([arguments.seed, place])
@@ -261,7 +263,7 @@ def _write_samples(
         for block in sampler.stream(arguments.sample, generator):
             for row in block.tolist():
                 number += 1
-                writer.writerow([column.label, number, *(names[v] for v in row)])
+                writer.writerow([label, number, *(names[v] for v in row)])
 
 
 @contextmanager

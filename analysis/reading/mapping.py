@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import tomlkit
 from pydantic import (
+    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
@@ -26,6 +27,14 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 NAME = "analysis.toml"
+
+
+def _printable(text: str) -> str:
+    if not text.isprintable():
+        raise ValueError("expected characters that can be printed")
+    return text
+
+
 ColumnName = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1, max_length=200)]
 
 
@@ -51,9 +60,13 @@ class Columns(_Strict):
 class StimulusWords(_Strict):
     """How the report speaks of what was presented and judged."""
 
-    name: ColumnName | None = None
-    unit: Annotated[str, StringConstraints(strip_whitespace=True, max_length=40)] = ""
-    judged: ColumnName | None = None
+    name: Annotated[ColumnName, AfterValidator(_printable)] | None = None
+    unit: Annotated[
+        str,
+        StringConstraints(strip_whitespace=True, max_length=40),
+        AfterValidator(_printable),
+    ] = ""
+    judged: Annotated[ColumnName, AfterValidator(_printable)] | None = None
 
 
 class Cells(_Strict):

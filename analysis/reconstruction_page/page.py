@@ -21,6 +21,7 @@ from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction_page.distributions import cumulative, histogram
 from analysis.reconstruction_page.figures import cumulative_figure, histogram_figure
 from analysis.reporting import html
+from experiments.dataset.spreadsheet_cells import harmless_cell
 from figure_style import svg
 
 if TYPE_CHECKING:
@@ -257,9 +258,9 @@ def long_samples(source: Source) -> str:
         drawn = _drawn(source, place, WITH_THE_PAGE)
         if drawn is None:
             continue
-        scale = solutions.column.scale
+        scale, label = solutions.column.scale, harmless_cell(answer.label)
         for number, row in enumerate(drawn.tolist(), start=1):
             for at, steps in enumerate(row, start=1):
-                writer.writerow([answer.label, number, at, f"{float(scale.value(steps)):.10g}"])
+                writer.writerow([label, number, at, f"{float(scale.value(steps)):.10g}"])
                 rows += 1
     return out.getvalue() if rows else ""

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from experiments.dataset.spreadsheet_cells import harmless_cell
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -19,17 +21,18 @@ if TYPE_CHECKING:
 def write_csv(table: pd.DataFrame, path: Path) -> None:
     """Write a table as UTF-8 CSV with LF: a header line, no index, missing cells empty.
 
-    The bytes are those of pandas' ``to_csv``.
+    The bytes are those of pandas' ``to_csv``, but for texts that a spreadsheet would calculate.
     """
     with path.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(table.columns)
+        writer.writerow([harmless_cell(name) for name in table.columns])
         writer.writerows(zip(*(_words(table[name]) for name in table.columns), strict=True))
 
 
 def _words(column: pd.Series[Any]) -> list[str]:
     codes, values = pd.factorize(column)
     # A missing cell has code -1: the last word, which is none.
-    words = np.array([*map(str, values.tolist()), ""], dtype=object)
+    told = (harmless_cell(each) if isinstance(each, str) else str(each) for each in values.tolist())
+    words = np.array([*told, ""], dtype=object)
     found: list[str] = words[codes].tolist()
     return found

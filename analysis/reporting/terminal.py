@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 
 from rich import box
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from analysis.published import biet2007
+from faults import harmless
 
 if TYPE_CHECKING:
     from analysis.result import Analysis
@@ -31,7 +33,8 @@ def table3_table(analysis: Analysis) -> Table:
         box=box.SIMPLE_HEAD,
     )
     table.add_column(
-        "amplitude\nµm p-p" if beside else f"{quantity.name}\n{quantity.unit}", justify="right"
+        "amplitude\nµm p-p" if beside else escape(harmless(f"{quantity.name}\n{quantity.unit}")),
+        justify="right",
     )
     table.add_column("n", justify="right")
     for title in TITLES.values():

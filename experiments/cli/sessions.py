@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from faults import ANSWER_IS_NO, DONE, INTERRUPTED
+from faults import ANSWER_IS_NO, DONE, INTERRUPTED, harmless
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -219,9 +219,10 @@ def _print_finding(finding: Finding) -> None:
     mark, style = {True: ("✓", "green"), False: ("✗", "bold red"), None: ("!", "yellow")}[
         finding.passed
     ]
-    line = Text.assemble((f" {mark} ", style), (f"{finding.name:<12}", "bold"), finding.detail)
-    if finding.remedy:
-        line.append(f"\n   {'':<12}→ {finding.remedy}", "yellow")
+    detail, remedy = harmless(finding.detail), harmless(finding.remedy)
+    line = Text.assemble((f" {mark} ", style), (f"{finding.name:<12}", "bold"), detail)
+    if remedy:
+        line.append(f"\n   {'':<12}→ {remedy}", "yellow")
     Console(soft_wrap=True).print(line)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from faults import DONE
+from faults import DONE, harmless
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -47,7 +47,7 @@ def run_study(args: Namespace) -> int:
         "validate": lambda: study_commands.validate(args.study),
         "schema": study_commands.schema,
     }
-    print(actions[args.what]())
+    print(harmless(actions[args.what]()))
     return DONE
 
 

@@ -31,7 +31,7 @@ from experiments.session.masking_output import MaskingNoise, check_device
 from experiments.session.terminal import Keys, TerminalOperator
 from experiments.study.file import read_study
 from experiments.study.run_plan import RunPlan
-from faults import UserError
+from faults import UserError, harmless
 from hardware.address import with_plate_file
 from hardware.clock import SystemClock
 from hardware.signals import signals_raise
@@ -221,7 +221,7 @@ def _leave(
     except UserError as fault:
         if error is None:
             raise
-        print(f"the data set was not built: {fault}", file=sys.stderr)
+        print(harmless(f"the data set was not built: {fault}"), file=sys.stderr)
     if error is not None:
         print(f"All answers until now are kept. {how_to_resume(journal.path)}", file=sys.stderr)
 

@@ -19,6 +19,7 @@ from rich.live import Live
 from rich.text import Text
 
 from experiments.session.operator import Request, SessionStatus
+from faults import harmless
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -231,9 +232,9 @@ class TerminalOperator:
         if status.voided:
             text.append(f"  voided {status.voided}", style="yellow")
         if status.message:
-            text.append(f"\n  {status.message}", style=style)
+            text.append(f"\n  {harmless(status.message)}", style=style)
         if self._prompt is not None:
-            text.append(f"\n  {self._prompt.label}: ", "bold")
+            text.append(f"\n  {harmless(self._prompt.label)}: ", "bold")
             text.append(f"{self._prompt.typed}▏")
         else:
             text.append(f"\n  {HELP.get(status.state, RUNNING_HELP)}", style="dim")

@@ -238,3 +238,15 @@ def test_a_program_without_an_input_reads_no_keys(monkeypatch):
         assert keys() == ""
     with Keys(io.StringIO("p")) as keys:
         assert keys() == ""
+
+
+def test_what_a_board_or_a_study_says_does_not_move_the_terminals_cursor():
+    who, shown = operator("a")
+    who.tell(SessionStatus(state="fault", message="lost\x1b[2J\x9b31m\u202e"))
+    question = Ask(name="age\x1b[2J", question=NumberQuestion(prompt="?"))
+    who.tell(SessionStatus(state="waiting", asked=(question,), message="lost\x1b[2J"))
+    who.poll()
+    assert "lost\\x1b[2J" in who.lines().plain
+    assert "age\\x1b[2J" in who.lines().plain
+    assert not set("\x1b\x9b\u202e") & set(who.lines().plain)
+    assert "\x1b[2J" not in shown.getvalue()
