@@ -59,7 +59,8 @@ def is_being_written(journal: Path) -> bool:
             free = _lock(stream, portalocker.LOCK_SH)
     except OSError:
         return False
-    return free is False or _believed(journal, system_locks=free is not None) is not None
+    holder = _believed(journal, system_locks=free is not None, now_s=time.time())
+    return free is False or holder is not None
 
 
 def take(stream: FileIO, journal: Path) -> None:
@@ -111,7 +112,9 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
     try:
         if not (_make(claim) or _make_again(claim, system_locks=system_locks)):
             raise UserError(f"journal {journal}: another session is just beginning to write it")
-        holder = _believed(journal, system_locks=system_locks)
+        # The claim's date is the file system's own: this computer's clock may be wrong.
+        now_s = claim.stat().st_mtime
+        holder = _believed(journal, system_locks=system_locks, now_s=now_s)
         if holder is None:
             os.replace(claim, lock)  # noqa: PTH105 - Path.replace is the same call
             return
@@ -148,11 +151,11 @@ def _make_again(claim: Path, *, system_locks: bool) -> bool:
     return _make(claim)
 
 
-def _believed(journal: Path, *, system_locks: bool) -> Holder | None:
+def _believed(journal: Path, *, system_locks: bool, now_s: float) -> Holder | None:
     """Return who a lock file says is writing, as far as it can be believed."""
     try:
         host, process = lock_file(journal).read_text(encoding="utf-8").split()
-        age_s = time.time() - lock_file(journal).stat().st_mtime
+        age_s = now_s - lock_file(journal).stat().st_mtime
         holder = Holder(host, int(process))
     except (OSError, ValueError):
         return None

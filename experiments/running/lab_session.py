@@ -147,10 +147,17 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
             f"--plate {setting.plate}: a participant's run cannot go on with a plate that nobody "
             f"feels; it was on {last_plate(records)}"
         )
-    began = datetime.fromisoformat(records[0].data["started_utc"])
     # The session's time counts from its beginning, the interruption included.
-    clock = SystemClock(max((datetime.now(UTC) - began).total_seconds(), latest_s(records)))
+    clock = SystemClock(max(_since_s(records[0].data["started_utc"]), latest_s(records)))
     return _conduct(dataset, plan, setting, Journal.reopen(path, clock), clock)
+
+
+def _since_s(date: str) -> float:
+    """Return how long ago a date was; a date that is none tells nothing."""
+    try:
+        return (datetime.now(UTC) - datetime.fromisoformat(date)).total_seconds()
+    except (ValueError, TypeError):  # no date, or one without a time zone
+        return 0.0
 
 
 def _conduct(

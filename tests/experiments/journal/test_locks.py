@@ -108,3 +108,13 @@ def test_who_is_refused_leaves_the_other_lock_file_as_it_was(path, no_locks):
         Journal.reopen(path, VirtualClock())
     assert locks.lock_file(path).read_text().split()[1] == str(os.getppid())
     assert not path.with_name(f"{path.name}.lock.new").exists()
+
+
+@pytest.mark.parametrize("days", [-400, 400])
+def test_a_wrong_date_on_this_computer_takes_no_journal_from_another(path, monkeypatch, days):
+    """The lock file's age is told by the drive's own clock."""
+    claim(path, "elsewhere", 1)
+    now_s = locks.time.time()
+    monkeypatch.setattr(locks.time, "time", lambda: now_s + days * 86_400)
+    with pytest.raises(UserError, match="another session is writing it"):
+        Journal.reopen(path, VirtualClock())
