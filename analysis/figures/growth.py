@@ -14,14 +14,13 @@ from analysis.statistics.descriptives import student_intervals
 from analysis.statistics.growth_models import MODELS
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.regression import fit_lines
-from figure_style import BLUE, GREEN, INK, ORANGE, PALE, PURPLE, styled
+from figure_style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, VERMILION, styled
 
 if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
     from analysis.statistics.growth import Growth
-    from analysis.statistics.growth_models import GrowthFit
 
     Array = NDArray[np.float64]
 
@@ -62,11 +61,11 @@ def growth(
     models = {} if isinstance(found, NotComputed) else found.amplitude.models
     for (name, model), colour, dash in zip(
         models.items(),
-        (BLUE, GREEN, ORANGE, PURPLE),
-        ("-", (0, (1, 1.2)), (0, (5, 2)), "-."),
+        (BLUE, GREEN, ORANGE, PURPLE, GREY, VERMILION),
+        ("-", (0, (1, 1.2)), (0, (5, 2)), "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (8, 2))),
         strict=False,
     ):
-        theta = model_parameters(name, model.fit)
+        theta = MODELS[name].theta(model.fit.parameters)
         curve, points = (MODELS[name].log_f(x, theta) for x in (fine, amplitudes))
         left.plot(
             fine,
@@ -74,7 +73,8 @@ def growth(
             color=colour,
             linestyle=dash,
             linewidth=1.8,
-            label=f"{name}, ΔAICc {model.delta_aicc:.1f}" if model.delta_aicc is not None else name,
+            label=name.replace("_", "-")
+            + (f", ΔAICc {model.delta_aicc:.1f}" if model.delta_aicc is not None else ""),
             zorder=2,
         )
     for axes in (left, right):
@@ -115,9 +115,3 @@ def growth(
     right.yaxis.set_major_formatter("{x:g}")
     right.set_title(in_own_words("Logarithmic axes (0 µm omitted)", quantity))
     return figure
-
-
-def model_parameters(name: str, model: GrowthFit) -> Array:
-    """Return a fitted model's parameters as its function takes them."""
-    values = [float(value) for value in model.parameters.values()]
-    return np.array([np.log(values[0])] if name == "fechner" else values)

@@ -31,6 +31,8 @@ MODEL_NAMES = {
     "threshold": "the power law with a threshold",
     "linear": "the straight line",
     "fechner": "Fechner's law",
+    "ekman": "Ekman's function",
+    "naka_rushton": "Naka and Rushton's function",
 }
 
 

@@ -1,18 +1,22 @@
-"""Growth functions of sensation: Stevens's power law and three others, fitted and compared.
+"""Growth functions of sensation: Stevens's power law and five others, fitted and compared.
 
 All models are of the logarithm of an estimate: log y = a_i + log f(x; θ) + error, with an own
 factor exp(a_i) for each participant, so that the error is proportional and the normalisation
 does not matter. Fitted by least squares on participants' mean logarithms at amplitudes above 0,
 where every model is defined, so that information criteria compare like with like.
 
-=========  ==================  ============================================
-model      f(x; θ)             source
-=========  ==================  ============================================
-power      x^β                 Stevens (1957), Psychol. Rev. 64, 153-181
-threshold  (x - x0)^β          Stevens (1975), Psychophysics, ch. 1
-linear     x + c               a line with an intercept
-fechner    log(x / x0)         Fechner (1860); sensation 0 at threshold x0
-=========  ==================  ============================================
+============  ==================  ==================================================
+model         f(x; θ)             source
+============  ==================  ==================================================
+power         x^β                 Stevens (1957), Psychol. Rev. 64, 153-181
+threshold     (x - x0)^β          Stevens (1975), Psychophysics, ch. 1
+linear        x + c               a line with an intercept
+fechner       log(x / x0)         Fechner (1860); sensation 0 at threshold x0
+ekman         1 + (x / x1)^β      Ekman (1959), J. Psychol. 47, 343-352; a constant
+                                  sensation, which the stimulus x1 doubles
+naka_rushton  x^β / (x^β + xs^β)  Naka and Rushton (1966), J. Physiol. 185, 587-599;
+                                  half of the largest sensation at xs
+============  ==================  ==================================================
 """
 
 from __future__ import annotations
@@ -39,13 +43,31 @@ class GrowthFunction:
     """A growth function: its logarithm, and starting points within bounds for its parameters.
 
     ``log_f(x, θ)`` takes stimuli above 0; ``starts(x)`` gives several θ to start from, and
-    ``bounds(x)`` the lower and upper limits.
+    ``bounds(x)`` the lower and upper limits. The ``logarithmic`` parameters are logarithms in θ
+    and stimuli in what is reported.
     """
 
     parameters: tuple[str, ...]
     log_f: Callable[[Array, Array], Array]
     starts: Callable[[Array], list[list[float]]]
     bounds: Callable[[Array], tuple[list[float], list[float]]]
+    logarithmic: tuple[str, ...] = ()
+
+    def theta(self, parameters: Mapping[str, float]) -> Array:
+        """Return what ``log_f`` takes from what is reported."""
+        return np.array(
+            [
+                np.log(parameters[name]) if name in self.logarithmic else parameters[name]
+                for name in self.parameters
+            ]
+        )
+
+    def reported(self, theta: Array) -> dict[str, float]:
+        """Return parameters by name, stimuli in their unit."""
+        return {
+            name: float(np.exp(value) if name in self.logarithmic else value)
+            for name, value in zip(self.parameters, theta, strict=True)
+        }
 
 
 #: Models of AICc closer than this to the least are not told apart (Burnham and Anderson 2002,
@@ -53,6 +75,15 @@ class GrowthFunction:
 UNDECIDED = 2.0
 #: A parameter this close to its limit, as a share of the range, is at it.
 AT_BOUND = 1e-3
+#: A stimulus that a function has as its parameter is searched this far outside those presented,
+#: as a natural logarithm: a factor of 1,000.
+OUTSIDE = 7.0
+
+
+def _log(x: Array, place: float) -> float:
+    """Return the logarithm of a stimulus between the least (0) and the largest (1) presented."""
+    low, high = float(np.log(x.min())), float(np.log(x.max()))
+    return low + place * (high - low)
 
 
 def _just_below(x: Array) -> float:
@@ -83,6 +114,21 @@ MODELS: dict[str, GrowthFunction] = {
         log_f=lambda x, theta: np.log(np.log(x) - theta[0]),
         starts=lambda x: [[float(np.log(x.min())) - 0.1], [float(np.log(x.min())) - 2.0]],
         bounds=lambda x: ([float(np.log(x.min())) - 50.0], [float(np.log(x.min())) - 1e-6]),
+        logarithmic=("threshold",),
+    ),
+    "ekman": GrowthFunction(
+        parameters=("exponent", "doubling_stimulus"),
+        log_f=lambda x, theta: np.logaddexp(0.0, theta[0] * (np.log(x) - theta[1])),
+        starts=lambda x: [[0.5, _log(x, 0.0)], [2.0, _log(x, 1.0)]],
+        bounds=lambda x: ([0.0, _log(x, 0.0) - OUTSIDE], [20.0, _log(x, 1.0) + OUTSIDE]),
+        logarithmic=("doubling_stimulus",),
+    ),
+    "naka_rushton": GrowthFunction(
+        parameters=("exponent", "half_saturation"),
+        log_f=lambda x, theta: -np.logaddexp(0.0, theta[0] * (theta[1] - np.log(x))),
+        starts=lambda x: [[0.5, _log(x, 1.0)], [2.0, _log(x, 0.0)]],
+        bounds=lambda x: ([0.0, _log(x, 0.0) - OUTSIDE], [20.0, _log(x, 1.0) + OUTSIDE]),
+        logarithmic=("half_saturation",),
     ),
 }
 
@@ -202,11 +248,8 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     log_likelihood = -points / 2 * (np.log(2 * np.pi * squares / points) + 1)
     spare = points - estimated - 1
     aic = 2 * estimated - 2 * log_likelihood
-    values = dict(zip(model.parameters, (float(value) for value in best.x), strict=True))
-    if name == "fechner":
-        values["threshold"] = float(np.exp(values["threshold"]))
     return GrowthFit(
-        parameters=values,
+        parameters=model.reported(best.x),
         sd=float(np.sqrt(squares / max(points - estimated + 1, 1))),
         log_likelihood=float(log_likelihood),
         aic=float(aic),

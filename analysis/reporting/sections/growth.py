@@ -69,7 +69,8 @@ def _models(found: GrowthComparison, title: str, unit: str = "") -> Markup:
     rows = []
     for name, model in found.models.items():
         parameters = ", ".join(
-            f"{key} {value:.3g}".replace("-", "−") + ("" if key == "exponent" else unit)
+            f"{key} {value:.3g}".replace("-", "−").replace("_", " ")
+            + ("" if key == "exponent" else unit)
             for key, value in model.fit.parameters.items()
         )
         rows.append(

@@ -1,5 +1,8 @@
 """Growth functions: recovery of known parameters, coverage, and model choice."""
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -9,6 +12,8 @@ from analysis.statistics import growth, growth_models, power_law
 from analysis.statistics.mean_over_participants import mean_over_participants
 from analysis.statistics.not_computed import NotComputed
 
+DATA = Path(__file__).parents[2] / "data"
+R_GROWTH = json.loads((DATA / "r_reference" / "comparisons.json").read_text())["growth"]
 STIMULI = np.array([0.5, 1.2, 2.3])
 MANY = np.array([0.3, 0.5, 0.8, 1.2, 1.7, 2.3])
 
@@ -60,6 +65,11 @@ SHAPES = {
     "threshold": (lambda x: (x - 0.2) ** 0.6, {"exponent": 0.6, "threshold": 0.2}),
     "linear": (lambda x: x + 0.4, {"offset": 0.4}),
     "fechner": (lambda x: np.log(x / 0.1), {"threshold": 0.1}),
+    "ekman": (lambda x: 1 + (x / 0.8) ** 1.4, {"exponent": 1.4, "doubling_stimulus": 0.8}),
+    "naka_rushton": (
+        lambda x: x**1.6 / (x**1.6 + 0.9**1.6),
+        {"exponent": 1.6, "half_saturation": 0.9},
+    ),
 }
 
 
@@ -78,6 +88,33 @@ def test_the_criterion_finds_the_function_that_made_the_data(name):
     found = growth_models.compare(table(shape, MANY, people=24, noise=0.02, seed=3))
     assert found.best == name
     assert sum(model.weight for model in found.models.values()) == pytest.approx(1)
+
+
+@pytest.mark.parametrize(
+    "name, stimulus", [("ekman", "doubling_stimulus"), ("naka_rushton", "half_saturation")]
+)
+def test_fits_are_those_of_r_s_own_optimiser(name, stimulus):
+    file, estimate, who, stimulus_column = {
+        "ekman": ("r_reference/estimates.csv", "est", "participant", "amp"),
+        "naka_rushton": ("foreign/co2.csv", "uptake", "Plant", "conc"),
+    }[name]
+    raw = pd.read_csv(DATA / file)
+    logs = raw.assign(log=np.log(raw[estimate])).pivot_table("log", who, stimulus_column)
+    found, expected = growth_models.compare(logs).models[name].fit, R_GROWTH[name]
+    assert found.log_likelihood == pytest.approx(expected["log_likelihood"], abs=1e-5)
+    assert found.aicc == pytest.approx(expected["aicc"], abs=1e-5)
+    assert found.parameters["exponent"] == pytest.approx(expected["exponent"], rel=1e-3)
+    assert found.parameters[stimulus] == pytest.approx(expected["stimulus"], rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_functions_that_have_the_power_function_as_a_limit_fit_no_worse(seed):
+    logs = table(lambda x: x**0.6, MANY, noise=0.2, seed=seed).to_numpy()
+    power = growth_models.fit("power", MANY, logs).log_likelihood
+    fits = [growth_models.fit(name, MANY, logs) for name in ("ekman", "naka_rushton")]
+    assert all(found.log_likelihood > power - 0.05 for found in fits)
+    # One bends up and one down: data of a straight line push one of them to its limit.
+    assert any(found.at_bound for found in fits)
 
 
 def test_a_participant_s_unit_moves_no_parameter_and_no_criterion():
