@@ -10,9 +10,10 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import PercentFormatter
 
 from analysis.figures.shared import LINES_AT_MOST, tip
+from analysis.reading.own_words import in_own_words
 from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from analysis.statistics.descending_difference.step_size_curve import curve
-from analysis.statistics.descending_difference.yes_no import SAME_SIZE, interval_of, step_sizes
+from analysis.statistics.descending_difference.yes_no import interval_of, step_sizes
 from analysis.statistics.not_computed import NotComputed
 from experiments.dataset.schema import PARTICIPANT
 from figure_style import BLUE, GREY, PALE, VERMILION, styled
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
     from analysis.statistics.confidence_interval import ConfidenceInterval
     from analysis.statistics.descending_difference.step_size_curve import PsychometricCurve
-    from analysis.statistics.descending_difference.yes_no import DescendingDifference
+    from analysis.statistics.descending_difference.yes_no import DescendingDifference, StepAnswers
 
 #: Area of a ring for each participant, square points.
 RING = 34.0
@@ -63,24 +64,35 @@ def difference(
     figure = Figure(figsize=(5.6, upper + LOWER), layout=layout)
     top, bottom = figure.subplots(2, 1, height_ratios=[upper, LOWER])
     _each_step(top, found, confidence, quantity)
-    top.set_title("Each step down")
+    top.set_title(in_own_words("Each step down", quantity))
     _against_size(bottom, found.psychometric, steps.assign(size=sizes), confidence)
+    bottom.set_title(in_own_words("Against the size of the step", quantity))
     if not quantity.of_plate:
-        bottom.set_xlabel(f"{quantity.axis}: removed")
+        above = ": above the reference" if steps["amplitude_um_pp"].any() else ""
+        bottom.set_xlabel(f"{quantity.axis}{above}")
+        bottom.set_ylabel("“Yes”")
     # Outside: the data may lie anywhere.
     figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
+def step_label(step: StepAnswers, quantity: Quantity) -> str:
+    """Return "2.3 → 1.2 µm"; of another quantity the stimulus, and its reference if any."""
+    if quantity.of_plate:
+        return f"{step.from_um_pp:g} → {quantity.value(step.to_um_pp)}"
+    stimulus = quantity.value(step.from_um_pp)
+    return f"{stimulus} against {step.to_um_pp:g}" if step.to_um_pp else stimulus
+
+
 def _each_step(
     axes: Axes, found: DescendingDifference, confidence: float, quantity: Quantity
 ) -> None:
-    labels = [f"{step.from_um_pp:g} → {quantity.value(step.to_um_pp)}" for step in found.steps]
+    labels = [step_label(step, quantity) for step in found.steps]
     rows: list[tuple[int, int, ConfidenceInterval, str, str]] = [
         (step.yes, step.n, step.interval, BLUE, "o") for step in found.steps
     ]
     if found.catch.interval is not None:
-        labels.append("catch: no change")
+        labels.append("catch: no change" if quantity.of_plate else "catch: at the reference")
         rows.append((found.catch.yes, found.catch.n, found.catch.interval, VERMILION, "s"))
     for place, (yes, n, (low, high), colour, marker) in enumerate(rows):
         share = yes / n
@@ -111,7 +123,8 @@ def _each_step(
     axes.xaxis.set_major_formatter(PercentFormatter(1.0))
     axes.grid(visible=True, axis="x")
     axes.grid(visible=False, axis="y")
-    axes.set_xlabel(f"“Yes, I feel a difference” ({100 * confidence:g} % intervals)")
+    asked = "“Yes, I feel a difference”" if quantity.of_plate else "“Yes”"
+    axes.set_xlabel(f"{asked} ({100 * confidence:g} % intervals)")
 
 
 def _against_size(
@@ -132,7 +145,7 @@ def _against_size(
     for size in sizes:
         answers = steps[steps["size"] == size]
         yes, n = int(answers["difference_felt"].sum()), len(answers)
-        changed = abs(size) > SAME_SIZE
+        changed = size != 0
         below, above = interval_of(answers, confidence)
         axes.errorbar(
             size,
@@ -147,14 +160,13 @@ def _against_size(
             zorder=4,
             label=f"all answers, {level} interval" if size == sizes[-1] else None,
         )
-    axes.set_xticks(sizes, ["0\n(catch)" if abs(s) <= SAME_SIZE else f"{s:g}" for s in sizes])
+    axes.set_xticks(sizes, ["0\n(catch)" if s == 0 else f"{s:g}" for s in sizes])
     axes.set_xlim(sizes[0] - 0.06 * span, sizes[-1] + 0.06 * span)
     axes.set_ylim(-0.09, 1.11)
     axes.set_yticks(np.linspace(0, 1, 6))
     axes.yaxis.set_major_formatter(PercentFormatter(1.0))
     axes.set_xlabel("Amplitude removed (µm, peak to peak)")
     axes.set_ylabel("“Yes, I feel a difference”")
-    axes.set_title("Against the size of the step")
 
 
 def _participants(axes: Axes, steps: pd.DataFrame) -> None:

@@ -99,7 +99,9 @@ def read_foreign(path: Path, mapping: TableMapping, problems: Problems) -> Forei
     quantity = mapping.quantity
     estimates, differences = empty_estimates(), empty_differences()
     if mapping.columns.answer:
-        differences = clean_differences(_steps(frame), sources, problems, quantity)
+        differences = _above_reference(
+            clean_differences(_steps(frame), sources, problems, quantity)
+        )
     else:
         estimates = clean_estimates(frame, sources, problems, quantity)
     return ForeignTable(
@@ -233,6 +235,11 @@ def _steps(frame: pd.DataFrame) -> pd.DataFrame:
     for name, missing in (("session", ""), ("run", "1")):
         found[name] = labels(found, name, missing)
     return found.rename(columns={BLOCK: SERIES})
+
+
+def _above_reference(steps: pd.DataFrame) -> pd.DataFrame:
+    """Return steps whose size is the stimulus less the reference; our own is what was removed."""
+    return steps.rename(columns={REFERENCE: STIMULUS, STIMULUS: REFERENCE})
 
 
 def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame:

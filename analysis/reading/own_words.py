@@ -36,7 +36,30 @@ PHRASES: Mapping[str, Callable[[Quantity], str]] = {
     "µm, p-p": lambda q: q.unit,
     "µm p-p": lambda q: q.unit,
     "µm": lambda q: q.unit,
+    # Yes and no of another laboratory is told against the stimulus, which nobody steps down.
+    "do participants feel a step down in amplitude, and what do they say of it?": (
+        lambda q: f"how does “yes” depend on {q.name}?"
+    ),
+    "the descending difference": lambda _: "yes and no",
+    "descending difference": lambda _: "yes and no",
+    "each step down": lambda _: "each level",
+    "steps down": lambda _: "stimuli",
+    "step down": lambda _: "stimulus",
+    "catch steps": lambda _: "catch trials",
+    "catch step": lambda _: "catch trial",
+    "steps and on": lambda _: "stimuli and on",
+    "steps without a usable answer": lambda _: "trials without a usable answer",
+    "where steps are few": lambda _: "where trials are few",
+    "the size of the step": lambda q: q.name,
+    "sensitivity by step size": lambda _: "sensitivity by level",
+    "each step size": lambda _: "each level",
+    "for steps of": lambda _: "at",
+    "per µm (peak to peak) removed": lambda q: q.per,
 }
+#: A unit behind a number: of a quantity without unit nothing is left, no blank either.
+BEHIND_NUMBER = re.compile(
+    r"(?<!per) µm(?: \(peak to peak\)|, peak to peak| peak to peak|, p-p| p-p)?"
+)
 #: Growth is told against friction too; another quantity has no film.
 OF_PLATES_ONLY = "friction"
 #: In names of columns and keys.
@@ -59,7 +82,7 @@ def in_own_words(text: str, quantity: Quantity) -> str:
         words = PHRASES[found[0].lower()](quantity)
         return words[:1].upper() + words[1:] if found[0][0].isupper() else words
 
-    return ANY.sub(said, text)
+    return ANY.sub(said, text if quantity.unit else BEHIND_NUMBER.sub("", text))
 
 
 def own_name(name: str, quantity: Quantity) -> str:

@@ -58,14 +58,24 @@ def finding(found: Finding) -> str:
     )
 
 
+def answer(
+    found: DescendingDifference, confidence: float = 0.95, *, of_plate: bool = True
+) -> list[str]:
+    """Return what the task's question is answered with: of a plate the paper's finding."""
+    if not of_plate:
+        return [psychometric(found.psychometric, confidence)]
+    return [finding(found.finding)] if found.finding.n else []
+
+
 def difference_sentences(
-    found: DescendingDifference | NotComputed, confidence: float = 0.95
+    found: DescendingDifference | NotComputed, confidence: float = 0.95, *, of_plate: bool = True
 ) -> list[str]:
     """Return the sentences on the descending difference; none where it was not run."""
     if isinstance(found, NotComputed):
         return []
-    texts = [finding(found.finding)] if found.finding.n else []
-    texts.append(psychometric(found.psychometric, confidence))
+    texts = answer(found, confidence, of_plate=of_plate)
+    if of_plate:
+        texts.append(psychometric(found.psychometric, confidence))
     detection = found.signal_detection
     if isinstance(detection, NotComputed):
         texts.append(f"Sensitivity was not computed: {detection.reason}.")

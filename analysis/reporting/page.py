@@ -158,7 +158,9 @@ def results(analysis: Analysis) -> html.ReportSection:
         texts_of["Secondary analyses"] = apa.secondary_sentences(*asked)
     texts_of["Groups"] = apa_groups.group_sentences(analysis.inference.groups, choices.confidence)
     texts_of["Descending difference"] = apa_difference.difference_sentences(
-        analysis.inference.difference, choices.confidence
+        analysis.inference.difference,
+        choices.confidence,
+        of_plate=analysis.dataset.quantity.of_plate,
     )
     for title, texts in texts_of.items():
         if texts:

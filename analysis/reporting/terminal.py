@@ -53,5 +53,7 @@ def table3_table(analysis: Analysis) -> Table:
 
 
 def print_table3(analysis: Analysis, console: Console | None = None) -> None:
-    """Print Table III of an analysis beside the paper's."""
+    """Print Table III of an analysis beside the paper's; nothing where nobody estimated."""
+    if analysis.prepared is None:
+        return
     (console or Console()).print(table3_table(analysis))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from analysis.figures.shared import LINES_AT_MOST
+from analysis.figures.yes_no import step_label
 from analysis.reporting import html
 from analysis.reporting.html import ReportSection, TableColumn
 from analysis.reporting.numbers import grouped, interval
@@ -51,12 +52,19 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             _caption(found),
             "Share of “yes”: "
             + ", ".join(
-                f"{step.from_um_pp:g} to {step.to_um_pp:g} µm {step.yes} of {step.n}"
+                f"{step_label(step, analysis.dataset.quantity)} {step.yes} of {step.n}"
                 for step in found.steps
             )
             + f", no change {found.catch.yes} of {found.catch.n}",
         )
     )
+    if not analysis.dataset.quantity.of_plate:
+        # Nobody was asked what has been removed.
+        if (analysis.dataset.differences["amplitude_um_pp"] > 0).any():
+            section.blocks.append(
+                html.paragraph("Levels are those of the stimulus less its reference.", "note")
+            )
+        return section
     words = found.verbal_reports
     if isinstance(words, NotComputed):
         section.blocks.append(html.paragraph(f"Verbal reports: {words.reason}.", "note"))

@@ -116,9 +116,7 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
         ("Session software", ", ".join(data.details.get("software", ("not recorded",)))),
         ("Study's hash", ", ".join(data.details.get("study_hash", ("not recorded",)))),
         ("Seeds", listed(data.details.get("seed", ("not recorded",)), SEEDS_LISTED)),
-        ("Primary analysis", f"{choices.primary} ({FAMILIES[choices.primary].title})"),
-        ("Zero rule", f"{choices.zero_rule}"),
-        ("Standard deviation", choices.standard_deviation),
+        *(_of_estimates(choices) if analysis.prepared is not None else ()),
         ("Data, SHA-256", data.sha256),
         ("Files read", f"{len(data.sources)} (each with its SHA-256 in results.json)"),
     ]
@@ -130,6 +128,15 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
         )
     )
     return section
+
+
+def _of_estimates(choices: AnalysisChoices) -> list[tuple[str, str]]:
+    """Return the choices that concern magnitude estimates only."""
+    return [
+        ("Primary analysis", f"{choices.primary} ({FAMILIES[choices.primary].title})"),
+        ("Zero rule", choices.zero_rule),
+        ("Standard deviation", choices.standard_deviation),
+    ]
 
 
 def _procedure(choices: AnalysisChoices) -> str:

@@ -115,12 +115,17 @@ def _each(analysis: Analysis) -> list[Markup]:
                 *(column for column, _ in known.values()),
             ],
             rows,
-            "Each participant. Exponents rest on few amplitudes and are descriptive"
+            "Each participant."
             + (
-                "; a participant's own d′ and c, after the log-linear correction, are mostly that "
+                " Exponents rest on few amplitudes and are descriptive."
+                if "exponent" in known
+                else ""
+            )
+            + (
+                " A participant's own d′ and c, after the log-linear correction, are mostly that "
                 "correction where steps are few."
                 if "d_prime" in known
-                else "."
+                else ""
             )
             + (f" {more} more are in individuals.csv." if more > 0 else ""),
         )
@@ -147,7 +152,10 @@ OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
         TableColumn(title="Favoured", left=True),
         lambda row: row["growth_function"] if isinstance(row["growth_function"], str) else DASH,
     ),
-    "hits": (TableColumn(title="“Yes”", unit="steps"), lambda row: _of(row, "hits", "changes")),
+    "hits": (
+        TableColumn(title="“Yes”", unit="steps down"),
+        lambda row: _of(row, "hits", "changes"),
+    ),
     "false_alarms": (
         TableColumn(title="“Yes”", unit="catch steps"),
         lambda row: _of(row, "false_alarms", "catches"),

@@ -42,8 +42,10 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         if not isinstance(analysis.inference.power_law, NotComputed):
             answers.append(apa.power_law(analysis.inference.power_law, choices.confidence))
     felt = analysis.inference.difference
-    if not isinstance(felt, NotComputed) and felt.finding.n:
-        answers.append(apa_difference.finding(felt.finding))
+    if not isinstance(felt, NotComputed):
+        answers += apa_difference.answer(
+            felt, choices.confidence, of_plate=analysis.dataset.quantity.of_plate
+        )
     section.blocks.append(html.labelled("Answer", " ".join(answers)))
     if "fig15" in svgs and analysis.prepared is not None:
         section.blocks.append(_figure(analysis, svgs["fig15"]))

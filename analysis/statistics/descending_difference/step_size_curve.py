@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -131,6 +132,7 @@ def _fit(frame: pd.DataFrame, n: int, confidence: float) -> PsychometricCurve | 
     import statsmodels.api as sm  # noqa: PLC0415 - a second's import
     import statsmodels.formula.api as smf  # noqa: PLC0415
     from scipy import stats  # noqa: PLC0415
+    from statsmodels.tools.sm_exceptions import IterationLimitWarning  # noqa: PLC0415
 
     model = smf.gee(
         "felt ~ removed",
@@ -140,7 +142,10 @@ def _fit(frame: pd.DataFrame, n: int, confidence: float) -> PsychometricCurve | 
         cov_struct=sm.cov_struct.Exchangeable(),
     )
     try:
-        fit = model.fit(cov_type="bias_reduced")
+        # A fit that runs away ends in "did not converge", not in the libraries' warnings.
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore", IterationLimitWarning)
+            fit = model.fit(cov_type="bias_reduced")
     except (np.linalg.LinAlgError, ValueError) as error:
         return NotComputed(f"the curve could not be fitted ({error})")
     slope, se = float(fit.params["removed"]), float(fit.bse["removed"])

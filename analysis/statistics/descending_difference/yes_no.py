@@ -5,6 +5,7 @@ Without catch steps "yes" is confounded with bias, and d' does not exist.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -34,8 +35,8 @@ if TYPE_CHECKING:
 
 #: Of fewer steps of a kind a participant's own d' is mostly its correction.
 TRIALS_FOR_OWN = 20
-#: Steps this much apart in size, µm, are of one size.
-SAME_SIZE = 1e-6
+#: Steps that differ in size by less than this share of the largest level are of one size.
+SAME_SIZE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -274,9 +275,24 @@ def signal_detection(
 
 
 def step_sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
-    """Return how much amplitude each step removed, µm peak to peak; rounding makes no new size."""
-    removed = steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]
-    return np.asarray((removed / SAME_SIZE).round().to_numpy(float) * SAME_SIZE + 0.0)
+    """Return how much amplitude each step removed, µm peak to peak; rounding makes no new size.
+
+    >>> step_sizes(
+    ...     pd.DataFrame(
+    ...         {"amplitude_before_um_pp": [2.3, 3e-9], "amplitude_um_pp": [1.2, 1e-9]}
+    ...     )
+    ... ).tolist()
+    [1.1, 0.0]
+    """
+    levels = steps[["amplitude_before_um_pp", "amplitude_um_pp"]].to_numpy(float)
+    removed = levels[:, 0] - levels[:, 1]
+    largest = float(np.abs(levels).max(initial=0.0))
+    if not largest:
+        return np.zeros(len(levels))
+    decimals = -math.ceil(math.log10(largest * SAME_SIZE))
+    # Of numbers, decimal by decimal: NumPy's own rounding multiplies and divides, 1e-12 comes back
+    # as 1.0000000000000002e-12.
+    return np.array([round(size, decimals) + 0.0 for size in removed.tolist()])
 
 
 def _mean_of_own(

@@ -7,6 +7,7 @@ import pytest
 
 from analysis.reading.load import load
 from analysis.reading.mapping import beside, parse_mapping, write_mapping
+from analysis.statistics.descending_difference.yes_no import step_sizes
 from faults import UserError
 
 LEVELS = (20.0, 200.0, 2000.0, 20_000.0)
@@ -116,7 +117,20 @@ def test_yes_and_no_read_as_one_table(table_by_hand):
     assert list(data.differences["difference_felt"]) == [1, 0, 1, 0]
     assert list(data.differences["catch"]) == [False, True, False, True]
     alone = load(table_by_hand(text), mapping(stimulus="level", response="", answer="felt"))
-    assert set(alone.differences["amplitude_before_um_pp"]) == {0.0}
+    # A size is the stimulus less the reference, which without a column is none.
+    assert set(alone.differences["amplitude_um_pp"]) == {0.0}
+    assert list(step_sizes(alone.differences)) == [1, 2, 1, 2]
+    assert list(step_sizes(data.differences)) == [-1, 0, -1, 0]
+
+
+@pytest.mark.parametrize("unit", [1e-12, 1e-6, 1.0, 1e9])
+def test_sizes_of_any_unit_are_told_apart_and_rounding_makes_none(table_by_hand, unit):
+    """0.3 - 0.2 and 0.2 - 0.1 differ in floating point."""
+    rows = [f"a,{unit * low!r},{unit * high!r},yes" for low, high in ((0.1, 0.2), (0.2, 0.3))]
+    text = "\n".join(["subject,base,level,felt", *rows, f"a,{unit * 0.1!r},{unit * 0.1!r},no"])
+    found = mapping(stimulus="level", response="", answer="felt", reference="base")
+    steps = load(table_by_hand(text), found).differences
+    assert sorted(set(step_sizes(steps))) == pytest.approx([0.0, 0.1 * unit], rel=1e-9)
 
 
 def test_a_group_goes_with_its_participants(tmp_path):

@@ -3,12 +3,19 @@
 import json
 import re
 
+import numpy as np
 import pandas as pd
 import pytest
 
 import slipscale
+from analysis.pipeline import analyse
+from analysis.reading.load import load
+from analysis.reading.mapping import parse_mapping
 from analysis.reading.own_words import in_own_words, own_name
 from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
+from analysis.reporting.files import draw
+from analysis.reporting.page import render
+from figure_style import svg
 
 PRESSURE = Quantity(
     name="sound pressure", unit="µPa", column="sound_pressure_uPa", judged="loudness"
@@ -54,6 +61,33 @@ def test_neither_plate_nor_film_nor_paper_is_in_the_report_or_a_file(folder):
 def test_slopes_of_large_levels_are_not_written_as_zero(folder):
     text = (folder / "report.html").read_text(encoding="utf-8")
     assert re.search(r"linear trend of log estimates was 0\.000150 per µPa", text)
+
+
+def test_yes_and_no_are_told_against_the_stimulus(table_by_hand):
+    """Nobody stepped down, and nobody was asked what has been removed."""
+    rng = np.random.default_rng(1)
+    rows = [
+        f"{who},{level},{'yes' if rng.random() < 0.1 + 0.2 * level else 'no'}"
+        for who in "abcde"
+        for level in (0, 1, 2, 4)
+        for _ in range(4)
+    ]
+    columns = {"participant": "who", "stimulus": "contrast", "answer": "seen"}
+    found = analyse(
+        load(
+            table_by_hand("\n".join(["who,contrast,seen", *rows])),
+            parse_mapping({"columns": columns}, "x"),
+        )
+    )
+    svgs = {"difference": svg(draw(found)["difference"])}
+    text = re.sub(r"<style.*?</style>", "", render(found, svgs, {}), flags=re.DOTALL)
+    words = re.compile(
+        r"removed|step|descending|µm|amplitude|slipper|surface|peak to|fell|feel| [,;)]",
+        re.IGNORECASE,
+    )
+    assert sorted(set(words.findall(re.sub(r"<[^>]*>", "", text)))) == []
+    assert "How does “yes” depend on contrast?" in text
+    assert re.search(r"“Yes” \w+.* on contrast, log odds [1-9]", text)
 
 
 def test_columns_carry_the_quantity(folder):
