@@ -31,10 +31,11 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from analysis.reconstruction.published_table import Column, Scale, read
+from analysis.reconstruction.published_table import Column, Scale
 from analysis.reconstruction.rounding import Printed
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction.solutions import Solutions
+from analysis.reconstruction.table_files import read
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -94,8 +94,8 @@ def run(arguments: argparse.Namespace) -> int:
         from analysis.cli.reconstruct_batch import run_batch  # noqa: PLC0415
 
         return run_batch(arguments)
-    from analysis.reconstruction.published_table import read  # noqa: PLC0415
     from analysis.reconstruction.solutions import Solutions  # noqa: PLC0415
+    from analysis.reconstruction.table_files import read  # noqa: PLC0415
 
     _check(arguments)
     table = read(arguments.table)

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from analysis.reconstruction.published_table import Row
+    from analysis.reconstruction.table_files import Row
 
 
 def run_batch(arguments: Namespace) -> int:
     """Write a verdict a row, going on where an earlier run stopped; 1 if a row is inconsistent."""
     from analysis.reconstruction.batch import Verdict, summary, verdicts  # noqa: PLC0415
-    from analysis.reconstruction.published_table import read_rows  # noqa: PLC0415
+    from analysis.reconstruction.table_files import read_rows  # noqa: PLC0415
 
     if arguments.out is None:
         raise UserError("--batch needs --out FILE, the CSV to write the verdicts to")

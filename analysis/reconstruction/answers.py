@@ -173,7 +173,7 @@ def _uncounted(solutions: Solutions) -> ColumnAnswer:
 
 def worth_marginals(solutions: Solutions) -> bool:
     """Whether exact marginals are worth their time unasked."""
-    if solutions.not_drawn:
+    if solutions.not_drawn or solutions.listed_apart:
         return False
     cells = sum((task.bytes // 8) * len(task.goals) for task in solutions.problems)
     return cells <= MARGINAL_CELLS
@@ -183,6 +183,8 @@ def worth_ordering(solutions: Solutions, measure: str) -> bool:
     """Whether ordered samples are counted: asked for, or few enough additions."""
     if solutions.not_drawn:
         return False
+    if solutions.listed_apart:
+        return True
     n, values = solutions.column.n, solutions.column.scale.steps + 1
     cells = sum(task.bytes // 8 for task in solutions.problems)
     return measure == "ordered" or cells * n * values <= ORDERED_ADDITIONS
@@ -255,7 +257,8 @@ def across(columns: Sequence[Solutions], design: Design, measure: str, seed: int
         of_moments,
     )
     from analysis.reconstruction.distributions import distributions  # noqa: PLC0415
-    from analysis.reconstruction.sampling import LISTED, Sampler  # noqa: PLC0415
+    from analysis.reconstruction.listing import LISTED  # noqa: PLC0415
+    from analysis.reconstruction.sampling import Sampler  # noqa: PLC0415
 
     long = tuple(s.column.label for s in columns if s.not_drawn or s.multisets > LISTED)
     drawable = not any(s.not_drawn for s in columns)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from analysis.reconstruction.constraints import Targets
-    from analysis.reconstruction.published_table import Row
+    from analysis.reconstruction.table_files import Row
 
 # Rows that a worker takes at a time.
 TOGETHER = 8

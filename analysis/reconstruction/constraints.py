@@ -17,7 +17,10 @@ from analysis.reconstruction.partition import Moments, Wanted
 from analysis.reconstruction.rounding import Interval
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from analysis.reconstruction.published_table import Column
+    from analysis.reconstruction.rounding import Printed
 
 
 # Pairs of a sum and a sum of squares that are looked at one by one.
@@ -77,12 +80,19 @@ def targets(column: Column) -> Targets:
         elif not pairs:
             reason = _grimmer_reason(column)
         else:
-            reason = "no rating on the scale gives the printed extremes or median"
+            reason = "no rating on the scale gives the printed extremes, median or frequencies"
     return Targets(() if reason else possible, grim=bool(sums), grimmer=bool(pairs), reason=reason)
 
 
 # A smaller number and a larger one, as printed.
 ORDERED = (
+    ("ci_low", "mean"),
+    ("mean", "ci_high"),
+    ("observed_minimum", "lower_quartile"),
+    ("lower_quartile", "median"),
+    ("median", "upper_quartile"),
+    ("lower_quartile", "upper_quartile"),
+    ("upper_quartile", "observed_maximum"),
     ("observed_minimum", "observed_maximum"),
     ("observed_minimum", "median"),
     ("median", "observed_maximum"),
@@ -91,11 +101,22 @@ ORDERED = (
 )
 
 
+# What lies on the scale.
+INSIDE = (
+    "mean",
+    "median",
+    "observed_minimum",
+    "observed_maximum",
+    "lower_quartile",
+    "upper_quartile",
+)
+
+
 def impossible(column: Column) -> str:
     """Return what no ratings on the scale can have, however rounded; empty if there is nothing."""
     low, high = column.scale.minimum, column.scale.maximum
     found = []
-    for name in ("mean", "median", "observed_minimum", "observed_maximum"):
+    for name in INSIDE:
         printed = getattr(column, name)
         if printed and not low - printed.unit < printed.value < high + printed.unit:
             found.append(f"{name} {printed.text} lies outside the scale, {low} to {high}")
@@ -107,7 +128,54 @@ def impossible(column: Column) -> str:
         a, b = getattr(column, smaller), getattr(column, larger)
         if a and b and a.value - a.unit >= b.value + b.unit:
             found.append(f"{smaller} {a.text} and {larger} {b.text} contradict each other")
-    return "; ".join(found)
+    found += [
+        f"the rating {value} lies outside the scale, {low} to {high}"
+        for value, least in _told_to_occur(column)
+        if least and column.scale.steps_to(value) is None
+    ]
+    return "; ".join(found + list(_impossible_shares(column)))
+
+
+def _told_to_occur(column: Column) -> Iterator[tuple[Fraction, int]]:
+    """Yield the ratings that are told of, and how often each occurs at least."""
+    yield from ((value, 1) for value in column.present)
+    yield from column.frequencies
+    yield from ((v, _occurrences(column, share).start) for v, share in column.percentages)
+
+
+def _impossible_shares(column: Column) -> Iterator[str]:
+    """Yield the ratings that nobody's number gives the printed percentage of."""
+    for value, printed in column.percentages:
+        if not _occurrences(column, printed):
+            yield f"{printed.text} % of {column.n} at the rating {value} is nobody's number (GRIM)"
+    fewest = sum(least for _, least, _ in occurrences(column))
+    if fewest > column.n:
+        yield f"the ratings that are told of are {fewest}, more than n = {column.n}"
+
+
+def _occurrences(column: Column, printed: Printed) -> range:
+    """Return how many of n may have given a rating, by its percentage."""
+    found = printed.values(column.rounding).scaled(Fraction(column.n, 100)).integers()
+    return range(max(found.start, 0), min(found.stop, column.n + 1))
+
+
+def occurrences(column: Column) -> tuple[tuple[int, int, int], ...]:
+    """Return the ratings that are told of, in steps, and how often each occurs: least and most.
+
+    Those outside the scale are left out.
+    """
+    told = [
+        *((value, range(1, column.n + 1)) for value in column.present),
+        *((value, range(1)) for value in column.absent),
+        *((value, range(times, times + 1)) for value, times in column.frequencies),
+        *((value, _occurrences(column, printed)) for value, printed in column.percentages),
+    ]
+    placed = ((column.scale.steps_to(value), times) for value, times in told)
+    return tuple(
+        (steps, times.start, times.stop - 1)
+        for steps, times in placed
+        if steps is not None and times
+    )
 
 
 def _number_of_pairs(column: Column, sums: range) -> int:
@@ -157,29 +225,66 @@ def within_reach(moments: Moments, most: int) -> tuple[int, int]:
 
 
 def admissible_sums(column: Column) -> range:
-    """Return the sums, in steps above the minimum, that give the printed mean."""
-    mean = _steps(column, column.mean.values(column.rounding))
-    found = mean.scaled(Fraction(column.n)).integers()
-    most = column.n * column.scale.steps
-    return range(max(found.start, 0), min(found.stop, most + 1))
+    """Return the sums, in steps above the minimum, that give the printed mean or sum."""
+    n, scale = Fraction(column.n), column.scale
+    found = Interval(Fraction(0), n * scale.steps)
+    for printed, factor in column.means():
+        mean = printed.values(column.rounding).scaled(1 / factor)
+        found = found.meet(_steps(column, mean).scaled(n))
+    return found.integers()
 
 
 def admissible_squares(column: Column, total: int) -> range:
-    """Return the sums of squares, in steps, that give the printed SD beside a sum `total`.
+    """Return the sums of squares, in steps, that give the printed SD, SE or interval beside a sum.
 
     A whole number and its square have the same parity, so only every other one is possible.
     """
-    sd = column.sd.values(column.rounding)
-    low = max(sd.low, Fraction(0))
-    variance = Interval(
-        low**2, sd.high**2, sd.low_closed if low == sd.low else True, sd.high_closed
-    )
-    degrees = column.n - 1 if column.sd_convention == "sample" else column.n
-    found = variance.scaled(
-        degrees / column.scale.step**2, Fraction(total * total, column.n)
-    ).integers()
-    first = found.start + (found.start - total) % 2
-    return range(first, found.stop, 2)
+    n, steps = column.n, column.scale.steps
+    variance = variances(column, column.scale.minimum + column.scale.step * Fraction(total, n))
+    degrees = n - 1 if column.sd_convention == "sample" else n
+    found = variance.scaled(degrees / column.scale.step**2, Fraction(total * total, n))
+    # No rating lies outside the scale: x (steps - x) >= 0.
+    squares = found.meet(Interval(Fraction(0), Fraction(total * steps))).integers()
+    first = squares.start + (squares.start - total) % 2
+    return range(first, max(squares.stop, first), 2)
+
+
+# How far the quantile of a confidence interval may be off, as a share of its square.
+QUANTILE_ERROR = Fraction(1, 10**9)
+
+
+def variances(column: Column, mean: Fraction) -> Interval:
+    """Return the variances that give the printed SD, SE and confidence interval beside a mean."""
+    found = Interval(Fraction(0), (column.scale.maximum - column.scale.minimum) ** 2 * column.n)
+    n = Fraction(column.n)
+    if column.sd is not None:
+        found = found.meet(column.sd.values(column.rounding).squared())
+    if column.se is not None:
+        found = found.meet(column.se.values(column.rounding).squared().scaled(n))
+    if column.ci_low is not None and column.ci_high is not None:
+        low, high = (end.values(column.rounding) for end in (column.ci_low, column.ci_high))
+        below = Interval(mean - low.high, mean - low.low, low.high_closed, low.low_closed)
+        above = Interval(high.low - mean, high.high - mean, high.low_closed, high.high_closed)
+        half = below.meet(above)
+        if half.high < 0 or half.low > half.high:
+            return Interval(Fraction(1), Fraction(0))
+        factor = n / Fraction(quantile(column)) ** 2
+        squared = half.squared()
+        found = found.meet(
+            Interval(
+                squared.low * factor * (1 - QUANTILE_ERROR),
+                squared.high * factor * (1 + QUANTILE_ERROR),
+            )
+        )
+    return found
+
+
+def quantile(column: Column) -> float:
+    """Return how many standard errors the confidence interval reaches to either side."""
+    from scipy.special import ndtri, stdtrit  # noqa: PLC0415 - SciPy takes longer than the counts
+
+    p = 0.5 + column.ci_percent / 200
+    return float(stdtrit(column.n - 1, p) if column.ci_quantile == "t" else ndtri(p))
 
 
 def _steps(column: Column, values: Interval) -> Interval:
@@ -210,9 +315,12 @@ def _wanted(column: Column, moments: Moments) -> Wanted | None:
         low, high = max(low, inside.start), min(high, inside.stop - 1)
         present.append(shell)
     present = [frozenset(v for v in wish if low <= v <= high) for wish in present]
-    if not all(present):
+    told = tuple(entry for entry in occurrences(column) if low <= entry[0] <= high)
+    # Ratings beyond the bounds are nobody's.
+    beyond = any(least for value, least, _ in occurrences(column) if not low <= value <= high)
+    if beyond or not all(present):
         return None
-    return Wanted(moments, low, high, tuple(present), _medians(column, low, high))
+    return Wanted(moments, low, high, tuple(present), _medians(column, low, high), told)
 
 
 def _medians(column: Column, low: int, high: int) -> tuple[tuple[int, int], ...] | None:
@@ -229,16 +337,28 @@ def _medians(column: Column, low: int, high: int) -> tuple[tuple[int, int], ...]
 
 def _grim_reason(column: Column) -> str:
     step, n = column.scale.step, column.n
-    below = (column.mean.value - column.scale.minimum) * n / step // 1
-    near = [float(column.scale.minimum + (below + i) * step / n) for i in (0, 1)]
-    return (
-        f"GRIM: no mean of {n} ratings in steps of {step} is printed as {column.mean.text}; "
-        f"the nearest are {near[0]:.6g} and {near[1]:.6g}"
-    )
+    reasons = []
+    for printed, factor in column.means():
+        mean = printed.value / factor
+        below = (mean - column.scale.minimum) * n / step // 1
+        near = [float((column.scale.minimum + (below + i) * step / n) * factor) for i in (0, 1)]
+        allowed = _steps(column, printed.values(column.rounding).scaled(1 / factor))
+        if not allowed.scaled(Fraction(n)).integers():
+            name = "sum" if printed is column.sum else "mean"
+            reasons.append(
+                f"GRIM: no {name} of {n} ratings in steps of {step} is printed as {printed.text}; "
+                f"the nearest are {near[0]:.6g} and {near[1]:.6g}"
+            )
+    texts = " and ".join(printed.text for printed, _ in column.means())
+    return "; ".join(reasons) or f"GRIM: {texts}, printed for one mean, contradict each other"
 
 
 def _grimmer_reason(column: Column) -> str:
-    return (
-        f"GRIMMER: no sum of squares of {column.n} ratings with mean {column.mean.text} gives a "
-        f"{column.sd_convention} standard deviation of {column.sd.text}"
-    )
+    printed = {
+        f"a {column.sd_convention} standard deviation of": column.sd,
+        "a standard error of": column.se,
+        "a confidence interval from": column.ci_low,
+    }
+    asked = " and ".join(f"{words} {number.text}" for words, number in printed.items() if number)
+    mean = next(text.text for text, _ in column.means())
+    return f"GRIMMER: no sum of squares of {column.n} ratings with mean {mean} gives {asked}"

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from analysis.reconstruction.meet_in_the_middle import Goal
     from analysis.reconstruction.state_table import Array
@@ -28,18 +28,19 @@ CHOICES = 100_000
 VALUES = 12
 
 
-def number(low: int, high: int, goals: Iterable[Goal]) -> int | None:
-    """Return how many multisets of values from `low` to `high` reach one of the goals.
+def number(values: Sequence[int], goals: Iterable[Goal]) -> int | None:
+    """Return how many multisets of `values`, which ascend, reach one of the goals.
 
-    None where other ways are quicker, or where a printed median splits the values.
+    None where other ways are quicker, or where no three values are neighbours.
     """
-    if not 2 <= high - low < VALUES:  # noqa: PLR2004 - three neighbouring values
+    centres = [b for a, b, c in zip(values, values[1:], values[2:], strict=False) if c - a == 2]  # noqa: PLR2004
+    if not centres or len(values) > VALUES:
         return None
     found = 0
-    for (n, centre), of_sum in _by_sum(low, high, goals).items():
+    for (n, centre), of_sum in _by_sum(centres, goals).items():
         squares = [v for found_there in of_sum.values() for v in found_there]
-        distances = range(low - centre, high - centre + 1)
-        chosen = _outer(n, [d for d in distances if abs(d) > 1], min(squares), max(squares))
+        outer = [v - centre for v in values if abs(v - centre) > 1]
+        chosen = _outer(n, outer, min(squares), max(squares))
         if chosen is None:
             return None
         k, d, q = chosen
@@ -60,14 +61,14 @@ def without_median(goal: Goal) -> bool:
 
 
 def _by_sum(
-    low: int, high: int, goals: Iterable[Goal]
+    centres: Sequence[int], goals: Iterable[Goal]
 ) -> dict[tuple[int, int], dict[int, list[int]]]:
     """Return, for each n and centre, the sums of squared distances beside each sum of distances."""
     groups: dict[tuple[int, int], dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
     for goal in goals:
         n, total, squares = goal.n, goal.part.moments.total, goal.part.moments.squares
         # Near the mean the outer values are few.
-        centre = min(max(round(total / max(n, 1)), low + 1), high - 1)
+        centre = min(centres, key=lambda c: abs(c * n - total))
         square_sum = squares - 2 * centre * total + n * centre**2
         groups[n, centre][total - n * centre].append(square_sum)
     return groups

@@ -115,14 +115,17 @@ def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
         for joint in joints(goal, outlines, pair, measure):
             mine, theirs = (joint.below, joint.above) if own_below else (joint.above, joint.below)
             mine[...] += worth.scaled(theirs, joint.ways)
-        for distance in reversed(own.distances()):
+        for distance in range(own.shape.nearest, own.shape.farthest + 1):
             value = task.split.centre + (-distance if own_below else distance)
             for k, number in enumerate(_products(own, worth)):
                 key = (value, k) if own_below else (value - 1, goal.n - k)
                 tally[key] = number
-            own.retreat(distance)
+            # Where no value lies nothing leaves, and the number of values so far out is told.
+            if distance not in own.shape.holes:
+                own.retreat(distance)
             tally[value, None] = sum(_products(own, worth)) % modulus
-            worth.pull_back(distance)
+            if distance not in own.shape.holes:
+                worth.pull_back(distance)
         own.fill()
     return tally
 

@@ -63,7 +63,10 @@ def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
 def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
     """Return the shapes of the tables below and above that hold every solution of `wanted`."""
     below, above = _halves(split, wanted)
-    return below.shape(), above.shape()
+    return (
+        below.shape(frozenset(split.centre - value for value in split.holes)),
+        above.shape(frozenset(value - split.centre for value in split.holes)),
+    )
 
 
 def glimpses(split: Split, wanted: list[Goal]) -> list[Glimpse]:
@@ -116,10 +119,11 @@ class _Half:
     # Goals with the same n share their bounds: n, least and largest D, least and largest V.
     groups: tuple[tuple[int, tuple[int, int], tuple[int, int]], ...]
 
-    def shape(self) -> Shape:
+    def shape(self, holes: frozenset[int]) -> Shape:
         """Return for every k the largest a and w that occur on the way to a solution."""
         reach = ((0, 0), *(self._reach_of(k, 0) for k in range(1, self.most + 1)))
-        return Shape(self.nearest, self.farthest, self.sign, reach)
+        own = frozenset(d for d in holes if self.nearest <= d <= self.farthest)
+        return Shape(self.nearest, self.farthest, self.sign, reach, own)
 
     def glimpse(self) -> Glimpse:
         """Return a few planes."""

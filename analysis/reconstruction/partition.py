@@ -56,6 +56,8 @@ class Wanted:
         interval: its lowest or highest values, without a gap.
     medians : tuple of (int, int), optional
         Allowed pairs of the two middle values (twice the same value if n is odd).
+    occurrences : tuple of (int, int, int)
+        Values, each with how often it occurs at least and at most.
     """
 
     moments: Moments
@@ -63,13 +65,15 @@ class Wanted:
     high: int
     present: tuple[frozenset[int], ...] = ()
     medians: tuple[tuple[int, int], ...] | None = None
+    occurrences: tuple[tuple[int, int, int], ...] = ()
 
 
 @dataclass(frozen=True)
 class Split:
     """Where the free values lie: below in [low, below], above in [above, high]; centre `centre`.
 
-    Distances are taken from the centre, ``below < centre <= above``.
+    Distances are taken from the centre, ``below < centre <= above``. None of `holes` is a free
+    value.
     """
 
     low: int
@@ -77,6 +81,7 @@ class Split:
     centre: int
     above: int
     high: int
+    holes: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -129,21 +134,49 @@ def partition(wanted: Wanted) -> Iterator[Part]:
         for moments, low, high, given in _ends(wanted):
             # Any centre is right; the mean keeps the tables small.
             centre = min(max(round(moments.total / max(moments.n, 1)), low), max(low, high))
-            split = Split(low, centre - 1, centre, centre, high)
+            split = Split(low, centre - 1, centre, centre, high, _holes(wanted, low, high))
             yield Part(split, moments, given, 0, moments.n)
         return
     for lower, upper in wanted.medians:
         yield from _around(wanted, lower, upper)
 
 
+def _holes(wanted: Wanted, low: int, high: int) -> frozenset[int]:
+    """Return the values between the ends whose occurrences are told: they are given, not free."""
+    return frozenset(value for value, _, _ in wanted.occurrences if low <= value <= high)
+
+
 def _ends(wanted: Wanted) -> Iterator[tuple[Moments, int, int, Given]]:
-    """Yield free moments, their interval and the given values at the ends."""
-    yield from _enter(wanted.moments, wanted.low, wanted.high, wanted.present, ())
+    """Yield free moments, their interval and the given values: at the ends, and those told of."""
+    told = frozenset(value for value, _, _ in wanted.occurrences)
+    choices = (range(least, most + 1) for _, least, most in wanted.occurrences)
+    for numbers in product(*choices):
+        moments = wanted.moments
+        given: Given = ()
+        for (value, _, _), times in zip(wanted.occurrences, numbers, strict=True):
+            moments = moments.without(value, times)
+            given = (*given, (value, times)) if times else given
+        if moments.n < 0 or moments.squares < 0:
+            continue
+        there = {value for value, _ in given}
+        if any(not wanted.low <= value <= wanted.high for value in there):
+            continue
+        present = tuple(wish - told for wish in wanted.present if not wish & there)
+        yield from _enter(moments, wanted.low, wanted.high, present, given, told)
 
 
-def _enter(
-    moments: Moments, low: int, high: int, present: tuple[frozenset[int], ...], given: Given
+def _enter(  # noqa: PLR0917 - one argument for each thing that a part is made of
+    moments: Moments,
+    low: int,
+    high: int,
+    present: tuple[frozenset[int], ...],
+    given: Given,
+    told: frozenset[int],
 ) -> Iterator[tuple[Moments, int, int, Given]]:
+    while low <= high and low in told:
+        low += 1
+    while low <= high and high in told:
+        high -= 1
     if not present:
         if moments.possible(low, high):
             yield moments, low, high, given
@@ -163,7 +196,7 @@ def _enter(
             else tuple(wish - {value} for wish in present)
         )
         more = (*given, (value, times)) if times else given
-        yield from _enter(rest, *inside, wishes, more)
+        yield from _enter(rest, *inside, wishes, more, told)
 
 
 def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
@@ -172,13 +205,14 @@ def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
     Half of n values lie below and half above; parts differ in how many equal a middle value.
     """
     for moments, low, high, given in _ends(wanted):
-        split = Split(low, min(lower - 1, high), lower, max(upper + 1, low), high)
+        holes = _holes(wanted, low, high)
+        split = Split(low, min(lower - 1, high), lower, max(upper + 1, low), high, holes)
         below = sum(times for value, times in given if value < lower)
         above = sum(times for value, times in given if value > upper)
         middle = {lower: 0, upper: 0} | {v: t for v, t in given if v in (lower, upper)}
         if below + above + sum(middle.values()) < wanted.moments.n - moments.n:
             continue  # a given value lies between the two middle ones
-        for copies in _copies(middle, moments.n, low, high):
+        for copies in _copies(middle, moments.n, low, high, holes):
             rest, more = moments, given
             for value, times in copies:
                 rest = rest.without(value, times)
@@ -199,13 +233,15 @@ def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
                 yield Part(split, rest, more, fewest_below, most_below)
 
 
-def _copies(middle: dict[int, int], n: int, low: int, high: int) -> Iterator[Given]:
+def _copies(
+    middle: dict[int, int], n: int, low: int, high: int, holes: frozenset[int]
+) -> Iterator[Given]:
     """Yield how many free values equal each middle value.
 
     One that is given, or outside the interval, has its number already.
     """
     ranges = [
-        range(n + 1) if low <= value <= high and not held else range(1)
+        range(n + 1) if low <= value <= high and not held and value not in holes else range(1)
         for value, held in middle.items()
     ]
     for times in product(*ranges):

@@ -69,13 +69,13 @@ def cells(below: Shape, above: Shape, goals: Iterable[Goal]) -> int:
 
 def roundings(below: Shape, above: Shape, goals: Sequence[Goal]) -> int:
     """Return how many roundings a term passes through at most: one addition a step."""
-    distances = sum(half.farthest - half.nearest + 1 for half in (below, above))
+    distances = sum(len(half.distances) for half in (below, above))
     return (len(above.reach) + len(below.reach)) * (len(goals) + 2) + 2 * distances + 8
 
 
 def _lives(shape: Shape) -> list[tuple[int, int]]:
     """Return for each distance the largest k that needs it, and its number of cells."""
-    extents = (_extent(shape, d) for d in range(shape.nearest, shape.farthest + 1))
+    extents = (_extent(shape, d) for d in shape.distances)
     return [(last, (i + 1) * (j + 1)) for last, i, j in extents]
 
 
@@ -104,7 +104,7 @@ class _Half:
     def __init__(self, shape: Shape, kind: type) -> None:
         self.shape = shape
         self.planes = []
-        for d in range(shape.nearest, shape.farthest + 1):
+        for d in shape.distances:
             last, most_i, most_j = _extent(shape, d)
             self.planes.append(_Plane(d, last, np.zeros((most_i + 1, most_j + 1), dtype=kind)))
 
@@ -121,10 +121,11 @@ class _Half:
         if not rows:
             return None
         far, near = self.planes[place], self.planes[place - 1]
+        down = k * (far.distance - near.distance)
         right = k * (self.shape.triangle(far.distance) - self.shape.triangle(near.distance))
         return (
             far.values[:rows, :columns],
-            near.values[k : k + rows, right : right + columns],
+            near.values[down : down + rows, right : right + columns],
         )
 
     def reduce(self, modulus: int, k: int) -> None:
@@ -220,6 +221,8 @@ class _Meeting:
         above, below = self.above.shape, self.below.shape
         if k >= len(above.reach) or left >= len(below.reach):
             return 0
+        if (k and not self.above.planes) or (left and not self.below.planes):
+            return 0
         (high_a, high_w), (high_b, high_v) = above.reach[k], below.reach[left]
         low_a, low_w = _lowest(above, k)
         low_b, low_v = _lowest(below, left)
@@ -227,7 +230,7 @@ class _Meeting:
         w = max(low_w, run.first - high_v), min(high_w, run.last - low_v)
         if a[0] > a[1] or w[0] > w[1]:
             return 0
-        source = self.above.planes[0].values if self.above.planes and k else self.none
+        source = self.above.planes[0].values if k else self.none
         there = source[a[0] - low_a : a[1] - low_a + 1, w[0] - low_w : w[1] - low_w + 1]
         # Of every w of the values below those above have one of so many in a row.
         v = max(low_v, run.first - w[1]), min(high_v, run.last - w[0])
@@ -279,4 +282,5 @@ def _window(cells: Array, before: int, after: int, length: int) -> Array:
 
 def _lowest(shape: Shape, k: int) -> tuple[int, int]:
     """Return the least a and w of k values."""
-    return k * shape.nearest, k * shape.triangle(shape.nearest)
+    nearest = shape.distances[0] if shape.distances else shape.nearest
+    return k * nearest, k * shape.triangle(nearest)

@@ -72,7 +72,11 @@ class Problem:
         """Number of multisets where the scale has few values; None where this way is no use."""
         if not all(map(few_values.without_median, self.goals)):
             return None
-        return few_values.number(self.split.low, self.split.high, self.goals)
+        split = self.split
+        if split.high - split.low > 2 * few_values.VALUES:
+            return None
+        values = [v for v in range(split.low, split.high + 1) if v not in split.holes]
+        return few_values.number(values, self.goals)
 
     @property
     def bytes(self) -> int:

@@ -1,4 +1,4 @@
-"""A published table as data: scale and columns, read from TOML or CSV, validated whole.
+"""A published table as data: scale and columns, validated whole; reading one is `table_files`.
 
 What is refused here is what cannot be understood. A number that no ratings can have, such as a
 mean outside the scale, is a finding and not a mistake of the user: `constraints.targets` answers
@@ -7,76 +7,40 @@ it.
 
 from __future__ import annotations
 
-import csv
-import io
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import partial
-from pathlib import Path
+from math import ceil, floor, sqrt
 from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    InstanceOf,
-    ValidationError,
-    field_validator,
-    model_validator,
+from pydantic import Field, field_validator, model_validator
+
+from analysis.reconstruction.printed_fields import (
+    AsPrinted,
+    Counts,
+    Exact,
+    Record,
+    Shares,
+    Values,
+    exact,
 )
 
-from analysis.reconstruction.rounding import Printed, plain_decimal
-from faults import UserError
-from faults.toml_file import parse_toml
-from faults.validation import complaint, faults_in, sentences
-
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
-    from faults.toml_lines import Place
-    from faults.validation import Fault
+    from analysis.reconstruction.printed_tests import PrintedTest
+    from analysis.reconstruction.rounding import Printed
 
 Convention = Literal["sample", "population"]
 CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
 # Columns of the same participants, or of other ones each.
 Design = Literal["paired", "independent"]
 DESIGNS: tuple[Design, ...] = get_args(Design)
-SHIPPED = Path(__file__).parent.parent / "published"
-# Names of a CSV header that begin so are keys of the scale.
-SCALE = "scale_"
+# Steps that a rating without a printed scale may lie from another one.
+WIDEST_OPEN = 1_000_000_000
 
 
-def _printed(value: object) -> Printed:
-    return value if isinstance(value, Printed) else Printed(_text(value))
-
-
-def _exact(value: object) -> Fraction:
-    """Return a number such as 1, 0.5 or 1/3 as a fraction."""
-    if isinstance(value, Fraction):
-        return value
-    try:
-        top, _, bottom = _text(value).partition("/")
-        return Fraction(plain_decimal(top)) / Fraction(plain_decimal(bottom or "1"))
-    except (ValueError, ZeroDivisionError):
-        raise ValueError("expected a number such as 1, 0.5 or 1/3") from None
-
-
-def _text(value: object) -> str:
-    """Return what stands for a number as text; no number is made of lists, tables and dates."""
-    return str(value) if isinstance(value, str | int) else ""
-
-
-Exact = Annotated[InstanceOf[Fraction], BeforeValidator(_exact)]
-AsPrinted = Annotated[InstanceOf[Printed], BeforeValidator(_printed)]
-
-
-class _Record(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-
-class Scale(_Record):
-    """The values that a rating can take: from `minimum` to `maximum` in steps of `step`.
+class OpenScale(Record):
+    """A scale as it is printed, perhaps not at all: without ends, or with one.
 
     With ``items`` a rating is the mean of so many answers; ``step`` is told of an answer, and held
     as a rating's.
@@ -87,10 +51,9 @@ class Scale(_Record):
         The step does not divide the scale, or the scale is empty.
     """
 
-    minimum: Exact = Fraction(0)
-    maximum: Exact
+    minimum: Exact | None = None
+    maximum: Exact | None = None
     step: Exact = Fraction(1)
-
     items: Annotated[int, Field(ge=1, le=1000)] = 1
 
     @model_validator(mode="before")
@@ -101,20 +64,30 @@ class Scale(_Record):
         # Anything else than a number above 0 is refused as the field that it is.
         if not isinstance(given, dict) or not str(items).isdecimal() or not int(str(items)):
             return given
-        return given | {"step": _exact(given.get("step", 1)) / int(str(items))}
+        return given | {"step": exact(given.get("step", 1)) / int(str(items))}
 
     @model_validator(mode="after")
-    def _whole_steps(self) -> Scale:
+    def _whole_steps(self) -> OpenScale:
         if self.step <= 0:
             raise ValueError(f"step is {self.step}, expected a number above 0")
-        if self.maximum <= self.minimum:
-            raise ValueError(f"maximum {self.maximum} is not above minimum {self.minimum}")
-        if (self.maximum - self.minimum) % self.step:
+        if self.maximum is None:
+            return self
+        low = self.minimum or Fraction(0)
+        if self.maximum <= low:
+            raise ValueError(f"maximum {self.maximum} is not above minimum {low}")
+        if (self.maximum - low) % self.step:
             raise ValueError(
-                f"step {self.step} does not divide the scale from {self.minimum} to "
+                f"step {self.step} does not divide the scale from {low} to "
                 f"{self.maximum}; expected a whole number of steps"
             )
         return self
+
+
+class Scale(OpenScale):
+    """The values that a rating can take: from `minimum` to `maximum` in steps of `step`."""
+
+    minimum: Exact = Fraction(0)
+    maximum: Exact
 
     @property
     def steps(self) -> int:
@@ -125,8 +98,14 @@ class Scale(_Record):
         """Return the rating that lies `steps` above the minimum."""
         return self.minimum + steps * self.step
 
+    def steps_to(self, value: Fraction) -> int | None:
+        """Return how many steps above the minimum a rating lies; None if it is not on the scale."""
+        steps = (value - self.minimum) / self.step
+        inside = steps.denominator == 1 and 0 <= steps <= self.steps
+        return int(steps) if inside else None
 
-class Summary(_Record):
+
+class Summary(Record):
     """The numbers of one column, as printed; the scale apart.
 
     Parameters
@@ -135,10 +114,19 @@ class Summary(_Record):
         Its heading.
     n : int
         Number of ratings, 2 or more.
-    mean, sd : Printed
-        Mean and standard deviation; decimals count.
+    mean, mean_percent, sum : Printed, optional
+        The mean, the mean of ratings from 0 to 1 in percent, or the sum; at least one of them.
+        Decimals count.
+    sd, se : Printed, optional
+        Standard deviation, and standard error of the mean (SD over the root of n).
+    ci_low, ci_high : Printed, optional
+        Ends of the confidence interval of the mean.
+    ci_percent : float
+        Its level.
+    ci_quantile : {"t", "normal"}
+        The distribution it is from.
     sd_convention : {"sample", "population"}
-        Whether the standard deviation divides by n - 1 or by n.
+        Whether SD and SE divide by n - 1 or by n.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
         How every number of the column was rounded.
     maximum_deviation : Printed, optional
@@ -147,221 +135,147 @@ class Summary(_Record):
         The smallest and the largest rating; both are present.
     median : Printed, optional
         The middle rating, or the mean of the two middle ones.
+    lower_quartile, upper_quartile : Printed, optional
+        By any of the usual definitions: see `quartiles`.
+    present, absent : tuple of Fraction
+        Ratings that somebody gave, and that nobody gave.
+    frequencies : tuple of (Fraction, int)
+        Ratings, and how many gave each, exactly.
+    percentages : tuple of (Fraction, Printed)
+        Ratings, and the percentage of n that gave each.
     amplitude_um_pp : float, optional
         Of the vibration, µm peak to peak; for the exponents.
     """
 
     label: str = ""
     n: Annotated[int, Field(ge=2, le=1_000_000)]
-    mean: AsPrinted
-    sd: AsPrinted
+    mean: AsPrinted | None = None
+    mean_percent: AsPrinted | None = None
+    sum: AsPrinted | None = None
+    sd: AsPrinted | None = None
+    se: AsPrinted | None = None
+    ci_low: AsPrinted | None = None
+    ci_high: AsPrinted | None = None
+    ci_percent: Annotated[float, Field(gt=0, lt=100, allow_inf_nan=False)] = 95.0
+    ci_quantile: Literal["t", "normal"] = "t"
     sd_convention: Convention = "sample"
     rounding: Literal["nearest", "half_up", "half_even", "truncated"] = "nearest"
     maximum_deviation: AsPrinted | None = None
     observed_minimum: AsPrinted | None = None
     observed_maximum: AsPrinted | None = None
     median: AsPrinted | None = None
+    lower_quartile: AsPrinted | None = None
+    upper_quartile: AsPrinted | None = None
+    present: Values = ()
+    absent: Values = ()
+    frequencies: Counts = ()
+    percentages: Shares = ()
     amplitude_um_pp: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
 
-    @field_validator("sd", "maximum_deviation")
+    @field_validator("sd", "se", "maximum_deviation")
     @classmethod
     def _not_negative(cls, printed: Printed | None) -> Printed | None:
         if printed and printed.value < 0:
             raise ValueError("expected 0 or more")
         return printed
 
+    @model_validator(mode="after")
+    def _enough(self) -> Summary:
+        if not (self.mean or self.mean_percent or self.sum):
+            raise ValueError("expected a mean, a mean_percent or a sum")
+        if bool(self.ci_low) != bool(self.ci_high):
+            raise ValueError("expected both ends of the confidence interval, or none")
+        told = [value for value, _ in (*self.frequencies, *self.percentages)]
+        told += [*self.present, *self.absent]
+        for value in told:
+            if told.count(value) > 1:
+                raise ValueError(f"the rating {value} is told of {told.count(value)} times")
+        return self
+
+    def means(self) -> Iterator[tuple[Printed, Fraction]]:
+        """Yield every number printed for the mean, and what a mean times this is there."""
+        for printed, factor in (
+            (self.mean, Fraction(1)),
+            (self.mean_percent, Fraction(100)),
+            (self.sum, Fraction(self.n)),
+        ):
+            if printed is not None:
+                yield printed, factor
+
 
 class Column(Summary):
-    """One column of a published table: its numbers, and ``scale``, what a rating can be."""
+    """One column of a published table: its numbers, and ``scale``, what a rating can be.
+
+    With ``scale_is_printed`` false no end of the scale is, and it goes as far as the SD allows.
+    """
 
     scale: Scale
+    scale_is_printed: bool = True
+
+    @model_validator(mode="after")
+    def _on_the_scale(self) -> Column:
+        told = [value for value, _ in (*self.frequencies, *self.percentages)]
+        for value in (*told, *self.present, *self.absent):
+            if ((value - self.scale.minimum) / self.scale.step).denominator != 1:
+                raise ValueError(
+                    f"the rating {value} is not on the scale, steps of {self.scale.step} "
+                    f"from {self.scale.minimum}"
+                )
+        return self
 
 
 @dataclass(frozen=True)
 class PublishedTable:
-    """A title, the columns under it, and whether they are of the same participants."""
+    """A title, the columns under it, whose ratings they are, and tests printed beside them."""
 
     title: str
     columns: tuple[Column, ...]
     design: Design | None = None
+    tests: tuple[PrintedTest, ...] = ()
 
 
-@dataclass(frozen=True)
-class Row:
-    """A row of a CSV file: its cells, and a column or what is wrong with it.
+def close(summary: Summary, scale: OpenScale) -> Column:
+    """Return the column on its scale, or on the widest that its SD allows.
 
-    Parameters
-    ----------
-    line : int
-        On which it ends.
-    cells : tuple of str
-        As they stand there.
-    column : Column or None
-        What it says; None if it cannot be understood.
-    told : tuple of (int, str)
-        Why not: line and words.
-    """
-
-    line: int
-    cells: tuple[str, ...]
-    column: Column | None
-    told: tuple[tuple[int, str], ...] = ()
-
-
-class _File(_Record):
-    """A table as its TOML file has it."""
-
-    title: str = ""
-    design: Design | None = None
-    scale: Scale
-    column: Annotated[tuple[Summary, ...], Field(min_length=1)]
-
-
-def read(path: Path) -> PublishedTable:
-    """Read a table from a TOML or CSV file, or the name of a shipped one.
+    No rating lies farther from the mean than (n - 1) / n of the sum of squared deviations allows
+    (Samuelson, 1968), so that without a printed scale ratings are bounded all the same.
 
     Raises
     ------
-    UserError
-        No such table, it cannot be read, or entries are wrong: every fault, each with its line.
+    ValueError
+        Neither an end of the scale nor an SD bounds the ratings, or values are not on the scale.
     """
-    shipped = SHIPPED / f"{path}.toml"
-    if not path.exists() and path.name == str(path) and shipped.exists():
-        path = shipped
-    text = _text_of(path)
-    if path.suffix.lower() == ".csv":
-        return from_csv(text, str(path), title=path.stem)
-    return from_toml(text, str(path))
-
-
-def read_rows(path: Path) -> list[Row]:
-    """Read the rows of a CSV file, those that cannot be understood with the reason.
-
-    Raises
-    ------
-    UserError
-        It cannot be read, is no CSV, or its header is wrong.
-    """
-    if path.suffix.lower() != ".csv":
-        raise UserError(f"{path}: expected a CSV file, a row for each column of a published table")
-    return _csv_rows(_text_of(path), str(path))
-
-
-def _text_of(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
-        names = ", ".join(sorted(p.stem for p in SHIPPED.glob("*.toml")))
-        raise UserError(
-            f"{path}: cannot be read ({error}); expected a TOML or CSV file, or one of: {names}"
-        ) from None
-
-
-def from_toml(text: str, source: str = "the table") -> PublishedTable:
-    """Read a table from TOML text: ``[scale]`` and one ``[[column]]`` each."""
-    # A bare number keeps its printed decimals: 12.50 stays "12.50".
-    file = parse_toml(text, source, _File, parse_float=str)
-    return PublishedTable(
-        file.title,
-        tuple(_column(entry, file.scale, place) for place, entry in enumerate(file.column, 1)),
-        file.design,
+    given = {name: getattr(summary, name) for name in summary.model_fields_set}
+    low = Fraction(0) if scale.minimum is None and scale.maximum is not None else scale.minimum
+    high = scale.maximum
+    if low is None or high is None:
+        farthest = _farthest(summary)
+        if farthest is None:
+            raise ValueError("expected a scale (minimum and maximum), an sd or an se")
+        printed, factor = next(summary.means())
+        mean = printed.values(summary.rounding).scaled(1 / factor)
+        step, origin = scale.step, low or Fraction(0)
+        if low is None:
+            low = origin + step * floor((mean.low - farthest - origin) / step)
+        if high is None:
+            high = max(origin + step * ceil((mean.high + farthest - origin) / step), low + step)
+        if (high - low) / step > WIDEST_OPEN:
+            raise ValueError("expected a scale: without one ratings may be almost any numbers")
+    grid = Scale(minimum=low, maximum=high, step=scale.step).model_copy(
+        update={"items": scale.items}
     )
+    printed_ends = scale.minimum is not None or scale.maximum is not None
+    return Column(**given, scale=grid, scale_is_printed=printed_ends)
 
 
-def _column(entry: Summary, scale: Scale, place: int) -> Column:
-    given = {name: getattr(entry, name) for name in entry.model_fields_set}
-    return Column(**{"label": f"column {place}", **given, "scale": scale})
-
-
-def from_csv(text: str, source: str = "the table", title: str = "") -> PublishedTable:
-    """Read a table from CSV text: one row a column of the published table.
-
-    The header names ``label``, ``n``, ``mean``, ``sd``, ``scale_minimum``, ``scale_maximum``
-    and what else a TOML column has; empty cells are absent. Cells are parted by commas, or by
-    semicolons or tabs where the header has these.
-    """
-    rows = _csv_rows(text, source)
-    if told := [fault for row in rows for fault in row.told]:
-        raise complaint(source, told)
-    return PublishedTable(title, tuple(row.column for row in rows if row.column is not None))
-
-
-def _csv_rows(text: str, source: str) -> list[Row]:
-    """Return the rows under the header.
-
-    Raises
-    ------
-    UserError
-        The text is no CSV, has no rows, or the header is wrong.
-    """
-    try:
-        rows = list(_rows(text))
-    except csv.Error as error:
-        raise UserError(f"{source} is not CSV: {error}") from None
-    if len(rows) < 2:  # noqa: PLR2004 - the header and a row
-        raise UserError(f"{source} has no rows; expected a header and one row a column")
-    (first, header), *rows = rows
-    names = [name.strip() for name in header]
-    found = [_row(names, line, cells, place) for place, (line, cells) in enumerate(rows, 1)]
-    if told := [(first, f"line {first}, {words}") for words in _wrong_names(names)]:
-        raise complaint(source, told + [fault for row in found for fault in row.told])
-    return found
-
-
-def _row(names: list[str], line: int, cells: list[str], place: int) -> Row:
-    kept = tuple(cells)
-    if len(cells) != len(names):
-        counts = f"expected {len(names)} cells, as the header has, found {len(cells)}"
-        return Row(line, kept, None, ((line, f"line {line}: {counts}"),))
-    entry = {name: c.strip() for name, c in zip(names, cells, strict=True) if c.strip()}
-    try:
-        return Row(line, kept, _from_row(entry, place))
-    except ValidationError as error:
-        return Row(line, kept, None, tuple(sentences(_of_row(error, names), partial(_line, line))))
-
-
-def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the rows that are not empty, each with the line that it ends on."""
-    header = text.partition("\n")[0]
-    # Where decimals have commas, cells are parted by something else.
-    delimiter = next((sign for sign in ";\t" if sign in header), ",")
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
-    for cells in reader:
-        if any(cell.strip() for cell in cells):
-            yield reader.line_num, cells
-
-
-def _line(line: int, _place: Place) -> int:
-    """Return the line of a row: all its cells stand there."""
-    return line
-
-
-def _wrong_names(names: list[str]) -> Iterator[str]:
-    """Yield what is wrong with a header's names."""
-    for name in dict.fromkeys(names):
-        if name not in KNOWN:
-            yield f"{name or 'a column without a name'}: expected one of {', '.join(KNOWN)}"
-        elif names.count(name) > 1:
-            yield f"{name}: is there {names.count(name)} times; expected it once"
-    for name in NEEDED:
-        if name not in names:
-            yield f"{name}: is missing"
-
-
-def _from_row(entry: Mapping[str, str], place: int) -> Column:
-    own = {name: cell for name, cell in entry.items() if name in Summary.model_fields}
-    scale = {name: entry[SCALE + name] for name in Scale.model_fields if SCALE + name in entry}
-    return Column.model_validate({"label": f"column {place}", **own, "scale": scale})
-
-
-def _of_row(error: ValidationError, names: list[str]) -> Iterator[Fault]:
-    """Yield the faults of a row in the header's words; what the header lacks is told there."""
-    for place, fault in faults_in(error):
-        of_scale = place[0] == "scale" and len(place) > 1
-        name = f"{SCALE}{place[1]}" if of_scale else str(place[0])
-        if name in names or fault["type"] != "missing":
-            yield (name,), fault
-
-
-KNOWN = (*Summary.model_fields, *(SCALE + name for name in Scale.model_fields))
-NEEDED = ("n", "mean", "sd", f"{SCALE}maximum")
+def _farthest(summary: Summary) -> Fraction | None:
+    """Return how far a rating may lie from the mean by the SD or SE; None without either."""
+    if summary.sd is not None:
+        sd = summary.sd.values(summary.rounding).high
+    elif summary.se is not None:
+        # A root rounded up.
+        sd = summary.se.values(summary.rounding).high * Fraction(sqrt(summary.n) + 1e-6)
+    else:
+        return None
+    # (n - 1) / √n of a sample SD is more than √(n - 1) of a population SD.
+    return sd * Fraction(sqrt(summary.n) + 1e-6)

@@ -8,8 +8,8 @@ from itertools import groupby
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+from analysis.reconstruction.listing import LISTED
 from analysis.reconstruction.saddle_point import words
-from analysis.reconstruction.sampling import LISTED
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence

@@ -32,6 +32,22 @@ class Interval:
             self.low * factor + shift, self.high * factor + shift, self.low_closed, self.high_closed
         )
 
+    def meet(self, other: Interval) -> Interval:
+        """Return what lies in both; the ends are in the wrong order if that is nothing."""
+        low, high = max(self.low, other.low), min(self.high, other.high)
+        return Interval(
+            low,
+            high,
+            all(one.low_closed for one in (self, other) if one.low == low),
+            all(one.high_closed for one in (self, other) if one.high == high),
+        )
+
+    def squared(self) -> Interval:
+        """Return the squares of what is 0 or more in it."""
+        low = max(self.low, Fraction(0))
+        closed = self.low_closed or low > self.low
+        return Interval(low**2, self.high**2, closed, self.high_closed)
+
     def integers(self) -> range:
         """Return the integers inside."""
         first, last = ceil(self.low), floor(self.high)
@@ -39,7 +55,7 @@ class Interval:
             first += 1
         if not self.high_closed and last == self.high:
             last -= 1
-        return range(first, last + 1)
+        return range(first, max(last + 1, first))
 
 
 def _nearest(value: Fraction, unit: Fraction) -> Interval:

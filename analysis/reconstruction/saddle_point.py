@@ -17,7 +17,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from analysis.reconstruction.constraints import Targets
-    from analysis.reconstruction.partition import Wanted
+    from analysis.reconstruction.partition import Moments, Wanted
     from analysis.reconstruction.state_table import Array
 
 # Sums for which the estimate is computed; those between are like them.
@@ -32,7 +32,8 @@ def log10_multisets(targets: Targets) -> float | None:
     """Return the decimal logarithm of about how many multisets there are.
 
     None where a median is printed, which the approximation does not cover, where a printed extreme
-    is in few of the multisets, and where it does not converge.
+    is in few of the multisets, where a rating's number is left open, and where it does not
+    converge.
     """
     by_sum: dict[int, list[Wanted]] = {}
     for wish in targets.wanted or targets.looked_at:
@@ -61,13 +62,17 @@ def _log_with_extremes(wish: Wanted) -> float | None:
 
     By inclusion and exclusion: those within the bounds, less those that lack one of the values.
     """
-    every = chain.from_iterable(
-        combinations(wish.present, size) for size in range(len(wish.present) + 1)
-    )
+    told = _told(wish)
+    if told is None:
+        return None
+    moments, holes, present = told
+    every = chain.from_iterable(combinations(present, size) for size in range(len(present) + 1))
     reference: float | None = None
     share = 0.0
     for lacking in every:
-        found = _log_coefficient(wish, frozenset[int]().union(*lacking))
+        without = holes.union(*lacking)
+        values = [v for v in range(wish.low, wish.high + 1) if v not in without]
+        found = _log_coefficient(moments, values)
         if found is None:
             return None
         reference = found if reference is None else reference
@@ -75,20 +80,43 @@ def _log_with_extremes(wish: Wanted) -> float | None:
     return reference + log(share) if reference is not None and share > LEAST_SHARE else None
 
 
-def _log_coefficient(wish: Wanted, without: frozenset[int]) -> float | None:
-    """Return the natural logarithm for one sum and sum of squares, `without` these values."""
-    n, total, squares = wish.moments.n, wish.moments.total, wish.moments.squares
+def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] | None:
+    """Return the moments of the free values, the others, and of what one must be present.
+
+    None where a rating's number is left open otherwise.
+    """
+    moments, holes, there = wish.moments, set(), set()
+    forced = []
+    for value, least, most in wish.occurrences:
+        if least == most:
+            moments = moments.without(value, least)
+            holes.add(value)
+            there |= {value} if least else set()
+        elif (least, most) == (1, wish.moments.n):
+            forced.append(frozenset({value}))
+        else:
+            return None
+    if moments.n < 2 or moments.squares < 0:  # noqa: PLR2004 - nothing left to approximate
+        return None
+    present = [frozenset(kept - holes) for kept in wish.present if not kept & there]
+    return moments, frozenset(holes), [*present, *forced]
+
+
+def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
+    """Return the natural logarithm for one sum and sum of squares `of` these values."""
+    n, total, squares = moments.n, moments.total, moments.squares
     mean = total / n
     scale = max((squares / n - mean**2), 1e-12) ** 0.5
-    values = np.setdiff1d(np.arange(wish.low, wish.high + 1), list(without))
-    u = (values - mean) / scale
+    if len(of) < 3:  # noqa: PLR2004 - n, sum and sum of squares leave nothing open
+        return None
+    u = (np.array(of) - mean) / scale
     powers = np.stack([np.ones_like(u), u, u**2])
-    moments = np.array([n, 0.0, float(n)])  # of u: its mean is 0 and its variance 1
+    wanted = np.array([n, 0.0, float(n)])  # of u: its mean is 0 and its variance 1
     at = np.array([-3.0, 0.0, -0.5])
-    value = _objective(at, powers, moments)
+    value = _objective(at, powers, wanted)
     for _ in range(STEPS):
         occupied = 1 / np.expm1(-(at @ powers))
-        gradient = powers @ occupied - moments
+        gradient = powers @ occupied - wanted
         hessian = (powers * (occupied * (1 + occupied))) @ powers.T
         step = np.linalg.solve(hessian, -gradient)
         decrease = float(-gradient @ step)
@@ -97,7 +125,7 @@ def _log_coefficient(wish: Wanted, without: frozenset[int]) -> float | None:
             # Twice for the parity; S and Q are scale and scale² times as fine as their like of u.
             return float(log(2) + value - log_determinant / 2 - 3 * log(scale))
         size = 1.0
-        while (new := _objective(at + size * step, powers, moments)) > value - size * decrease / 4:
+        while (new := _objective(at + size * step, powers, wanted)) > value - size * decrease / 4:
             size /= 2
             if size < CONVERGED:
                 return None

@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.counting import largest_possible
-from analysis.reconstruction.problem import require_memory
-from analysis.reconstruction.residues import WORD, moduli_above
-from analysis.reconstruction.unranking import Ranking
+from analysis.reconstruction.listing import CHUNK, LISTED, arrangements, rankings
+from analysis.reconstruction.residues import WORD
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -19,14 +17,12 @@ if TYPE_CHECKING:
 
     from analysis.reconstruction.solutions import Solutions
     from analysis.reconstruction.state_table import Array
+    from analysis.reconstruction.unranking import Ranking
 
-# Up to so many multisets are listed; to draw more than a fraction of them, listing them once
-# and picking from the list is quicker.
-LISTED = 2**20
+# To draw more than a fraction of the multisets, listing them once and picking from the list is
+# quicker.
 LISTING_PAYS = 4
 FEW = 2**12
-# Samples that walk together.
-CHUNK = 2**18
 
 
 class Sampler:
@@ -48,37 +44,31 @@ class Sampler:
 
     def __init__(self, solutions: Solutions, measure: str = "multisets") -> None:
         self.solutions, self.measure = solutions, measure
-        self._ranked = self._rankings(measure)
-        self.total = sum(ranking.total for ranking in self._ranked)
+        if solutions.listed_apart:
+            self._ranked: list[Ranking] = []
+            ordered = measure == "ordered"
+            self.total = solutions.ordered if ordered else solutions.multisets
+        else:
+            self._ranked = rankings(solutions.problems, measure, solutions.memory_gib)
+            self.total = sum(ranking.total for ranking in self._ranked)
         if not self.total:
             raise UserError(f"column '{solutions.column.label}': {solutions.reason}")
 
-    @cached_property
+    @property
     def listed(self) -> Array:
         """All multisets, one a row, sorted, in steps above the scale's minimum.
 
         Raises
         ------
         UserError
-            There are more than `LISTED`.
+            There are more than `listing.LISTED`.
         """
-        if self.solutions.multisets > LISTED:
-            raise UserError(
-                f"{self.solutions.multisets} data sets are too many to list; draw a sample"
-            )
-        ranked = self._ranked if self.measure == "multisets" else self._rankings("multisets")
-        return np.concatenate([part for ranking in ranked for part in _runs(ranking)])
+        return self.solutions.listed
 
     @cached_property
     def _ends(self) -> Array:
         """Running number of ordered samples that the listed multisets stand for."""
         return np.cumsum(arrangements(self.listed, self.total))
-
-    def _rankings(self, measure: str) -> list[Ranking]:
-        tasks = self.solutions.problems
-        moduli = moduli_above(largest_possible(tasks, measure))
-        require_memory(tasks, self.solutions.memory_gib, len(moduli))
-        return [Ranking(task, measure, moduli) for task in tasks]
 
     def draw(self, number: int, generator: np.random.Generator) -> Array:
         """Return `number` independent data sets.
@@ -97,9 +87,9 @@ class Sampler:
             in the participants' order for "ordered".
         """
         ranks = uniform(self.total, number, generator)
-        if number * LISTING_PAYS < FEW or self.solutions.multisets > min(
-            LISTED, LISTING_PAYS * number
-        ):
+        few = number * LISTING_PAYS < FEW
+        many = self.solutions.multisets > min(LISTED, LISTING_PAYS * number)
+        if self._ranked and (few or many):
             rows = self._walk(ranks)
         elif self.measure == "multisets":
             rows = self.listed[ranks.astype(np.int64)]
@@ -149,27 +139,5 @@ def uniform(total: int, number: int, generator: np.random.Generator) -> Array:
     return np.array(drawn, dtype=object)
 
 
-def arrangements(rows: Array, total: int) -> Array:
-    """Return in how many orders each sorted row can stand: n! / (c1! c2! ...).
-
-    Built up one value at a time, so that every quotient is a whole number; in Python's
-    integers if n times `total`, a bound on what comes up on the way, exceeds a word.
-    """
-    n = rows.shape[1]
-    kind = np.dtype(np.uint64 if n * total < WORD else object)
-    ways, run = np.ones(len(rows), dtype=kind), np.ones(len(rows), dtype=np.int64)
-    for i in range(1, n):
-        run = np.where(rows[:, i] == rows[:, i - 1], run + 1, 1)
-        ways = ways * np.array(i + 1, dtype=kind) // run.astype(kind)
-    return ways
-
-
 def _like(value: int, ranks: Array) -> object:
     return value if ranks.dtype == object else np.uint64(value)
-
-
-def _runs(ranking: Ranking) -> Iterator[Array]:
-    """Yield every solution of a ranking, in blocks."""
-    for first in range(0, ranking.total, CHUNK):
-        ranks = np.arange(first, min(first + CHUNK, ranking.total), dtype=np.uint64)
-        yield ranking.solutions(ranks)

@@ -6,8 +6,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from analysis.reconstruction.constraints import Targets, targets
 from analysis.reconstruction.counting import attained, count
+from analysis.reconstruction.listing import LISTED, arrangements, multisets
 from analysis.reconstruction.partition import partition
 from analysis.reconstruction.problem import (
     MEMORY_GIB,
@@ -17,11 +20,14 @@ from analysis.reconstruction.problem import (
     require_countable,
     require_memory,
 )
+from analysis.reconstruction.quartiles import are_met
+from analysis.reconstruction.residues import moduli_above
 from analysis.reconstruction.witness import witness
 from faults import UserError
 
 if TYPE_CHECKING:
     from analysis.reconstruction.published_table import Column
+    from analysis.reconstruction.state_table import Array
 
 
 @dataclass(frozen=True)
@@ -56,6 +62,13 @@ class Solutions:
     @cached_property
     def multisets(self) -> int:
         """Number of data sets when the order of the participants does not count."""
+        if self.listed_apart:
+            return len(self.listed)
+        return self._unfiltered
+
+    @cached_property
+    def _unfiltered(self) -> int:
+        """Number of data sets, whatever the quartiles are."""
         return count(self.problems, "multisets", self.memory_gib, self.minutes)
 
     @cached_property
@@ -67,7 +80,31 @@ class Solutions:
             require_countable(self.problems, self.memory_gib, self.minutes)
         except UserError as error:
             return str(error)
+        if self.listed_apart and self._unfiltered > LISTED:
+            return (
+                f"quartiles are compared data set by data set, and without them there are "
+                f"{self._unfiltered:,}, more than {LISTED:,}"
+            )
         return ""
+
+    @property
+    def listed_apart(self) -> bool:
+        """Whether the tables of states do not know all that is printed: a list does."""
+        return bool(self.column.lower_quartile or self.column.upper_quartile)
+
+    @cached_property
+    def listed(self) -> Array:
+        """All multisets, one a row, sorted, in steps above the scale's minimum.
+
+        Raises
+        ------
+        UserError
+            There are more than `LISTED`.
+        """
+        if self._unfiltered > LISTED:
+            raise UserError(f"{self._unfiltered} data sets are too many to list; draw a sample")
+        rows = multisets(self.problems, self.column.n, self.memory_gib)
+        return rows[are_met(self.column, rows)] if self.listed_apart else rows
 
     @cached_property
     def not_drawn(self) -> str:
@@ -75,7 +112,7 @@ class Solutions:
         if self.refused:
             return self.refused
         try:
-            require_memory(self.problems, self.memory_gib)
+            require_memory(self.problems, self.memory_gib, len(moduli_above(self.multisets)))
         except UserError as error:
             return str(error)
         return ""
@@ -90,11 +127,17 @@ class Solutions:
         """Pairs of sum and sum of squares, in steps, and whether each surely is some data set's."""
         if self.not_drawn:
             return tuple((m.total, m.squares) for m in self.targets.moments), False
+        if self.listed_apart:
+            rows = self.listed.astype(np.int64)
+            pairs = zip(rows.sum(axis=1).tolist(), (rows**2).sum(axis=1).tolist(), strict=True)
+            return tuple(sorted(set(pairs))), True
         return tuple(sorted(attained(self.problems, self.memory_gib))), True
 
     @cached_property
     def ordered(self) -> int:
         """Number of data sets when it is known which participant gave which rating."""
+        if self.listed_apart:
+            return int(sum(arrangements(self.listed)))
         return count(self.problems, "ordered", self.memory_gib)
 
     @property
@@ -109,7 +152,7 @@ class Solutions:
             return self.targets.reason
         return (
             "mean and SD each pass GRIM and GRIMMER, but no set of ratings on the scale has both "
-            "together with the extremes or median printed"
+            "together with the extremes, median, quartiles or frequencies printed"
         )
 
     def under(self, sd_convention: str, rounding: str) -> Solutions:

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from math import comb
 from typing import Any
 
@@ -47,12 +48,21 @@ class Shape:
         +1 below the centre, -1 above.
     reach : tuple of (int, int)
         For every k from 0 on, the largest a and w that a solution can have.
+    holes : frozenset of int
+        Distances between at which no value lies.
     """
 
     nearest: int
     farthest: int
     sign: int
     reach: tuple[tuple[int, int], ...]
+    holes: frozenset[int] = frozenset()
+
+    @cached_property
+    def distances(self) -> tuple[int, ...]:
+        """The distances, near to far."""
+        every = range(self.nearest, self.farthest + 1)
+        return tuple(d for d in every if d not in self.holes)
 
     @property
     def cells(self) -> int:
@@ -97,9 +107,9 @@ class StateTable:
         # Largest value that a cell may hold before the next reduction.
         self._ceiling = 1
 
-    def distances(self) -> range:
+    def distances(self) -> tuple[int, ...]:
         """Return the distances, far to near."""
-        return range(self.shape.farthest, self.shape.nearest - 1, -1)
+        return self.shape.distances[::-1]
 
     def fill(self) -> StateTable:
         """Let every distance enter, unless all are in already; return the table itself."""

@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from analysis.published import biet2007
-from analysis.reconstruction.published_table import CONVENTIONS, read
+from analysis.reconstruction.published_table import CONVENTIONS
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction.solutions import Solutions
+from analysis.reconstruction.table_files import read
 
 AMPLITUDES_UM_PP = tuple(biet2007.BY_AMPLITUDE)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from analysis.published.biet2007 import BY_AMPLITUDE, TABLE3, TABLE3_FILE
-from analysis.reconstruction.published_table import read
+from analysis.reconstruction.table_files import read
 from experiments.participants import population
 
 

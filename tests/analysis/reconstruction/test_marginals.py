@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 from analysis.reconstruction.marginals import marginals
-from analysis.reconstruction.published_table import read
 from analysis.reconstruction.solutions import Solutions
+from analysis.reconstruction.table_files import read
 
 CASES = [
     {"n": 6, "mean": "3.50", "sd": "1.87", "maximum": 8},

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.reconstruction.published_table import from_csv, from_toml
 from analysis.reconstruction.solutions import Solutions
+from analysis.reconstruction.table_files import from_csv, from_toml
 from faults import UserError
 
 GOOD = """
@@ -87,9 +87,8 @@ def test_every_fault_of_a_csv_file_is_told_at_once_with_its_line():
         from_csv(text, "t.csv")
     lines = str(caught.value).splitlines()
     expected = [
-        "t.csv has 6 faults:",
-        "  line 1, mode: expected one of label, n, mean, sd, ",
-        "  line 1, sd: is missing",
+        "t.csv has 5 faults:",
+        "  line 1, mode: expected one of label, n, mean, mean_percent, sum, sd, ",
         "  line 3, mean: expected a decimal number such as 12.75, got 'x'",
         "  line 3, n: input should be greater than or equal to 2, got '1'",
         "  line 3, scale: step 3 does not divide the scale from 0 to 10; expected a whole number",

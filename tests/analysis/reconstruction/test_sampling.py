@@ -11,10 +11,11 @@ import pytest
 from scipy.stats import chisquare
 
 from analysis.reconstruction import sampling
-from analysis.reconstruction.published_table import read
+from analysis.reconstruction.listing import arrangements
 from analysis.reconstruction.residues import WORD, primes
-from analysis.reconstruction.sampling import Sampler, arrangements, uniform
+from analysis.reconstruction.sampling import Sampler, uniform
 from analysis.reconstruction.solutions import Solutions
+from analysis.reconstruction.table_files import read
 from analysis.reconstruction.unranking import Ranking
 from faults import UserError
 

@@ -12,8 +12,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from analysis.reconstruction import counting
-from analysis.reconstruction.published_table import read
 from analysis.reconstruction.solutions import Solutions
+from analysis.reconstruction.table_files import read
 from faults import UserError
 
 

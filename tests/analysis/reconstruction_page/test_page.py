@@ -11,9 +11,9 @@ import pytest
 
 import slipscale
 from analysis.published.biet2007 import TABLE3_FILE
-from analysis.reconstruction.published_table import read
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction.solutions import Solutions
+from analysis.reconstruction.table_files import read
 from analysis.reconstruction_page import distributions
 from analysis.reconstruction_page.distributions import cumulative, histogram
 

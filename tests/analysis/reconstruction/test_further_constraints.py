@@ -1,0 +1,217 @@
+"""Frequencies, sums, percentages, SE, intervals and quartiles against complete enumeration."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from math import sqrt
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import t
+
+from analysis.reconstruction.marginals import marginals
+from analysis.reconstruction.saddle_point import log10_multisets
+from analysis.reconstruction.sampling import Sampler
+from analysis.reconstruction.solutions import Solutions
+from analysis.reconstruction.table_files import from_csv, from_toml
+from analysis.reconstruction.witness import gives_what_is_printed, witness
+from faults import UserError
+
+
+@st.composite
+def columns(draw):
+    """Keyword arguments of a column made from ratings, so that it usually has solutions."""
+    n, top = draw(st.integers(2, 7)), draw(st.integers(1, 6))
+    x = sorted(draw(st.lists(st.integers(0, top), min_size=n, max_size=n)))
+    places = draw(st.integers(0, 2))
+    mean, sd = np.mean(x), np.std(x, ddof=1)
+    half = t.ppf(0.975, n - 1) * sd / sqrt(n)
+    quartiles = np.quantile(x, [0.25, 0.75], method=draw(st.sampled_from(["linear", "weibull"])))
+    printed = {
+        "mean": mean,
+        "mean_percent": 100 * mean,
+        "sum": sum(x),
+        "sd": sd,
+        "se": sd / sqrt(n),
+        "lower_quartile": quartiles[0],
+        "upper_quartile": quartiles[1],
+        "median": np.median(x),
+        "observed_maximum": x[-1],
+    }
+    kept = draw(st.sets(st.sampled_from(sorted(printed)))) | {
+        draw(st.sampled_from(["mean", "sum"]))
+    }
+    facts = {name: f"{printed[name]:.{places}f}" for name in kept}
+    if draw(st.booleans()):
+        facts |= {"ci_low": f"{mean - half:.{places}f}", "ci_high": f"{mean + half:.{places}f}"}
+    values = list(range(top + 1))
+    told = draw(st.lists(st.sampled_from(values), unique=True, max_size=3))
+    counts, shares, present, absent = [], [], [], []
+    for value in told:
+        kind = draw(st.sampled_from("fpsa"))
+        if kind == "f":
+            counts.append((value, x.count(value)))
+        elif kind == "s":
+            shares.append((value, f"{100 * x.count(value) / n:.{places}f}"))
+        elif value in x:
+            present.append(value)
+        else:
+            absent.append(value)
+    return {
+        "n": n,
+        "maximum": top,
+        "mean": None,
+        "sd": None,
+        "frequencies": counts,
+        "percentages": shares,
+        "present": present,
+        "absent": absent,
+        **facts,
+    }
+
+
+@settings(max_examples=60, deadline=None)
+@given(facts=columns())
+def test_what_is_printed_leaves_what_enumeration_leaves(column, all_multisets, orders, facts):
+    c = column(**facts)
+    found = all_multisets(c)
+    solutions = Solutions(c)
+    assert solutions.multisets == len(found)
+    assert solutions.ordered == sum(orders(x) for x in found)
+    if found:
+        assert sorted(map(tuple, solutions.listed.tolist())) == sorted(found)
+        assert all(gives_what_is_printed(c, x) for x in found)
+
+
+def test_the_definitions_refuse_what_enumeration_refuses(column, all_multisets):
+    facts = {"mean": "2.4", "sd": None, "frequencies": [(2, 1)], "percentages": [(5, "20")]}
+    loose = all_multisets(column(5, "2.4", None, maximum=5))
+    right = column(5, maximum=5, present=(3,), absent=(0,), **facts)
+    fit = [x for x in loose if gives_what_is_printed(right, x)]
+    assert fit == all_multisets(right)
+    assert 0 < len(fit) < len(loose)
+
+
+TOLD = {"frequencies": [(3, 2)], "absent": [5], "present": [2]}
+
+
+def test_samples_and_marginals_hold_what_is_told(column, all_multisets):
+    c = column(7, "3", "2", maximum=7, **TOLD)
+    found = np.array(all_multisets(c))
+    assert len(found) > 2
+    for measure in ("multisets", "ordered"):
+        drawn = Sampler(Solutions(c), measure).draw(500, np.random.default_rng(1))
+        assert {tuple(sorted(row)) for row in drawn.tolist()} == set(map(tuple, found.tolist()))
+    exact = marginals(Solutions(c))
+    assert exact.absent == tuple(int((found != v).all(axis=1).sum()) for v in range(8))
+    for rank in range(1, 8):
+        values, counts = np.unique(found[:, rank - 1], return_counts=True)
+        expected = {
+            int(v): Fraction(int(k), len(found)) for v, k in zip(values, counts, strict=True)
+        }
+        assert exact.order_statistic(rank) == expected
+
+
+def test_samples_hold_the_quartiles(column, all_multisets):
+    c = column(9, "3.33", "1.66", maximum=7, lower_quartile="2", upper_quartile="4.5")
+    found = all_multisets(c)
+    plain = Solutions(column(9, "3.33", "1.66", maximum=7))
+    assert 1 < len(found) < plain.multisets
+    for measure in ("multisets", "ordered"):
+        drawn = Sampler(Solutions(c), measure).draw(2000, np.random.default_rng(1))
+        assert {tuple(sorted(row)) for row in drawn.tolist()} <= set(found)
+
+
+def test_quartiles_of_too_many_data_sets_are_refused(column):
+    solutions = Solutions(column(30, "50.00", "10.00", lower_quartile="42"))
+    assert "compared data set by data set, and without them there are 2,031," in solutions.refused
+
+
+@pytest.mark.parametrize(
+    "told", [{"absent": [50]}, {"frequencies": [(50, 3)]}, {"present": [50]}], ids=str
+)
+def test_an_estimate_and_a_witness_hold_what_is_told(column, told):
+    solutions = Solutions(column(20, "50.00", "5.0", **told))
+    ratio = 10 ** log10_multisets(solutions.targets) / solutions.multisets
+    assert 1 / 1.1 < ratio < 1.1
+    assert gives_what_is_printed(solutions.column, witness(solutions.column, solutions.targets))
+
+
+def test_a_percentage_that_nobody_s_number_gives_is_a_finding(column):
+    solutions = Solutions(column(30, "3.00", "1.00", maximum=6, percentages=[(2, "12.0")]))
+    assert "12.0 % of 30 at the rating 2 is nobody's number (GRIM)" in solutions.reason
+
+
+def test_numbers_for_one_mean_must_agree(column):
+    assert Solutions(column(10, "2.4", None, sum="24", maximum=6)).consistent
+    reason = Solutions(column(10, "2.4", None, sum="25", maximum=6)).reason
+    assert "2.4 and 25, printed for one mean, contradict each other" in reason
+
+
+def test_a_standard_error_is_an_sd_over_the_root_of_n(column):
+    by_se = Solutions(column(16, "3.00", None, se="0.258199", maximum=6))
+    by_sd = Solutions(column(16, "3.00", "1.032796", maximum=6))
+    assert by_se.multisets == by_sd.multisets > 0
+
+
+PLAIN = """
+[[column]]
+n = 28
+mean = "5.19"
+sd = "1.50"
+[[column]]
+n = 18
+mean = "3.44"
+sd = "2.47"
+[[column]]
+n = 5
+mean = "2.40"
+sd = "1.14"
+"""
+
+
+def test_without_a_scale_grim_and_grimmer_and_the_sd_decide():
+    grim, grimmer, fine = (Solutions(c) for c in from_toml(PLAIN).columns)
+    assert "GRIM:" in grim.reason
+    assert "GRIMMER:" in grimmer.reason
+    assert not fine.column.scale_is_printed
+    wide = from_toml(PLAIN + "[scale]\nminimum = -50\nmaximum = 50").columns[2]
+    assert fine.multisets == Solutions(wide).multisets > 0
+
+
+def test_one_end_of_a_scale_is_enough():
+    (c,) = from_csv("n,mean,sd,scale_minimum\n5,0.40,0.55,0\n").columns
+    assert c.scale.minimum == 0
+    assert c.scale_is_printed
+    assert Solutions(c).multisets == 1
+
+
+@pytest.mark.parametrize(
+    "old, new, said",
+    [
+        ('mean = "5.19"', "", r"line 2, column.1: expected a mean, a mean_percent or a sum"),
+        ('sd = "1.50"', "", r"line 2, column.1: expected a scale .*, an sd or an se"),
+        ('sd = "1.50"', 'ci_low = "1"', r"column.1: expected both ends of the confidence interval"),
+        ('sd = "1.50"', 'sd = "1"\npresent = [3, 3]', "the rating 3 is told of 2 times"),
+        ('sd = "1.50"', 'sd = "1"\nabsent = ["2.5"]', "the rating 5/2 is not on the scale"),
+        (
+            'sd = "1.50"',
+            'sd = "1"\nfrequencies = {3 = -1}',
+            "line 6, .*greater than or equal to 0",
+        ),
+        ('sd = "1.50"', 'sd = "1"\nfrequencies = {x = 1}', "such as 1, 0.5 or 1/3, got 'x'"),
+    ],
+)
+def test_what_cannot_be_understood_is_told_with_its_line(old, new, said):
+    with pytest.raises(UserError, match=said):
+        from_toml(PLAIN.replace(old, new))
+
+
+def test_a_cell_tells_of_several_ratings():
+    header = "n,mean,sd,scale_maximum,present,absent,frequencies,percentages\n"
+    (c,) = from_csv(header + "8,3.00,1.50,6,1 5,2,0:1 6:0,3:12.5\n").columns
+    assert (list(c.present), list(c.absent)) == ([1, 5], [2])
+    assert list(c.frequencies) == [(0, 1), (6, 0)]
+    assert [(v, share.text) for v, share in c.percentages] == [(3, "12.5")]
