@@ -1,0 +1,149 @@
+"""What Builder shows and the code that it writes; PsychoPy finds it by its entry point.
+
+The names of methods, parameters and attributes are PsychoPy's, and so is the form of the code.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, ClassVar
+
+from psychopy.experiment.components import BaseDeviceComponent, getInitVals
+from psychopy.experiment.devices import DeviceBackend
+from psychopy.experiment.params import Param
+
+FOLDER = Path(__file__).parent
+
+START = """\
+%(name)s.start()
+%(loop)s.addData('%(name)s.amplitude_um_pp', %(name)s.amplitude_um_pp)
+%(loop)s.addData('%(name)s.readback_um_pp', %(name)s.readback_um_pp)
+"""
+CHECK = "%(name)s.check()\n"
+STOP = "%(name)s.stop()\n"
+
+
+class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # PsychoPy has no types
+    """Has the plate vibrate from the component's start to its stop."""
+
+    categories: ClassVar = ["Stimuli"]
+    targets: ClassVar = ["PsychoPy"]
+    version = "2026.2.0"
+    plugin = "slipscale"
+    iconFile = FOLDER / "plate.png"  # noqa: N815 - PsychoPy takes the theme's own from there
+    tooltip = "Slipscale plate: vibrate at an amplitude in µm peak to peak"
+    beta = False
+
+    def __init__(
+        self,
+        exp: Any,
+        parentName: str,  # noqa: N803
+        name: str = "plate",
+        *,
+        startType: str = "time (s)",  # noqa: N803
+        startVal: float | str = 0.0,  # noqa: N803
+        stopType: str = "duration (s)",  # noqa: N803
+        stopVal: float | str = "",  # noqa: N803
+        startEstim: str = "",  # noqa: N803
+        durationEstim: str = "",  # noqa: N803
+        deviceLabel: str = "",  # noqa: N803
+        amplitude_um_pp: float | str = 1.2,
+        saveStartStop: bool = True,  # noqa: N803
+        syncScreenRefresh: bool = False,  # noqa: N803
+        disabled: bool = False,
+    ) -> None:
+        super().__init__(
+            exp,
+            parentName,
+            name=name,
+            startType=startType,
+            startVal=startVal,
+            stopType=stopType,
+            stopVal=stopVal,
+            startEstim=startEstim,
+            durationEstim=durationEstim,
+            deviceLabel=deviceLabel,
+            saveStartStop=saveStartStop,
+            syncScreenRefresh=syncScreenRefresh,
+            disabled=disabled,
+        )
+        self.type = "SlipscalePlate"
+        self.exp.requireImport(
+            importName="PlateOutput", importFrom="experiments.psychopy_builder.plate_output"
+        )
+        self.order += ["amplitude_um_pp"]
+        self.params["amplitude_um_pp"] = Param(
+            amplitude_um_pp,
+            valType="num",
+            inputType="single",
+            categ="Basic",
+            updates="constant",
+            allowedUpdates=["constant", "set every repeat"],
+            label="Amplitude [µm peak to peak]",
+            hint="0 is silence. A variable of the loop's file: $amplitude, set every repeat",
+        )
+
+    def writeInitCode(self, buff: Any) -> None:  # noqa: N802
+        """Write what makes the component's object."""
+        code = "%(name)s = PlateOutput(device=%(deviceLabel)s)\n"
+        buff.writeIndentedLines(code % getInitVals(self.params, "PsychoPy"))
+
+    def writeRoutineStartCode(self, buff: Any) -> None:  # noqa: N802
+        """Write what each repeat begins with: its amplitude."""
+        code = "%(name)s.amplitude_um_pp = %(amplitude_um_pp)s\n"
+        buff.writeIndentedLines(code % getInitVals(self.params, "PsychoPy"))
+
+    def writeFrameCode(self, buff: Any) -> None:  # noqa: N802
+        """Write the start, the check in every frame between, and the stop."""
+        names = {**self.params, "loop": self.currentLoop}
+        for write_test, code in (
+            (self.writeStartTestCode, START),
+            (self.writeActiveTestCode, CHECK),
+            (self.writeStopTestCode, STOP),
+        ):
+            indented = write_test(buff)
+            if indented:
+                buff.writeIndentedLines(code % names)
+                buff.setIndentLevel(-indented, relative=True)
+
+    def writeRoutineEndCode(self, buff: Any) -> None:  # noqa: N802
+        """Write what ends the routine, however it ended: silence."""
+        buff.writeIndentedLines(STOP % self.params)
+        super().writeRoutineEndCode(buff)
+
+
+class SlipscalePlateBackend(DeviceBackend):  # type: ignore[misc] # PsychoPy has no types
+    """The plate in the device manager's dialog."""
+
+    backendLabel = "Slipscale plate"  # noqa: N815
+    deviceClass = "experiments.psychopy_plate.SlipscalePlate"  # noqa: N815
+    icon = "light/plate.png"
+    plugin = "slipscale"
+
+    def getParams(self) -> tuple[dict[str, Any], list[str]]:  # noqa: N802
+        """Return what the dialog asks for: the SPEC, beside what it finds by itself."""
+        spec = Param(
+            "",
+            valType="str",
+            inputType="single",
+            categ="Device",
+            label="SPEC",
+            hint="Empty: the device that was chosen. Otherwise as after slipscale run --plate, "
+            "such as scpi:RESOURCE,gain=20 or a plate file",
+        )
+        return {"spec": spec}, ["spec"]
+
+    def writeDeviceCode(self, buff: Any) -> None:  # noqa: N802
+        """Write what opens the plate when the experiment starts."""
+        inits = getInitVals(self.params)
+        spec = self.params["spec"].val or self.profile["spec"]
+        buff.writeIndentedLines(
+            f"deviceManager.addDevice(\n"
+            f"    deviceName={inits['name']},\n"
+            f"    deviceClass={self.deviceClass!r},\n"
+            f"    spec={spec!r},\n"
+            f")\n"
+        )
+
+
+SlipscalePlateComponent.registerBackend(SlipscalePlateBackend)
