@@ -249,7 +249,8 @@ class Protocol:
     check : callable, optional
         Raises `UserError` where options and context do not fit together.
     textures : bool
-        Whether it presents the study's textures; then ``texture`` is one of its columns.
+        Whether it presents the study's textures; then ``texture`` is one of its columns, unless
+        its trials have intervals.
     interval_columns : int
         For how many intervals the table has columns; `for_task` sets it.
 
@@ -289,7 +290,10 @@ class Protocol:
             (self.answer not in self.response, f"'{self.answer}' is a column of the response"),
             (len(set(own)) < len(own), "each column is declared once"),
             (set(self.amplitudes) != named, "amplitudes names every option that ends in _um_pp"),
-            (self.textures and "texture" not in own, "a column 'texture' says which was presented"),
+            (
+                self.textures and not self.intervals and "texture" not in own,
+                "a column 'texture' says which was presented",
+            ),
         )
         if faults := [expected for fault, expected in wrong if fault]:
             raise UserError(f"protocol '{self.task}': expected that {'; that '.join(faults)}")

@@ -138,10 +138,10 @@ class ForcedChoice(Repeating[Choice]):
             text=texts[f"{self._texts}.instructions"].format(intervals=self.options.intervals),
         )
         if self.options.practice:
-            yield Instruct(text=texts["forced_choice.practice"])
+            yield Instruct(text=texts["comparing.practice"])
             easy = Choice("practice", self.options.highest_um_pp)
             yield from self.block([easy] * self.options.practice)
-            yield from self.close(lambda: Instruct(text=texts["forced_choice.main"]))
+            yield from self.close(lambda: Instruct(text=texts["comparing.main"]))
         yield from self.drawn(self.next)
         yield from self.close(lambda: part_over(texts))
 
@@ -211,7 +211,7 @@ class ForcedChoice(Repeating[Choice]):
             yield from self.interval(
                 condition.level_um_pp if place == target else 0.0, place, trial
             )
-        words = answers(texts["forced_choice.options"])[: options.intervals]
+        words = answers(texts["comparing.options"])[: options.intervals]
         reply = yield Ask(
             name="response",
             question=ComparisonQuestion(
@@ -234,7 +234,7 @@ class ForcedChoice(Repeating[Choice]):
         amplitude_um_pp = rounded(self._standard_um_pp + self._sign * level_um_pp)
         surface, number = self.context.surface(amplitude_um_pp), place + 1
         yield Present(surface=surface, trial=trial, interval=number)
-        text = self.context.texts["forced_choice.explore"].format(number=number)
+        text = self.context.texts["comparing.explore"].format(number=number)
         yield self.options.explore(text, trial, interval=number)
         yield Silence(trial=trial, interval=number)
 

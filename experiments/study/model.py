@@ -327,7 +327,8 @@ def _impossible(
         said = f"there is a '{label}' already: give it a label"
         yield (*place, "label" if task.label else "protocol"), {"msg": said}
     for key in protocol.amplitudes:
-        yield from _beyond((*place, key), info, getattr(task, key, None) or 0.0)
+        given = getattr(task, key, None) or ()
+        yield from _beyond((*place, key), info, *(given if isinstance(given, tuple) else (given,)))
     try:
         texts = protocol_texts(protocol, info.data.get("language", "en"))
     except UserError as error:

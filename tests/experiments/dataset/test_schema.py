@@ -35,14 +35,19 @@ def test_the_page_on_the_data_set_is_the_schema():
     assert tool.page() == (ROOT / "docs" / "data-set.md").read_text(encoding="utf-8")
 
 
+def task_of(made, name):
+    return next(task.task for task, options in made.tasks() if options.protocol == name)
+
+
 @pytest.mark.parametrize("name", protocol_names())
 def test_every_question_of_a_protocol_is_a_column_of_its_table(name, plan):
-    protocol = load_protocol(name)
+    made = plan(study_text(STUDIES.get(name, name)))
+    protocol, task = load_protocol(name), task_of(made, name)
     asked = {
         step.name
-        for step in dry_run(plan(study_text(STUDIES.get(name, name))))
+        for step in dry_run(made)
         if isinstance(step, Ask | Adjust)
-        and protocol.task in (getattr(step, "task", ""), step.trial and step.trial.task)
+        and task in (getattr(step, "task", ""), step.trial and step.trial.task)
     }
     assert asked <= set(protocol.response)
     assert protocol.answer in asked

@@ -5,7 +5,6 @@ a person's run is paused at every moment, and loses its plate at every command.
 """
 
 import os
-import tomllib
 
 import pytest
 
@@ -19,12 +18,41 @@ from experiments.study.file import study_text
 # A shipped study, and what makes it short: every kind of trial once or twice.
 SHORT = {
     "difference_threshold": {
-        "most_trials = 30": "most_trials = 2",
+        "intervals = 2": "intervals = 3",
+        "tracks = 2": "tracks = 1",
+        "most_trials = 30": "most_trials = 2\nresponse_time_limit_s = 2.1",
         "practice = 3": "practice = 1",
         "catch_trials = 4": "catch_trials = 1",
-        "rest_every_trials = 20": "rest_every_trials = 2\nresponse_time_limit_s = 2.6",
+        "rest_every_trials = 20": "rest_every_trials = 2",
+    },
+    "detection_threshold": {
+        "most_trials = 60": "most_trials = 2",
+        "practice = 3": "practice = 0",
+        "catch_trials = 4": "catch_trials = 0",
+    },
+    "constant_stimuli": {
+        "comparisons_um_pp = [1.23, 1.26, 1.32, 1.4, 1.6]": "comparisons_um_pp = [1.6]",
+        '"forced_choice"': '"yes_no"',
+        "repetitions = 20": "repetitions = 1",
+        "practice = 3": "practice = 0",
+        "catch_trials = 4": "catch_trials = 1",
+    },
+    "paired_comparison": {
+        "[0.0, 0.5, 1.0, 1.5, 2.0]": "[0.0, 1.0, 2.0]",
+        "repetitions = 2": "repetitions = 1",
+        "practice = 2": "practice = 0",
+        "catch_trials = 2": "catch_trials = 0",
+        'label = "pairs"\nform = "pairs"': 'label = "pairs"\nform = "triads"',
+    },
+    "matching": {
+        "[0.8, 1.2, 1.6]": "[1.2]",
+        "repetitions = 3": "repetitions = 1",
+        "practice = 2": "practice = 0",
+        "step_um_pp = 0.02": "step_um_pp = 0.2",
     },
 }
+# Those that are paused and lose their plate as well: a choice of three, and an adjustment.
+DISTURBED = ("difference_threshold", "matching")
 
 
 @pytest.fixture(autouse=True)
@@ -43,6 +71,11 @@ def shortened(name):
 
 @pytest.fixture(params=SHORT)
 def short(request, plan):
+    return plan(shortened(request.param), seed=3)
+
+
+@pytest.fixture(params=DISTURBED)
+def disturbed(request, plan):
     return plan(shortened(request.param), seed=3)
 
 
@@ -84,7 +117,12 @@ class Feeling(SimulatedParticipant):
                 self.felt = []
             self.felt.append(step.interval)
         if isinstance(step, Ask) and step.trial:
-            self.answered.append((step.trial.number, tuple(self.felt), self.felt_um_pp))
+            self.answered.append((step.trial.number, tuple(self.felt)))
+        return reply
+
+    def adjust(self, step, turn, watch):
+        reply = super().adjust(step, turn, watch)
+        self.answered.append((step.trial.number, (*self.felt, step.interval)))
         return reply
 
     def hold(self, text, until):
@@ -131,40 +169,44 @@ def sit_down(laboratory):
 
 def assert_all_felt(plan, answered):
     intervals = plan.tasks()[0][0].interval_columns
-    for number, felt, _ in answered:
+    for number, felt in answered:
         assert felt == tuple(range(1, intervals + 1)), f"trial {number}"
 
 
 def test_whenever_the_operator_pauses_all_intervals_are_felt_before_the_answer(
-    laboratory, sit_down, short, tmp_path
+    laboratory, sit_down, disturbed, tmp_path
 ):
     poll, paused = 1, True
     while paused:
         laboratory.folder = tmp_path / f"pause{poll}"
-        answered = sit_down(short, operator=PausesAt(poll))
-        assert_all_felt(short, answered)
-        paused = bool(laboratory.records(short, kind="pause"))
+        answered = sit_down(disturbed, operator=PausesAt(poll))
+        assert_all_felt(disturbed, answered)
+        paused = bool(laboratory.records(disturbed, kind="pause"))
         poll += 1
-    assert poll > 30
+    assert poll > 20
 
 
 def test_wherever_the_rig_fails_all_intervals_are_felt_before_the_answer(
-    laboratory, sit_down, short, tmp_path
+    laboratory, sit_down, disturbed, tmp_path
 ):
     command, failed = 2, True  # the first connects
     while failed:
         laboratory.folder = tmp_path / f"fault{command}"
-        assert_all_felt(short, sit_down(short, spec=f"mock:fault=lost@{command}"))
-        failed = bool(laboratory.records(short, kind="fault"))
+        assert_all_felt(disturbed, sit_down(disturbed, spec=f"mock:fault=lost@{command}"))
+        failed = bool(laboratory.records(disturbed, kind="fault"))
         command += 1
-    assert command > 30
+    assert command > 8
 
 
-def test_each_short_study_has_every_kind_of_trial(laboratory, short):
-    laboratory.run(short)
-    task, options = short.tasks()[0]
-    assert tomllib.loads(short.study_text)["tasks"][0]["protocol"] == options.protocol
-    (table,) = (text for name, text in tables(laboratory.folder).items() if task.task in str(name))
-    header, *rows = (line.split("\t") for line in table.splitlines())
-    phases = {row[header.index("phase")] for row in rows}
-    assert phases == {"practice", "main"}
+def test_the_first_short_study_has_every_kind_of_trial(laboratory, plan):
+    """Practice, catch and adaptive trials, one that timed out and comes again, three intervals."""
+    made = plan(shortened("difference_threshold"), seed=3)
+    laboratory.run(made)
+    (table,) = (text for name, text in tables(laboratory.folder).items() if "beh" in name.parts)
+    header, *lines = (line.split("\t") for line in table.splitlines())
+    rows = [dict(zip(header, line, strict=True)) for line in lines]
+    assert {row["phase"] for row in rows} == {"practice", "main"}
+    assert {row["catch"] for row in rows} == {"true", "false"}
+    assert [row["repeats"] for row in rows if row["repeats"] != "n/a"]
+    assert [row["trial"] for row in rows if row["flag"] == "timed_out"]
+    assert all(row["interval3_amplitude_um_pp"] != "n/a" for row in rows)

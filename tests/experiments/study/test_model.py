@@ -68,7 +68,7 @@ def test_every_fault_is_told_at_once_with_line_key_and_what_was_expected():
         "line 5, amplitudes_um_pp: 9.0 is beyond the plate's 2.5 µm p-p",
         "line 9, tasks.1.repetitions: input should be greater than or equal to 1, got 0",
         "line 10, tasks.1.practise: there is no such key",
-        "line 13, tasks.2.protocol: expected one of descending_difference",
+        "line 13, tasks.2.protocol: expected one of constant_stimuli, descending_difference",
         "line 17, tasks.3.series: input should be a valid integer, got '3'",
     ):
         assert part in message

@@ -1,0 +1,246 @@
+"""Constant stimuli: a standard is compared with each of some fixed amplitudes, equally often.
+
+By forced choice (which of two intervals was more slippery; each comparison stands first as often
+as second), or by yes and no (was the second, always the comparison, more slippery than the first?).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from experiments.languages.texts import answers
+from experiments.protocols.base import Amplitude, AtLeastOne, Column, Protocol
+from experiments.protocols.comparing import (
+    Comparing,
+    ComparingOptions,
+    Shown,
+    truth,
+    with_catch_trials,
+)
+from experiments.protocols.simulation import compared
+from experiments.protocols.steps import ComparisonQuestion, Phase, YesNoQuestion
+from faults import UserError
+
+if TYPE_CHECKING:
+    from experiments.protocols.base import Context, TrialRecord
+    from experiments.protocols.simulation import SimulatedPerson
+    from experiments.protocols.steps import Ask, Question, Steps, Value
+
+FIRST, SECOND = 1, 2
+
+
+class ConstantStimuli(ComparingOptions):
+    """What a study may set for constant stimuli."""
+
+    standard_um_pp: Amplitude = Field(default=1.2, description="Amplitude of the standard.")
+    comparisons_um_pp: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
+        default=None,
+        description="Amplitudes that are compared with the standard, each equally often; left "
+        "out: the study's.",
+    )
+    question: Literal["forced_choice", "yes_no"] = Field(
+        default="forced_choice",
+        description="forced_choice: which of the two was more slippery, the comparison standing "
+        "first or second equally often; yes_no: whether the second, always the comparison, was.",
+    )
+    repetitions: AtLeastOne = Field(
+        default=20,
+        description="How often each comparison is presented.",
+        json_schema_extra={"unit": "trials a comparison"},
+    )
+
+    def comparisons(self, context: Context) -> tuple[float, ...]:
+        """Return the amplitudes that are compared with the standard, µm peak to peak."""
+        return self.comparisons_um_pp or context.amplitudes_um_pp
+
+    def furthest_um_pp(self, context: Context) -> float:
+        """Return the comparison that is easiest to tell from the standard, µm peak to peak."""
+        return max(self.comparisons(context), key=lambda each: abs(each - self.standard_um_pp))
+
+
+def check(options: ConstantStimuli, context: Context) -> None:
+    """Raise `UserError` where the comparisons are not all different."""
+    comparisons = options.comparisons(context)
+    if len(set(comparisons)) < len(comparisons):
+        raise UserError("comparisons_um_pp: expected them to be all different")
+    if set(comparisons) == {options.standard_um_pp}:
+        raise UserError("comparisons_um_pp: expected one that is not the standard itself")
+
+
+def possible_um_pp(options: ConstantStimuli, context: Context) -> tuple[float, ...]:
+    """Return the standard and all that is compared with it."""
+    return options.standard_um_pp, *options.comparisons(context)
+
+
+def finest_um_pp(options: ConstantStimuli, context: Context) -> tuple[float, float]:
+    """Return the smallest difference from the standard, and the larger of the two amplitudes."""
+    standard = options.standard_um_pp
+    others = [each for each in options.comparisons(context) if each != standard]
+    nearest = min(others, key=lambda each: abs(each - standard))
+    return abs(nearest - standard), max(nearest, standard)
+
+
+def trials(options: ConstantStimuli, context: Context) -> int:
+    """Return how many trials a run has, practice and catch trials included."""
+    main = options.repetitions * len(options.comparisons(context))
+    return options.practice + options.catch_trials + main
+
+
+def steps(options: ConstantStimuli, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    texts = context.texts
+    prompt = texts[f"constant_stimuli.{options.question}.question"]
+    words = tuple(answers(texts["comparing.options"])[:SECOND])
+    question: Question = (
+        YesNoQuestion(prompt=prompt)
+        if options.question == "yes_no"
+        else ComparisonQuestion(prompt=prompt, options=words)
+    )
+    furthest = options.furthest_um_pp(context)
+    places = context.stream(context.task, "easy")
+
+    def easy(phase: Phase, comparison: float) -> Shown:
+        return _shown(options, context, phase, comparison, 1 + places.below(2), catch=True)
+
+    # In yes-no the standard with itself: whoever finds it more slippery says so out of habit.
+    caught = options.standard_um_pp if options.question == "yes_no" else furthest
+    run = Comparing(
+        options,
+        context,
+        texts=f"constant_stimuli.{options.question}",
+        question=question,
+        practice=[easy("practice", furthest) for _ in range(options.practice)],
+        main=with_catch_trials(
+            _main(options, context),
+            [easy("main", caught) for _ in range(options.catch_trials)],
+            context.stream(context.task, "catch"),
+        ),
+    )
+    yield from run.steps()
+
+
+def _main(options: ConstantStimuli, context: Context) -> list[Shown]:
+    """Return the main trials: each repetition has all comparisons, shuffled on its own."""
+    comparisons = options.comparisons(context)
+    stream = context.stream(context.task, "main")
+    begins = [stream.below(2) for _ in comparisons]  # a comparison's place in odd repetitions
+    return [
+        _shown(options, context, "main", comparisons[each], 1 + (begins[each] + repetition) % 2)
+        for repetition in range(options.repetitions)
+        for each in stream.shuffled(range(len(comparisons)))
+    ]
+
+
+def _shown(
+    options: ConstantStimuli,
+    context: Context,
+    phase: Phase,
+    comparison_um_pp: float,
+    place: int,
+    *,
+    catch: bool = False,
+) -> Shown:
+    """Return a trial; with yes and no the comparison always comes second."""
+    place = SECOND if options.question == "yes_no" else place
+    pair = [context.surface(options.standard_um_pp), context.surface(comparison_um_pp)]
+    return Shown(
+        phase,
+        tuple(pair if place == SECOND else pair[::-1]),
+        {
+            "standard_um_pp": options.standard_um_pp,
+            "comparison_um_pp": comparison_um_pp,
+            "comparison_interval": place,
+            "catch": catch,
+        },
+    )
+
+
+def _response(record: TrialRecord) -> str | None:
+    """Return the answer as given: the number of the interval, yes, or no."""
+    answer = record.answer("response")
+    if isinstance(answer, bool):
+        return "yes" if answer else "no"
+    return None if answer is None else f"{answer:g}"
+
+
+def _comparison_more(record: TrialRecord) -> str | None:
+    answer = record.answer("response")
+    if isinstance(answer, bool):
+        return truth(answer)
+    place = record.trial.factors["comparison_interval"]
+    return None if answer is None else truth(answer == place)
+
+
+def _answer(step: Ask, person: SimulatedPerson) -> Value:
+    """Answer either question by what seemed more slippery."""
+    if isinstance(step.question, YesNoQuestion):
+        return person.pick(person.impressions) == 1
+    return compared(step, person)
+
+
+def _column(name: str, description: str, units: str = "") -> Column:
+    return Column(
+        value=lambda record: record.trial.factors[name],
+        kind="number",
+        description=description,
+        units=units,
+    )
+
+
+PROTOCOL = Protocol(
+    task="constantstimuli",
+    title="Constant stimuli",
+    description=(
+        "A standard is compared with each of some fixed amplitudes, equally often: which of two "
+        "surfaces was more slippery, or whether the second was."
+    ),
+    options=ConstantStimuli,
+    trials=trials,
+    steps=steps,
+    answer="response",
+    instructions="constant_stimuli.forced_choice.instructions",
+    simulated={"response": _answer},
+    design={
+        "catch": Column(
+            value=lambda record: truth(bool(record.trial.factors["catch"])),
+            kind="label",
+            description="Whether it is a practice or catch trial, outside the plan",
+            levels={"true": "outside the plan", "false": "one of the plan"},
+        ),
+    },
+    stimulus={
+        "standard_um_pp": _column(
+            "standard_um_pp", "Amplitude of the standard, peak to peak", units="um"
+        ),
+        "comparison_um_pp": _column(
+            "comparison_um_pp", "Amplitude of the comparison, peak to peak", units="um"
+        ),
+        "comparison_interval": _column("comparison_interval", "Interval that held the comparison"),
+    },
+    response={
+        "response": Column(
+            value=_response,
+            kind="label",
+            description="Answer as given",
+            levels={
+                "1": "the first was more slippery",
+                "2": "the second was more slippery",
+                "yes": "the second was more slippery than the first",
+                "no": "it was not",
+            },
+        ),
+        "comparison_more": Column(
+            value=_comparison_more,
+            kind="label",
+            description="Whether the comparison was said to be the more slippery one",
+            levels={"true": "the comparison", "false": "the standard"},
+        ),
+    },
+    intervals=lambda _: SECOND,
+    amplitudes=("standard_um_pp", "comparisons_um_pp"),
+    possible_um_pp=possible_um_pp,
+    finest_um_pp=finest_um_pp,
+    check=check,
+)

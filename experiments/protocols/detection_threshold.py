@@ -1,0 +1,77 @@
+"""Detection threshold by forced choice: the smallest vibration that is felt at all.
+
+In each trial one of two or three intervals holds a plate that vibrates, in the others it is at
+rest; the participant says in which one the surface was slipperiest. A rule chooses the amplitudes.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from experiments.protocols.base import Protocol
+from experiments.protocols.forced_choice import (
+    DESIGN,
+    RESPONSE,
+    SIMULATED,
+    STIMULUS,
+    ForcedChoice,
+    ForcedChoiceOptions,
+    expected_trials,
+    most_trials,
+)
+
+if TYPE_CHECKING:
+    from experiments.protocols.base import Context
+    from experiments.protocols.steps import Steps
+
+REST_UM_PP = 0.0
+
+
+class DetectionThreshold(ForcedChoiceOptions):
+    """What a study may set for a detection threshold; a level is the amplitude itself."""
+
+
+def check(options: DetectionThreshold, context: Context) -> None:
+    """Raise `UserError` where the options contradict each other."""
+    options.begin(options.guess, context.stream)
+
+
+def possible_um_pp(options: DetectionThreshold, _context: Context) -> tuple[float, ...]:
+    """Return the plate at rest, and the lowest and the highest amplitude."""
+    return REST_UM_PP, options.lowest_um_pp, options.highest_um_pp
+
+
+def finest_um_pp(options: DetectionThreshold, _context: Context) -> tuple[float, float]:
+    """Return the lowest amplitude, which is also the one at which it has to be held."""
+    return options.lowest_um_pp, options.lowest_um_pp
+
+
+def steps(options: DetectionThreshold, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    run = ForcedChoice(options, context, texts="detection_threshold", standard_um_pp=REST_UM_PP)
+    yield from run.steps()
+
+
+PROTOCOL = Protocol(
+    task="detectionthreshold",
+    title="Detection threshold by forced choice",
+    description=(
+        "The plate vibrates in one of two or three intervals and is at rest in the others; the "
+        "participant says in which one it was most slippery. A rule chooses the amplitudes."
+    ),
+    options=DetectionThreshold,
+    trials=expected_trials,
+    most_trials=most_trials,
+    steps=steps,
+    answer="response",
+    instructions="detection_threshold.instructions",
+    simulated=SIMULATED,
+    design=DESIGN,
+    stimulus=STIMULUS,
+    response=RESPONSE,
+    intervals=lambda options: options.intervals,
+    amplitudes=("start_um_pp", "lowest_um_pp", "highest_um_pp"),
+    possible_um_pp=possible_um_pp,
+    finest_um_pp=finest_um_pp,
+    check=check,
+)

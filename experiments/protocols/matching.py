@@ -1,0 +1,276 @@
+"""Matching: the participant turns the plate until it feels like a reference felt before.
+
+The plate begins above or below the reference, equally often: where settings from above and below
+differ, that is the participant's hysteresis; their mean is the point of equality.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+
+from pydantic import Field
+
+from experiments.protocols.adaptive.track import rounded
+from experiments.protocols.base import Amplitude, AtLeastOne, Column, Count, Positive, Protocol
+from experiments.protocols.comparing import felt
+from experiments.protocols.pacing import PacedOptions
+from experiments.protocols.repeating import Repeating, part_over
+from experiments.protocols.simulation import until_equal
+from experiments.protocols.steps import (
+    Adjust,
+    EndTrial,
+    Instruct,
+    Phase,
+    Present,
+    Reply,
+    Silence,
+    Trial,
+    Voided,
+)
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from experiments.protocols.base import Context, TrialRecord
+    from experiments.protocols.steps import Answer, Rest, Step, Steps, Value
+
+REFERENCE, TURNED = 1, 2
+Direction = Literal["ascending", "descending"]
+DIRECTIONS: tuple[Direction, ...] = ("ascending", "descending")
+
+
+class Matching(PacedOptions):
+    """What a study may set for matching."""
+
+    references_um_pp: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
+        default=None, description="Amplitudes to be matched; left out: the study's."
+    )
+    repetitions: AtLeastOne = Field(
+        default=3,
+        description="How often each reference is matched from below, and as often from above.",
+        json_schema_extra={"unit": "trials a reference and direction"},
+    )
+    practice: Count = Field(
+        default=2,
+        description="Trials before, for practice; recorded, not analysed.",
+        json_schema_extra={"unit": "trials"},
+    )
+    step_um_pp: Positive = Field(
+        default=0.02, description="What one notch of the wheel, or one press of a key, changes."
+    )
+    nearest_start_um_pp: Positive = Field(
+        default=0.3, description="The plate begins at least so far from the reference."
+    )
+    furthest_start_um_pp: Positive = Field(
+        default=0.6, description="The plate begins at most so far from the reference."
+    )
+    lowest_um_pp: Amplitude = Field(default=0.0, description="It cannot be turned below this.")
+    highest_um_pp: Positive = Field(default=2.3, description="It cannot be turned above this.")
+    rest_every_trials: AtLeastOne | None = Field(
+        default=10,
+        description="A rest after so many trials.",
+        json_schema_extra={"unit": "trials"},
+    )
+    repeat_timed_out: bool = Field(
+        default=True, description="Whether a timed-out trial is repeated, once."
+    )
+
+    def references(self, context: Context) -> tuple[float, ...]:
+        """Return the amplitudes to be matched, µm peak to peak."""
+        return self.references_um_pp or context.amplitudes_um_pp
+
+
+def check(options: Matching, context: Context) -> None:
+    """Raise `UserError` where a reference cannot be matched from both sides."""
+    if options.furthest_start_um_pp < options.nearest_start_um_pp:
+        raise UserError(
+            f"furthest_start_um_pp is {options.furthest_start_um_pp:g}, expected no less than "
+            f"nearest_start_um_pp ({options.nearest_start_um_pp:g})"
+        )
+    for reference in options.references(context):
+        low, high = (
+            reference - options.furthest_start_um_pp,
+            reference + options.furthest_start_um_pp,
+        )
+        if low < options.lowest_um_pp or high > options.highest_um_pp:
+            raise UserError(
+                f"the reference {reference:g} µm p-p begins at {low:g} to {high:g} µm p-p, beyond "
+                f"what the plate is turned to ({options.lowest_um_pp:g} to "
+                f"{options.highest_um_pp:g}); expected a reference further inside"
+            )
+
+
+def possible_um_pp(options: Matching, context: Context) -> tuple[float, ...]:
+    """Return the references, and how far the plate can be turned."""
+    return options.lowest_um_pp, options.highest_um_pp, *options.references(context)
+
+
+def trials(options: Matching, context: Context) -> int:
+    """Return how many trials a run has, practice included."""
+    main = len(DIRECTIONS) * options.repetitions * len(options.references(context))
+    return options.practice + main
+
+
+class _Match(NamedTuple):
+    """What makes a trial: its reference, from where, and the amplitude to begin at, µm p-p."""
+
+    phase: Phase
+    reference: float
+    direction: Direction
+    start: float
+
+
+def steps(options: Matching, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    texts = context.texts
+    yield Instruct(title=texts["matching.title"], text=texts["matching.instructions"])
+    run = _Run(options, context)
+    stream = context.stream(context.task, "main")
+    conditions = [(r, d) for r in options.references(context) for d in DIRECTIONS]
+    if options.practice:
+        yield Instruct(text=texts["comparing.practice"])
+        practice = [stream.choice(conditions) for _ in range(options.practice)]
+        yield from run.block([run.match("practice", *each) for each in practice])
+        yield from run.close(lambda: Instruct(text=texts["comparing.main"]))
+    main = [each for _ in range(options.repetitions) for each in stream.shuffled(conditions)]
+    yield from run.block([run.match("main", *each) for each in main])
+    yield from run.close(lambda: part_over(texts))
+
+
+class _Run(Repeating[_Match]):
+    """The trials of a run, counted."""
+
+    def __init__(self, options: Matching, context: Context) -> None:
+        super().__init__(trials(options, context))
+        self.options = options
+        self.context = context
+        self._starts = context.stream(context.task, "starts")
+
+    def match(self, phase: Phase, reference: float, direction: Direction) -> _Match:
+        """Return a trial, with a start of its own."""
+        options = self.options
+        span = options.furthest_start_um_pp - options.nearest_start_um_pp
+        away = options.nearest_start_um_pp + span * self._starts.uniform()
+        start = rounded(reference - away if direction == "ascending" else reference + away)
+        return _Match(phase, reference, direction, start)
+
+    def between(self) -> Steps:
+        """Yield the rest after so many trials."""
+        every = self.options.rest_every_trials
+        if every and self.number % every == 0 and self.number < self.total:
+            yield self.rest()
+
+    def rest(self) -> Rest:
+        """Return the break screen for now."""
+        text = self.context.texts["session.rest"]
+        return self.options.rest(text, done=self.number, total=self.total)
+
+    def trial(
+        self, condition: _Match, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one trial; return the numbers of the trials to be repeated."""
+        options, context = self.options, self.context
+        trial = Trial(
+            task=context.task,
+            number=number,
+            total=self.total,
+            phase=condition.phase,
+            factors={"direction": condition.direction},
+            repeats=repeats,
+        )
+        yield from felt(options, context, context.surface(condition.reference), trial, REFERENCE)
+        start = context.surface(condition.start)
+        yield Present(surface=start, trial=trial, interval=TURNED)
+        reply = yield Adjust(
+            name="matched_um_pp",
+            text=context.texts["matching.turn"],
+            trial=trial,
+            interval=TURNED,
+            step_um_pp=options.step_um_pp,
+            lowest_um_pp=options.lowest_um_pp,
+            highest_um_pp=options.highest_um_pp,
+            time_limit_s=options.response_time_limit_s,
+        )
+        yield Silence(trial=trial, interval=TURNED)
+        voided = yield EndTrial(trial=trial)
+        again = voided.trials if isinstance(voided, Voided) else ()
+        missed = isinstance(reply, Reply) and reply.timed_out and number not in again
+        if missed and options.repeat_timed_out and repeats is None:
+            again = (*again, number)
+        return again
+
+
+def _of_answer(name: str, record: TrialRecord) -> Value:
+    value: Value = record.answers.get("matched_um_pp", {}).get(name)
+    return value
+
+
+def _trace(record: TrialRecord) -> str | None:
+    trace = record.answers.get("matched_um_pp", {}).get("trace")
+    return " ".join(f"{at_s:.3f}:{um_pp:g}" for at_s, um_pp in trace) if trace else None
+
+
+def _turns(record: TrialRecord) -> float | None:
+    trace = record.answers.get("matched_um_pp", {}).get("trace")
+    return float(len(trace) - 1) if trace else None
+
+
+PROTOCOL = Protocol(
+    task="matching",
+    title="Matching by adjustment",
+    description=(
+        "The participant feels a reference, then turns the plate from below or above until it "
+        "feels the same."
+    ),
+    options=Matching,
+    trials=trials,
+    steps=steps,
+    answer="matched_um_pp",
+    instructions="matching.instructions",
+    simulated={"matched_um_pp": until_equal},
+    design={
+        "direction": Column(
+            value=lambda record: record.trial.factors["direction"],
+            kind="label",
+            description="From which side the reference was approached",
+            levels={"ascending": "from below", "descending": "from above"},
+        ),
+    },
+    response={
+        "matched_um_pp": Column(
+            value=lambda record: record.answer("matched_um_pp"),
+            kind="number",
+            description="Amplitude that the participant turned to, commanded, peak to peak",
+            units="um",
+        ),
+        "matched_readback_um_pp": Column(
+            value=lambda record: _of_answer("readback_um_pp", record),
+            kind="number",
+            description="That amplitude as read back from the plate, peak to peak",
+            units="um",
+        ),
+        "turns": Column(
+            value=_turns,
+            kind="number",
+            description="How often the amplitude was changed on the way",
+        ),
+        "trace": Column(
+            value=_trace,
+            kind="text",
+            description="Every amplitude on the way: seconds from the beginning, a colon, µm peak "
+            "to peak",
+        ),
+    },
+    intervals=lambda _: TURNED,
+    amplitudes=(
+        *("references_um_pp", "step_um_pp", "nearest_start_um_pp", "furthest_start_um_pp"),
+        *("lowest_um_pp", "highest_um_pp"),
+    ),
+    possible_um_pp=possible_um_pp,
+    finest_um_pp=lambda options, context: (
+        options.nearest_start_um_pp,
+        max(options.references(context)),
+    ),
+    check=check,
+)

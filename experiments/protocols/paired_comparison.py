@@ -1,0 +1,182 @@
+"""Paired comparison: every surface with every other, which one is more slippery.
+
+With ``triads``, three surfaces in rising or falling order, and which of the two steps between them
+is larger: judgements for a scale of differences (Maloney and Yang 2003, J. Vis. 3(8):5). The
+study's textures are among the surfaces of pairs; triads need an order, and have none.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING, Literal
+
+from pydantic import Field
+
+from experiments.languages.texts import answers
+from experiments.protocols.base import AtLeastOne, Column, Protocol
+from experiments.protocols.comparing import (
+    Comparing,
+    ComparingOptions,
+    Shown,
+    truth,
+    with_catch_trials,
+)
+from experiments.protocols.simulation import compared
+from experiments.protocols.steps import ComparisonQuestion, Phase
+from faults import UserError
+from stimuli.texture import Grating
+
+if TYPE_CHECKING:
+    from experiments.protocols.base import Context, TrialRecord
+    from experiments.protocols.simulation import SimulatedPerson
+    from experiments.protocols.steps import Ask, Steps
+    from stimuli.surface import Surface
+
+SIZE = {"pairs": 2, "triads": 3}
+
+
+class PairedComparison(ComparingOptions):
+    """What a study may set for paired comparison."""
+
+    form: Literal["pairs", "triads"] = Field(
+        default="pairs",
+        description="pairs: which of two is more slippery; triads: which of the two steps between "
+        "three is larger, for a scale of differences.",
+    )
+    repetitions: AtLeastOne = Field(
+        default=2,
+        description="How often each pair or triad is presented; it stands in both orders equally "
+        "often where that is even.",
+        json_schema_extra={"unit": "trials a pair or triad"},
+    )
+
+
+def compared_surfaces(options: PairedComparison, context: Context) -> tuple[Surface, ...]:
+    """Return what is compared: plain surfaces in rising order, then, of pairs, the textures."""
+    plain = tuple(context.surface(each) for each in sorted(context.amplitudes_um_pp))
+    return plain if options.form == "triads" else (*plain, *context.textures)
+
+
+def check(options: PairedComparison, context: Context) -> None:
+    """Raise `UserError` where there are not enough surfaces."""
+    size, there = SIZE[options.form], len(compared_surfaces(options, context))
+    if there < size:
+        raise UserError(f"form = '{options.form}' compares {size} surfaces, the study has {there}")
+
+
+def trials(options: PairedComparison, context: Context) -> int:
+    """Return how many trials a run has, practice and catch trials included."""
+    surfaces = compared_surfaces(options, context)
+    groups = len(list(combinations(surfaces, SIZE[options.form])))
+    return options.practice + options.catch_trials + options.repetitions * groups
+
+
+def steps(options: PairedComparison, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    texts = context.texts
+    words = answers(texts["comparing.steps" if options.form == "triads" else "comparing.options"])
+    question = ComparisonQuestion(
+        prompt=texts[f"paired_comparison.{options.form}.question"], options=tuple(words[:2])
+    )
+    run = Comparing(
+        options,
+        context,
+        texts=f"paired_comparison.{options.form}",
+        question=question,
+        practice=_easy(options, context, "practice", options.practice),
+        main=with_catch_trials(
+            _main(options, context),
+            _easy(options, context, "main", options.catch_trials),
+            context.stream(context.task, "catch"),
+        ),
+    )
+    yield from run.steps()
+
+
+def _main(options: PairedComparison, context: Context) -> list[Shown]:
+    """Return the main trials: each repetition has all groups, shuffled on its own."""
+    groups = list(combinations(compared_surfaces(options, context), SIZE[options.form]))
+    stream = context.stream(context.task, "main")
+    begins = [stream.below(2) for _ in groups]  # which way round in odd repetitions
+    return [
+        Shown(
+            "main",
+            groups[each] if (begins[each] + repetition) % 2 else groups[each][::-1],
+            {"catch": False},
+        )
+        for repetition in range(options.repetitions)
+        for each in stream.shuffled(range(len(groups)))
+    ]
+
+
+def _easy(options: PairedComparison, context: Context, phase: Phase, count: int) -> list[Shown]:
+    """Return trials that nobody gets wrong who feels anything: the two ends of the range."""
+    surfaces = compared_surfaces(options, context)
+    plain = [each for each in surfaces if not isinstance(each, Grating)] or list(surfaces)
+    low, high = plain[0], plain[-1]
+    easy = (low, low, high) if options.form == "triads" else (low, high)
+    stream = context.stream(context.task, "easy", phase)
+    turned = [stream.below(2) for _ in range(count)]
+    return [Shown(phase, easy[::-1] if turn else easy, {"catch": True}) for turn in turned]
+
+
+def _answer(step: Ask, person: SimulatedPerson) -> float:
+    """Answer by what seemed more slippery, or by the larger of two steps."""
+    seemed = person.impressions
+    if len(seemed) == SIZE["pairs"]:
+        return compared(step, person)
+    first, second, third = seemed
+    return float(1 + person.pick([abs(second - first), abs(third - second)]))
+
+
+def _name(surface: Surface) -> str:
+    return surface.name if isinstance(surface, Grating) else f"{surface.amplitude_um_pp:g}"
+
+
+def _surface(interval: int) -> Column:
+    def name(record: TrialRecord) -> str | None:
+        shown = record.intervals.get(interval)
+        return _name(shown.surface) if shown else None
+
+    return Column(
+        value=name,
+        kind="label",
+        description=f"What interval {interval} presented: the amplitude in µm peak to peak, or "
+        "the texture's name",
+    )
+
+
+PROTOCOL = Protocol(
+    task="pairedcomparison",
+    title="Paired comparison of slipperiness",
+    description=(
+        "Every surface is compared with every other: which one is more slippery; or three with "
+        "each other: which of the two steps between them is larger."
+    ),
+    options=PairedComparison,
+    trials=trials,
+    steps=steps,
+    answer="response",
+    instructions="paired_comparison.pairs.instructions",
+    simulated={"response": _answer},
+    design={
+        "catch": Column(
+            value=lambda record: truth(bool(record.trial.factors["catch"])),
+            kind="label",
+            description="Whether it is a practice or catch trial, outside the plan",
+            levels={"true": "outside the plan", "false": "one of the plan"},
+        ),
+    },
+    stimulus={f"stimulus{number}": _surface(number) for number in (1, 2, 3)},
+    response={
+        "response": Column(
+            value=lambda record: record.answer("response"),
+            kind="number",
+            description="The interval that was more slippery; of three, the larger step: 1 from "
+            "the first to the second, 2 from the second to the third",
+        ),
+    },
+    intervals=lambda options: SIZE[options.form],
+    textures=True,
+    check=check,
+)
