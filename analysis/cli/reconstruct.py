@@ -88,7 +88,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Answer for every column; 1 if one of them is inconsistent."""
+    """Answer for every column; 1 if one of them is inconsistent, or a printed test impossible."""
     # Imported here so that --help needs no NumPy.
     if arguments.batch:
         from analysis.cli.reconstruct_batch import run_batch  # noqa: PLC0415
@@ -109,11 +109,11 @@ def run(arguments: argparse.Namespace) -> int:
         Solutions(column, arguments.memory_gib, arguments.minutes) for column in table.columns
     ]
     _announce(columns)
-    if arguments.sample is None:
-        _answer(table, columns, design, arguments)
-    else:
+    if arguments.sample is not None:
         _sample(columns, arguments)
-    return _status(columns)
+        return _status(columns)
+    impossible = _answer(table, columns, design, arguments)
+    return max(_status(columns), ANSWER_IS_NO if impossible else DONE)
 
 
 # Shorter waits are not announced.
@@ -158,8 +158,11 @@ def _answer(
     columns: list[Solutions],
     design: Design | None,
     arguments: argparse.Namespace,
-) -> None:
-    """Write what is known of every column and, if asked for, across columns."""
+) -> bool:
+    """Write what is known of every column and, if asked for, across columns.
+
+    Returns whether a printed test is impossible.
+    """
     import json  # noqa: PLC0415
 
     from analysis.reconstruction import answers, report  # noqa: PLC0415
@@ -174,6 +177,13 @@ def _answer(
         "columns": [report.column_json(answer) for answer in found],
     }
     said = report.lines(table.title, found)
+    tests = []
+    if table.tests:
+        from analysis.reconstruction.printed_test_answers import answer  # noqa: PLC0415 - if printed
+
+        tests = [answer(test, columns) for test in table.tests]
+        written["tests"] = report.printed_tests_json(tests)
+        said += report.printed_test_lines(tests)
     known = None
     # Sums and sums of squares are enough for most of it, a list or a count is not needed.
     usable = [
@@ -189,6 +199,7 @@ def _answer(
         source = Source(
             title=table.title,
             columns=tuple(zip(columns, found, strict=True)),
+            tests=tuple(tests),
             across=known,
             measure=arguments.measure,
             seed=arguments.seed,
@@ -197,6 +208,7 @@ def _answer(
             file.write(render(source))
     with _output(arguments.out) as file:
         print(json.dumps(written, indent=2) if arguments.json else "\n".join(said), file=file)
+    return any(one.verdict == "impossible" for one in tests)
 
 
 def _sample(columns: list[Solutions], arguments: argparse.Namespace) -> None:

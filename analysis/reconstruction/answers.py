@@ -72,6 +72,8 @@ class ColumnAnswer:
         Empty if there is no data set, or if they take too long to do unasked.
     variants : tuple of Variant
         Empty if not asked for.
+    scale_is_printed : bool
+        Whether an end of the scale is.
     refused : str
         Why the data sets are not counted; empty if they are.
     not_drawn : str
@@ -93,6 +95,7 @@ class ColumnAnswer:
     sums: tuple[tuple[Fraction, Fraction], ...]
     order_statistics: tuple[OrderStatistic, ...] = ()
     variants: tuple[Variant, ...] = ()
+    scale_is_printed: bool = True
     refused: str = ""
     not_drawn: str = ""
     witness: tuple[float, ...] = ()
@@ -141,6 +144,7 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
         ordered=solutions.ordered if worth_ordering(solutions, measure) else None,
         grim=found.grim,
         grimmer=found.grimmer,
+        scale_is_printed=column.scale_is_printed,
         sums=moments(solutions),
         order_statistics=(
             order_statistics(marginals(solutions, measure), column.scale) if worth else ()
@@ -164,6 +168,7 @@ def _uncounted(solutions: Solutions) -> ColumnAnswer:
         ordered=None,
         grim=found.grim,
         grimmer=found.grimmer,
+        scale_is_printed=column.scale_is_printed,
         sums=moments(solutions) if len(found.wanted) <= SHOWN_SUMS else (),
         refused=solutions.refused,
         witness=tuple(float(column.scale.value(v)) for v in solutions.witness),

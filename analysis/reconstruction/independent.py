@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from math import inf
+from math import inf, prod
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,10 +26,12 @@ if TYPE_CHECKING:
 # Pairs of sum and sum of squares that are all set against those of another column; of more, only
 # the extremes of each sum are.
 ALL_OF = 1000
+# Choices of a pair for each of several groups that are all taken.
+CHOICES = 1_000_000
 
 
 @dataclass(frozen=True)
-class _Group:
+class Group:
     """The means and the variances (n - 1) that one column may have, pair by pair."""
 
     label: str
@@ -50,12 +52,13 @@ def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
     """
     if len(columns) < 2:  # noqa: PLR2004 - one column has nothing to be compared with
         raise UserError("conclusions compare columns: expected two or more in the table")
-    groups = [_group(solutions) for solutions in columns]
+    groups = [group_of(solutions) for solutions in columns]
     found = [test(a, b) for a, b in combinations(groups, 2) for test in (_students_t, _welchs_t)]
     return [*found, _one_way_f(groups)]
 
 
-def _group(solutions: Solutions) -> _Group:
+def group_of(solutions: Solutions) -> Group:
+    """Return the means and variances that a column may have."""
     column = solutions.column
     pairs, sharp = solutions.attained
     n, step, low = column.n, float(column.scale.step), float(column.scale.minimum)
@@ -69,7 +72,7 @@ def _group(solutions: Solutions) -> _Group:
     # Whole numbers, before anything is rounded.
     scatter = np.array([n * q - s * s for s, q in pairs], dtype=np.float64) / n
     sums = np.array([s for s, _ in pairs], dtype=np.float64)
-    return _Group(
+    return Group(
         label=column.label,
         n=n,
         mean=low + step * sums / n,
@@ -79,26 +82,35 @@ def _group(solutions: Solutions) -> _Group:
     )
 
 
-def _students_t(a: _Group, b: _Group) -> Conclusion:
+def students_t(a: Group, b: Group) -> tuple[Array, Array]:
+    """Return Student's t of b minus a and its degrees of freedom for every pair of pairs."""
     degrees = a.n + b.n - 2
     pooled = ((a.n - 1) * a.variance[:, None] + (b.n - 1) * b.variance) / degrees
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(pooled * (1 / a.n + 1 / b.n)))
-    words = f"independent t({degrees}) of {b.label} minus {a.label}"
-    return _conclusion("student_t", words, (a, b), t, np.full(t.shape, float(degrees)))
+    return t, np.full(t.shape, float(degrees))
 
 
-def _welchs_t(a: _Group, b: _Group) -> Conclusion:
+def welchs_t(a: Group, b: Group) -> tuple[Array, Array]:
+    """Return Welch's t of b minus a and its degrees of freedom for every pair of pairs."""
     of_a, of_b = a.variance[:, None] / a.n, b.variance / b.n
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(of_a + of_b))
     bottom = of_a**2 / (a.n - 1) + of_b**2 / (b.n - 1)
     # Without any variation t is infinite, whatever its degrees of freedom.
-    degrees = np.divide((of_a + of_b) ** 2, bottom, out=np.ones_like(t), where=bottom > 0)
+    return t, np.divide((of_a + of_b) ** 2, bottom, out=np.ones_like(t), where=bottom > 0)
+
+
+def _students_t(a: Group, b: Group) -> Conclusion:
+    words = f"independent t({a.n + b.n - 2}) of {b.label} minus {a.label}"
+    return _conclusion("student_t", words, (a, b), *students_t(a, b))
+
+
+def _welchs_t(a: Group, b: Group) -> Conclusion:
     words = f"Welch's t of {b.label} minus {a.label}"
-    return _conclusion("welch_t", words, (a, b), t, degrees)
+    return _conclusion("welch_t", words, (a, b), *welchs_t(a, b))
 
 
 def _conclusion(
-    name: str, words: str, groups: tuple[_Group, _Group], t: Array, degrees: Array
+    name: str, words: str, groups: tuple[Group, Group], t: Array, degrees: Array
 ) -> Conclusion:
     from scipy.stats import t as student  # noqa: PLC0415 - SciPy takes longer than the counts
 
@@ -116,19 +128,44 @@ def _conclusion(
     )
 
 
-def _one_way_f(groups: list[_Group]) -> Conclusion:
-    """Return the range of the one-way F; sharp where every column has one sum only."""
-    from scipy.stats import f as fisher  # noqa: PLC0415
-
+def range_of_f(groups: Sequence[Group]) -> tuple[float, float]:
+    """Return what the one-way F lies between."""
     k, n = len(groups), sum(group.n for group in groups)
     within = [
         sum((group.n - 1) * pick(group.variance) for group in groups) / (n - k)
         for pick in (np.max, np.min)
     ]
-    between = _between(groups, k)
     low, high = (
-        float(_ratio(np.array(b), np.array(w))) for b, w in zip(between, within, strict=True)
+        float(_ratio(np.array(b), np.array(w)))
+        for b, w in zip(_between(groups, k), within, strict=True)
     )
+    return low, high
+
+
+def every_f(groups: Sequence[Group]) -> Array | None:
+    """Return the one-way F of every choice of a pair for each group; None if they are too many."""
+    k, n = len(groups), sum(group.n for group in groups)
+    if prod(len(group.mean) for group in groups) > CHOICES:
+        return None
+    means = np.meshgrid(*(group.mean for group in groups), indexing="ij")
+    variances = np.meshgrid(*(group.variance for group in groups), indexing="ij")
+    sizes = [group.n for group in groups]
+    centre = sum(size * mean for size, mean in zip(sizes, means, strict=True)) / n
+    between = sum(size * (mean - centre) ** 2 for size, mean in zip(sizes, means, strict=True)) / (
+        k - 1
+    )
+    within = sum((size - 1) * variance for size, variance in zip(sizes, variances, strict=True)) / (
+        n - k
+    )
+    return _ratio(np.asarray(between), np.asarray(within)).ravel()
+
+
+def _one_way_f(groups: Sequence[Group]) -> Conclusion:
+    """Return the range of the one-way F; sharp where every column has one sum only."""
+    from scipy.stats import f as fisher  # noqa: PLC0415
+
+    k, n = len(groups), sum(group.n for group in groups)
+    low, high = range_of_f(groups)
     ps = [float(fisher.sf(value, k - 1, n - k)) for value in (high, low)]
     one_sum = all(len(np.unique(group.mean)) == 1 for group in groups)
     return Conclusion(
@@ -138,7 +175,7 @@ def _one_way_f(groups: list[_Group]) -> Conclusion:
     )  # fmt: skip
 
 
-def _between(groups: list[_Group], k: int) -> tuple[float, float]:
+def _between(groups: Sequence[Group], k: int) -> tuple[float, float]:
     """Return the least and the largest mean square between groups whose means have ranges.
 
     The sum of squares is a sum of distances to a common centre, convex in the means: largest at

@@ -37,10 +37,23 @@ class PrintedTest(Record):
     p_below: AsPrinted | None = None
     rounding: Literal["nearest", "half_up", "half_even", "truncated"] = "nearest"
 
+    @property
+    def of_two(self) -> bool:
+        """Whether it compares two columns, no more."""
+        return self.kind not in ("one_way_f", "rm_f")
+
     @model_validator(mode="after")
     def _enough(self) -> PrintedTest:
         if not (self.statistic or self.p or self.p_below):
             raise ValueError("expected a statistic, p or p_below")
+        if self.kind == "rm_f" and (self.p or self.p_below):
+            raise ValueError(
+                "leave out the p of a repeated-measures F: it depends on its correction"
+            )
+        if self.kind == "correlation" and not self.statistic:
+            raise ValueError("expected the statistic, r")
+        if self.of_two and len(self.columns) > 2:  # noqa: PLR2004 - a pair
+            raise ValueError("expected two columns")
         if len(set(self.columns)) < len(self.columns) or len(self.columns) == 1:
             raise ValueError("expected two or more different columns")
         return self

@@ -25,7 +25,7 @@ from analysis.reconstruction.printed_fields import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from analysis.reconstruction.printed_tests import PrintedTest
     from analysis.reconstruction.rounding import Printed
@@ -266,6 +266,16 @@ def close(summary: Summary, scale: OpenScale) -> Column:
     )
     printed_ends = scale.minimum is not None or scale.maximum is not None
     return Column(**given, scale=grid, scale_is_printed=printed_ends)
+
+
+def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
+    """Return columns whose scale is not printed on one that holds them all, to be compared on."""
+    grids = [column.scale for column in columns]
+    if len({grid.step for grid in grids}) != 1:
+        return tuple(columns)
+    ends = {"minimum": min(g.minimum for g in grids), "maximum": max(g.maximum for g in grids)}
+    grid = grids[0].model_copy(update=ends)
+    return tuple(column.model_copy(update={"scale": grid}) for column in columns)
 
 
 def _farthest(summary: Summary) -> Fraction | None:

@@ -17,9 +17,12 @@ if TYPE_CHECKING:
     from analysis.reconstruction.answers import Across, ColumnAnswer, Variant
     from analysis.reconstruction.conclusions import Conclusion
     from analysis.reconstruction.distributions import Distribution
+    from analysis.reconstruction.printed_test_answers import PrintedTestAnswer
 
 # Different ratings of a data set that are shown.
 SHOWN_VALUES = 20
+# Pairs of a sum and a sum of squares that are shown; JSON has all.
+SHOWN_SUMS = 12
 # JSON's own words, as the documentation names them.
 Json = dict[str, Any]
 
@@ -36,6 +39,7 @@ def column_json(answer: ColumnAnswer) -> Json:
         "rounding": answer.rounding,
         "grim": answer.grim,
         "grimmer": answer.grimmer,
+        "scale_is_printed": answer.scale_is_printed,
         "sums": [{"sum": str(s), "sum_of_squares": str(q)} for s, q in answer.sums],
     }
     if answer.refused:
@@ -75,6 +79,35 @@ def across_json(answer: Across) -> Json:
     }
 
 
+def printed_tests_json(found: Sequence[PrintedTestAnswer]) -> list[Json]:
+    """Return what is known of the printed tests for JSON."""
+    return [_finite(asdict(one)) for one in found]
+
+
+def printed_test_lines(found: Sequence[PrintedTestAnswer]) -> list[str]:
+    """Return what is known of the printed tests for people, a line each."""
+    said = ["Printed tests"] if found else []
+    for one in found:
+        said.append(f"  {one.question}: {one.printed}: {one.verdict}")
+        said += [f"    {line}" for line in printed_test_details(one)]
+    return [*said, ""] if said else []
+
+
+def printed_test_details(one: PrintedTestAnswer) -> Iterator[str]:
+    """Yield what is known of a printed test beside the verdict."""
+    if isfinite(one.low):
+        extent = f"to {_number(one.high)}" if isfinite(one.high) else "or more"
+        yield f"over all data sets and pairings {_number(one.low)} {extent}"
+    if one.pairs is not None:
+        yield f"{one.pairs_left:,} of {one.pairs:,} choices of sums and sums of squares fit"
+    if one.correlation_low is not None:
+        yield (
+            f"it leaves a correlation of {one.correlation_low:.3f} to {one.correlation_high:.3f}"
+        )
+    if one.example:
+        yield f"printed by {ratings(one.labels, one.example)}"
+
+
 def _finite(entry: Json) -> Json:
     return {key: _finite_or_none(value) for key, value in entry.items()}
 
@@ -94,6 +127,8 @@ def lines(title: str, answers: Iterable[ColumnAnswer]) -> list[str]:
 def column_lines(answer: ColumnAnswer) -> Iterator[str]:
     """Yield what is known of one column."""
     yield f"{answer.label}  ({answer.sd_convention} SD, rounding: {answer.rounding})"
+    if not answer.scale_is_printed:
+        yield "  no scale is printed: ratings may lie as far from the mean as the SD allows"
     if answer.multisets is None:
         yield from _uncounted_lines(answer)
     elif answer.multisets:
@@ -103,7 +138,9 @@ def column_lines(answer: ColumnAnswer) -> Iterator[str]:
             yield f"  ordered samples  not counted, {why}"
         else:
             yield f"  ordered samples  {answer.ordered:,}"
-        yield "  sum, sum of squares  " + "; ".join(f"{s}, {q}" for s, q in answer.sums)
+        pairs = "; ".join(f"{s}, {q}" for s, q in answer.sums[:SHOWN_SUMS])
+        more = len(answer.sums) - SHOWN_SUMS
+        yield f"  sum, sum of squares  {pairs}" + (f"; and {more} more pairs" if more > 0 else "")
     else:
         yield f"  inconsistent: {answer.reason}"
     if answer.order_statistics:

@@ -20,6 +20,7 @@ from analysis.reconstruction.published_table import (
     PublishedTable,
     Summary,
     close,
+    on_one_scale,
 )
 from faults import UserError
 from faults.toml_file import parse_toml
@@ -81,6 +82,9 @@ class _File(Record):
                 yield ("column", place), {"msg": said(error)}
         labels = self.labels()
         for place, test in enumerate(self.test):
+            if test.of_two and not test.columns and len(labels) != 2:  # noqa: PLR2004 - a pair
+                words = f"expected the two columns that {test.kind} compares"
+                yield ("test", place), {"msg": words}
             for label in test.columns:
                 if label not in labels:
                     known = ", ".join(repr(known) for known in labels)
@@ -93,10 +97,12 @@ class _File(Record):
 
     def columns(self) -> tuple[Column, ...]:
         """Return the columns on their scale."""
-        return tuple(
+        closed = tuple(
             close(entry.model_copy(update={"label": label}), self.scale)
             for entry, label in zip(self.column, self.labels(), strict=True)
         )
+        printed = self.scale.minimum is not None and self.scale.maximum is not None
+        return closed if printed else on_one_scale(closed)
 
 
 class _Line(Summary):
@@ -171,7 +177,9 @@ def from_csv(text: str, source: str = "the table", title: str = "") -> Published
     rows = _csv_rows(text, source)
     if told := [fault for row in rows for fault in row.told]:
         raise complaint(source, told)
-    return PublishedTable(title, tuple(row.column for row in rows if row.column is not None))
+    columns = tuple(row.column for row in rows if row.column is not None)
+    open_scales = not any(column.scale_is_printed for column in columns)
+    return PublishedTable(title, on_one_scale(columns) if open_scales else columns)
 
 
 def _csv_rows(text: str, source: str) -> list[Row]:

@@ -16,7 +16,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from analysis.reconstruction.report import column_lines, ratings
+from analysis.reconstruction.report import column_lines, printed_test_details, ratings
 from analysis.reconstruction.sampling import Sampler
 from analysis.reconstruction_page.distributions import cumulative, histogram
 from analysis.reconstruction_page.figures import cumulative_figure, histogram_figure
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from analysis.reconstruction.answers import Across, ColumnAnswer
     from analysis.reconstruction.conclusions import Conclusion
     from analysis.reconstruction.distributions import Distribution
+    from analysis.reconstruction.printed_test_answers import PrintedTestAnswer
     from analysis.reconstruction.solutions import Solutions
     from analysis.reconstruction.state_table import Array
 
@@ -53,6 +54,8 @@ class Source:
         Of the table.
     columns : sequence of (Solutions, ColumnAnswer)
         Each column and what is known of it.
+    tests : sequence of PrintedTestAnswer
+        What is known of the tests printed beside it.
     across : Across or None
         What is known across columns, if it was asked for.
     measure, seed : str, int
@@ -61,6 +64,7 @@ class Source:
 
     title: str
     columns: Sequence[tuple[Solutions, ColumnAnswer]]
+    tests: Sequence[PrintedTestAnswer]
     across: Across | None
     measure: str
     seed: int
@@ -70,6 +74,8 @@ def render(source: Source) -> str:
     """Return the page."""
     css = files("analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
     sections = [_column(source, place) for place in range(len(source.columns))]
+    if source.tests:
+        sections.append(_printed_tests(source.tests))
     if source.across is not None:
         sections.append(_across(source.across))
     if samples := long_samples(source):
@@ -165,6 +171,29 @@ def _column(source: Source, place: int) -> html.ReportSection:
                 "Sorted ratings over all data sets, exact; rank 1 is the smallest.",
             )
         )
+    return section
+
+
+def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
+    """Return whether the printed tests are possible, and what shows it."""
+    section = html.ReportSection("Printed tests")
+    section.blocks.append(
+        html.table(
+            [
+                html.TableColumn(title="Test", left=True),
+                html.TableColumn(title="Printed", left=True),
+                html.TableColumn(title="Verdict", left=True),
+            ],
+            [(one.question, one.printed, one.verdict) for one in found],
+            "Whether some data set, and some pairing, prints each test.",
+        )
+    )
+    details = [
+        f"{one.question}: {'; '.join(line)}"
+        for one in found
+        if (line := list(printed_test_details(one)))
+    ]
+    section.blocks.append(html.bullets(details, "note"))
     return section
 
 

@@ -160,3 +160,39 @@ def test_what_takes_long_is_announced(capsys, tmp_path, monkeypatch):
     monkeypatch.setattr("analysis.cli.reconstruct.WORTH_SAYING_S", -1.0)
     assert slipscale.main(["reconstruct", str(tmp_path / "t.csv")]) == 0
     assert "column 'a': counting takes about 1 s and 0.0 GiB" in capsys.readouterr().err
+
+
+TESTED = """
+title = "Two columns, and a test between them"
+[scale]
+maximum = 9
+[[column]]
+label = "a"
+n = 5
+mean = "2.40"
+sd = "1.14"
+[[column]]
+label = "b"
+n = 5
+mean = "6.40"
+sd = "1.52"
+[[test]]
+kind = "paired_t"
+statistic = "4.78"
+"""
+
+
+@pytest.mark.parametrize("t, verdict, status", [("4.78", "possible", 0), ("99", "impossible", 1)])
+def test_a_printed_test_is_answered_in_words_json_and_page(capsys, tmp_path, t, verdict, status):
+    (tmp_path / "t.toml").write_text(TESTED.replace("4.78", t))
+    words = ["reconstruct", str(tmp_path / "t.toml"), "--html", str(tmp_path / "page.html")]
+    assert slipscale.main(words) == status
+    assert f"paired t of a, b: t = {t}: {verdict}" in capsys.readouterr().out
+    page = (tmp_path / "page.html").read_text()
+    assert f">{verdict}<" in page
+    assert slipscale.main([*words, "--json"]) == status
+    (found,) = json.loads(capsys.readouterr().out)["tests"]
+    assert found["verdict"] == verdict
+    if found["example"]:
+        assert round(ttest_rel(*reversed(found["example"])).statistic, 2) == float(t)
+    assert bool(found["example"]) == (verdict == "possible")

@@ -37,6 +37,35 @@ def test_every_answer_is_what_the_schema_says(name, design, tmp_path, capsys):
         SCHEMA.validate(answer)
 
 
+def test_printed_tests_are_what_the_schema_says(tmp_path, capsys):
+    (tmp_path / "t.toml").write_text(
+        """
+[[column]]
+n = 5
+mean = 2.40
+sd = 1.14
+[[column]]
+n = 5
+mean = 6.40
+sd = 1.52
+[[test]]
+kind = "paired_t"
+p_below = 0.05
+[[test]]
+kind = "rm_f"
+statistic = 99.0
+[[test]]
+kind = "welch_t"
+statistic = 4.71
+"""
+    )
+    slipscale.main(["reconstruct", str(tmp_path / "t.toml"), "--json"])
+    found = json.loads(capsys.readouterr().out)
+    SCHEMA.validate(found)
+    assert [test["verdict"] for test in found["tests"]] == ["possible", "not decided", "possible"]
+    assert found["columns"][0]["scale_is_printed"] is False
+
+
 @pytest.mark.skipif(shutil.which("Rscript") is None, reason="R is not installed")
 def test_the_r_example_runs_and_prints_what_the_page_says(tmp_path):
     page = (DOCS / "reconstruct.md").read_text("utf-8")
