@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 
 def split_address(
-    address: str, converters: Mapping[str, Callable[[str], Any]]
+    address: str, converters: Mapping[str, Callable[[str], Any]], *, what: str = "plate address"
 ) -> tuple[str, dict[str, Any]]:
-    """Return the port and the converted options of an address.
+    """Return the port and the converted options of an address; ``what`` names it in messages.
 
     Raises
     ------
@@ -42,12 +42,12 @@ def split_address(
         if not equals or key not in converters or key in options:
             known = ", ".join(f"{name}=..." for name in sorted(converters)) or "none"
             raise UserError(
-                f"plate address '{address}': '{word}' is not an option of its own; known: {known}"
+                f"{what} '{address}': '{word}' is not an option of its own; known: {known}"
             )
         try:
             options[key] = converters[key](text)
         except ValueError as error:
-            raise UserError(f"plate address '{address}': {key} is '{text}', {error}") from None
+            raise UserError(f"{what} '{address}': {key} is '{text}', {error}") from None
     return target, options
 
 

@@ -49,13 +49,15 @@ class SerialLine:
     ----------
     port : str
         ``/dev/ttyACM0``, ``COM3``, or any URL that pyserial opens (``spy://`` logs the wire).
+    baud : int
+        Of the line.
     """
 
-    def __init__(self, port: str) -> None:
+    def __init__(self, port: str, *, baud: int = BAUD) -> None:
         self.port = port
         try:
             self._serial = serial.serial_for_url(
-                port, baudrate=BAUD, timeout=SLICE_S, write_timeout=1.0, exclusive=True
+                port, baudrate=baud, timeout=SLICE_S, write_timeout=1.0, exclusive=True
             )
         except (*UNPLUGGED, ValueError) as error:
             raise _opening_fault(port, error) from error

@@ -1,0 +1,156 @@
+"""Forces from a National Instruments data acquisition device, through their own library.
+
+SPEC: ``daq:normal=Dev1/ai0,lateral=Dev1/ai1,normal_scale=10,lateral_scale=5`` with
+
+=================================  ============================================================
+``normal``, ``lateral``            the device's voltage channels; required
+``normal_scale``, ...              N per volt; required: the load cell's own calibration
+``normal_zero``, ...               volts at no force (0)
+``rate``                           samples a second (1000)
+=================================  ============================================================
+
+The library (``nidaqmx``) is an extra: ``pip install slipscale[daq]``; it needs NI's driver. **It
+was never tried on a device**: the tests put a stand-in in the library's place.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from faults import UserError
+from hardware import address as addresses
+from hardware.contact.source import FORCE, ContactSource, Sample, SensorFault
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hardware.contact.source import Surroundings
+
+RATE_HZ = 1000.0
+BUFFER_S = 10.0  # what the device keeps for us
+FIRST_TRIES, FIRST_WAIT_S = 50, 0.02
+NAMES = ("normal", "lateral")
+
+
+def _channel(text: str) -> str:
+    if not text:
+        raise ValueError("expected a channel such as Dev1/ai0")
+    return text
+
+
+OPTIONS: dict[str, Callable[[str], Any]] = {"rate": addresses.positive_number}
+for _name in NAMES:
+    OPTIONS |= {
+        _name: _channel,
+        f"{_name}_scale": addresses.number,
+        f"{_name}_zero": addresses.number,
+    }
+
+
+def load_library() -> Any:
+    """Return the module ``nidaqmx``. Raises `UserError` where it is not installed."""
+    try:
+        import nidaqmx  # noqa: PLC0415 - an extra, and it loads NI's driver
+    except ImportError:
+        raise UserError(
+            "--force daq: the library nidaqmx is not installed: pip install 'slipscale[daq]', and "
+            "NI's own driver (NI-DAQmx)"
+        ) from None
+    return nidaqmx
+
+
+class DaqForces(ContactSource):
+    """Two voltage channels, as forces.
+
+    Parameters
+    ----------
+    surroundings : Surroundings
+    options : dict
+        See the module.
+    """
+
+    name: ClassVar[str] = "daq"
+    quantities = FORCE
+
+    def __init__(self, surroundings: Surroundings, options: dict[str, Any]) -> None:
+        self._clock = surroundings.clock
+        self._options = options
+        self._rate_hz: float = options.get("rate", RATE_HZ)
+        self._library = load_library()
+        self._task: Any = None
+        self._lost = False
+
+    def connect(self) -> None:
+        """Open the channels and wait for the first reading."""
+        self.close()
+        self._lost = False
+        try:
+            self._task = self._library.Task()
+            for name in NAMES:
+                self._task.ai_channels.add_ai_voltage_chan(self._options[name])
+            self._task.timing.cfg_samp_clk_timing(
+                self._rate_hz,
+                sample_mode=self._library.constants.AcquisitionType.CONTINUOUS,
+                samps_per_chan=int(self._rate_hz * BUFFER_S),
+            )
+            self._task.start()
+        except self._library.errors.Error as error:
+            raise SensorFault(f"daq: {_first_line(error)}") from error
+        for _ in range(FIRST_TRIES):
+            if self.take():
+                return
+            self._clock.sleep(FIRST_WAIT_S)
+        raise SensorFault("daq: no reading came")
+
+    def begin(self) -> None:
+        """Drop what came before; open a lost device again."""
+        if self._lost:
+            self.connect()
+        self.take()
+
+    def take(self) -> list[Sample]:
+        """Return the samples since the last call; the last was taken now."""
+        if self._task is None:
+            raise SensorFault("daq: not connected")
+        try:
+            volts = self._task.read(
+                number_of_samples_per_channel=self._library.constants.READ_ALL_AVAILABLE
+            )
+        except self._library.errors.Error as error:
+            self._lost = True
+            raise SensorFault(f"daq: {_first_line(error)}") from error
+        now_s, count = self._clock.now(), len(volts[0])
+        forces = [
+            [
+                (v - self._options.get(f"{name}_zero", 0.0)) * self._options[f"{name}_scale"]
+                for v in channel
+            ]
+            for name, channel in zip(NAMES, volts, strict=True)
+        ]
+        return [
+            Sample(now_s - (count - 1 - number) / self._rate_hz, values)
+            for number, values in enumerate(zip(*forces, strict=True))
+        ]
+
+    def close(self) -> None:
+        """Let go of the device."""
+        task, self._task = self._task, None
+        if task is not None:
+            task.close()
+
+    def describe(self) -> dict[str, object]:
+        """Return name, channels and scales."""
+        return {"name": self.name, **self._options, "rate": self._rate_hz}
+
+
+def _first_line(error: Exception) -> str:
+    return str(error).partition("\n")[0].rstrip(".")
+
+
+def open_force(address: str, surroundings: Surroundings) -> ContactSource:
+    """Return the device's forces: the entry point ``daq``. Raises `UserError`."""
+    _, options = addresses.split_address(address, OPTIONS, what="--force daq")
+    needed = [key for name in NAMES for key in (name, f"{name}_scale")]
+    if missing := [key for key in needed if key not in options]:
+        raise UserError(f"--force 'daq:{address}': expected {', '.join(missing)} too")
+    return DaqForces(surroundings, options)

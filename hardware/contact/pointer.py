@@ -1,0 +1,98 @@
+"""The pointer of the participant's window: a mouse, or a touch panel that acts as one.
+
+SPEC: ``mouse:mm_per_pixel=0.25`` with
+
+================  ===============================================================
+``mm_per_pixel``  how far the finger goes while the pointer goes by one pixel;
+                  required: measure it, with the pointer's acceleration off
+``angle``         direction of the stroke on the screen, degrees (0: to the right)
+================  ===============================================================
+
+It has one sample a frame. A mouse knows only where it moves, so that place 0 is the middle of the
+window; a touch panel is tied to the plate.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from faults import UserError
+from hardware import address as addresses
+from hardware.contact.source import POSITION, ContactSource, Sample
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hardware.contact.source import Surroundings
+
+OPTIONS: dict[str, Callable[[str], Any]] = {
+    "mm_per_pixel": addresses.positive_number,
+    "angle": addresses.number,
+}
+
+
+class WindowPointer(ContactSource):
+    """Where the pointer is, in mm along and across the stroke.
+
+    Parameters
+    ----------
+    surroundings : Surroundings
+        Its finger is a window's.
+    mm_per_pixel : float
+    angle_deg : float
+        Direction of the stroke on the screen.
+    """
+
+    name: ClassVar[str] = "mouse"
+    quantities = POSITION
+
+    def __init__(
+        self, surroundings: Surroundings, *, mm_per_pixel: float, angle_deg: float = 0.0
+    ) -> None:
+        finger = surroundings.finger
+        if finger is None or finger.unit != "px":
+            raise UserError("--position mouse: there is no window whose pointer it could follow")
+        self._finger = finger
+        self._clock = surroundings.clock
+        self._mm_per_pixel = mm_per_pixel
+        self._angle_deg = angle_deg
+
+    def connect(self) -> None:
+        """Do nothing: the window is the participant's."""
+
+    def take(self) -> list[Sample]:
+        """Return where the pointer is now."""
+        now_s = self._clock.now()
+        touch = self._finger.at(now_s)
+        if touch is None:
+            return []
+        turn = math.radians(self._angle_deg)
+        along = touch.x * math.cos(turn) + touch.y * math.sin(turn)
+        across = touch.y * math.cos(turn) - touch.x * math.sin(turn)
+        return [Sample(now_s, (along * self._mm_per_pixel, across * self._mm_per_pixel))]
+
+    def close(self) -> None:
+        """Do nothing."""
+
+    def describe(self) -> dict[str, object]:
+        """Return name and scale."""
+        return {
+            "name": self.name,
+            "mm_per_pixel": self._mm_per_pixel,
+            "angle_deg": self._angle_deg,
+        }
+
+
+def open_position(address: str, surroundings: Surroundings) -> ContactSource:
+    """Return the pointer: the entry point ``mouse``. Raises `UserError`."""
+    _, options = addresses.split_address(address, OPTIONS, what="--position mouse")
+    if "mm_per_pixel" not in options:
+        raise UserError(
+            f"--position 'mouse:{address}': expected mm_per_pixel=..., as it was measured"
+        )
+    return WindowPointer(
+        surroundings,
+        mm_per_pixel=options["mm_per_pixel"],
+        angle_deg=options.get("angle", 0.0),
+    )

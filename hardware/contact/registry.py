@@ -1,0 +1,41 @@
+"""The sources of position and force that are installed, found by entry point as backends are.
+
+SPEC: ``NAME`` or ``NAME:ADDRESS``; ``none`` is no source.
+"""
+
+from __future__ import annotations
+
+from importlib.metadata import entry_points
+from typing import TYPE_CHECKING, Protocol
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from hardware.contact.source import ContactSource, Kind, Surroundings
+
+NONE = "none"
+GROUPS: dict[Kind, str] = {"position": "slipscale.positions", "force": "slipscale.forces"}
+
+
+class SourceFactory(Protocol):
+    """What an entry point of these groups is: it makes a source, not yet connected."""
+
+    def __call__(self, address: str, surroundings: Surroundings) -> ContactSource:
+        """Return the source of an address: what follows the colon of the SPEC."""
+
+
+def open_source(kind: Kind, spec: str, surroundings: Surroundings) -> ContactSource:
+    """Return the source that a SPEC names, not yet connected.
+
+    Raises
+    ------
+    UserError
+        No source of that name is installed, or its address holds what it does not know.
+    """
+    name, _, address = spec.partition(":")
+    found = {point.name: point for point in entry_points(group=GROUPS[kind])}
+    if name not in found:
+        known = ", ".join([*sorted(found), NONE])
+        raise UserError(f"--{kind} '{spec}': no source '{name}'; there are: {known}")
+    factory: SourceFactory = found[name].load()
+    return factory(address, surroundings)

@@ -1,0 +1,113 @@
+"""A finger whose way is written in a file: for demonstrations, and to try a texture.
+
+SPEC: ``scripted:FILE``, a CSV with the columns ``time_s,x_mm,y_mm`` in order of time. Time 0 is
+the beginning of each exploration; after the last row the finger stays where it is.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+from faults import UserError
+from hardware.contact.source import POSITION, ContactSource, Sample
+
+if TYPE_CHECKING:
+    from hardware.contact.source import Surroundings
+
+COLUMNS = ("time_s", *POSITION)
+LAST_S = 0.01  # the finger that stays is told so often
+
+
+class ScriptedPosition(ContactSource):
+    """Where a script says that the finger is.
+
+    Parameters
+    ----------
+    surroundings : Surroundings
+    way : sequence of Sample
+        Times from the beginning of an exploration, ascending.
+    file : str
+        Where it comes from, for the record.
+    """
+
+    name: ClassVar[str] = "scripted"
+    quantities = POSITION
+    virtual = True
+
+    def __init__(self, surroundings: Surroundings, way: list[Sample], file: str) -> None:
+        self._clock = surroundings.clock
+        self._way = way
+        self._file = file
+        self._begun_s = 0.0
+        self._next = 0
+        self._told_s = -math.inf
+
+    def connect(self) -> None:
+        """Do nothing."""
+
+    def begin(self) -> None:
+        """Begin the way anew."""
+        self._begun_s, self._next, self._told_s = self._clock.now(), 0, -math.inf
+
+    def take(self) -> list[Sample]:
+        """Return what was due since the last call; at the end of the way, where the finger is."""
+        now_s = self._clock.now()
+        due = []
+        while self._next < len(self._way):
+            time_s, values = self._way[self._next]
+            if self._begun_s + time_s > now_s:
+                break
+            due.append(Sample(self._begun_s + time_s, values))
+            self._next += 1
+        if self._next == len(self._way) and not due and now_s - self._told_s >= LAST_S:
+            due.append(Sample(now_s, self._way[-1].values))
+        if due:
+            self._told_s = due[-1].time_s
+        return due
+
+    def close(self) -> None:
+        """Do nothing."""
+
+    def describe(self) -> dict[str, object]:
+        """Return name and file."""
+        return {"name": self.name, "file": self._file, "rows": len(self._way)}
+
+
+def read_way(path: Path) -> list[Sample]:
+    """Return the samples of a file. Raises `UserError` that names file and line."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            rows = list(csv.reader(stream))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise UserError(f"--position scripted: {path} cannot be read ({error})") from None
+    if not rows or tuple(rows[0]) != COLUMNS:
+        raise UserError(
+            f"--position scripted: {path}, line 1: expected the columns {','.join(COLUMNS)}"
+        )
+    way: list[Sample] = []
+    for line, row in enumerate(rows[1:], start=2):
+        try:
+            time_s, *values = map(float, row)
+        except ValueError:
+            time_s, values = math.nan, []
+        after = way[-1].time_s if way else 0.0
+        finite = all(math.isfinite(each) for each in (time_s, *values))
+        if len(row) != len(COLUMNS) or not finite or time_s < after:
+            raise UserError(
+                f"--position scripted: {path}, line {line}: expected {len(COLUMNS)} numbers, the "
+                f"time not before {after:g} s"
+            )
+        way.append(Sample(time_s, tuple(values)))
+    if not way:
+        raise UserError(f"--position scripted: {path}: expected one row or more")
+    return way
+
+
+def open_position(address: str, surroundings: Surroundings) -> ContactSource:
+    """Return the script's finger: the entry point ``scripted``. Raises `UserError`."""
+    if not address:
+        raise UserError("--position scripted: expected scripted:FILE")
+    return ScriptedPosition(surroundings, read_way(Path(address)), address)

@@ -1,0 +1,286 @@
+"""Sensors that send lines of numbers over a serial port: laser distances, load cells.
+
+SPEC of a position: ``lasers:PORT,option=value,...``; of a force: ``load_cells:PORT,...``. Each line
+is one reading: numbers separated by commas, semicolons, tabs or spaces, ended by a line feed.
+
+=================================  ============================================================
+``x``, ``y`` (``normal``,          which number of the line it is, from 1; 1 and 2 by default.
+``lateral``)                       ``y=0``: there is no second laser, and y is told as 0
+``x_scale``, ...                   mm (or N) for each unit that the sensor sends (1)
+``x_zero``, ...                    what the sensor sends at place 0 (at no force) (0)
+``tare``                           load cells: seconds at the start with no finger on the plate,
+                                   whose mean becomes the zero (0: none)
+``baud``                           of the port (115200)
+=================================  ============================================================
+
+So any microcontroller that prints its converters' counts will do. Two sensors with a line each need
+one that joins them. A line that cannot be read is left out; half a second without a reading is a
+fault.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import deque
+from statistics import fmean
+from threading import Event, Thread
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from faults import UserError
+from hardware import address as addresses
+from hardware.backends.serial_board.serial_line import BAUD, SerialLine
+from hardware.contact.source import FORCE, POSITION, ContactSource, Sample, SensorFault
+from hardware.errors import PlateFault
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hardware.clock import Clock
+    from hardware.contact.source import Quantities, Surroundings
+
+FIRST_S = 3.0  # some boards restart when their port is opened
+SILENT_S = 0.5
+KEPT = 100_000  # samples that nobody took
+SEPARATORS = re.compile(r"[,;\t ]+")
+LONGEST_LINE = 400
+TARE_TRIES_S = 0.02
+
+
+class Channel:
+    """One number of the line, made a quantity."""
+
+    def __init__(self, place: int, scale: float, zero: float) -> None:
+        self.place, self.scale, self.zero = place, scale, zero
+
+    def value(self, numbers: list[float]) -> float:
+        """Return the quantity; IndexError where the line is too short."""
+        return (numbers[self.place - 1] - self.zero) * self.scale if self.place else 0.0
+
+
+class SerialColumns(ContactSource):
+    """A port that sends lines of numbers, read by a thread of its own.
+
+    Parameters
+    ----------
+    name : str
+        For records: ``lasers`` or ``load_cells``.
+    port : str
+    clock : Clock
+        Stamps each reading when its line has come.
+    quantities : tuple of str
+    channels : sequence of Channel
+        One for each quantity.
+    tare_s : float
+        At the start, the mean of so many seconds becomes the zero.
+    baud : int
+    """
+
+    name: ClassVar[str] = "serial"
+
+    def __init__(
+        self,
+        name: str,
+        port: str,
+        *,
+        clock: Clock,
+        quantities: Quantities,
+        channels: list[Channel],
+        tare_s: float = 0.0,
+        baud: int = BAUD,
+    ) -> None:
+        self.kind = name
+        self.port = port
+        self.quantities = quantities
+        self.unreadable = 0  # lines
+        self._clock = clock
+        self._channels = channels
+        self._tare_s = tare_s
+        self._tared = False
+        self._baud = baud
+        self._line: SerialLine | None = None
+        self._thread: Thread | None = None
+        self._stop = Event()
+        self._samples: deque[Sample] = deque(maxlen=KEPT)
+        self._fault: PlateFault | None = None
+        self._heard_s = 0.0
+        self._last_unreadable = ""
+
+    def connect(self) -> None:
+        """Open the port, wait for the first reading, and take the tare once."""
+        self.close()
+        self._fault = None
+        self._samples.clear()
+        self._line = line = SerialLine(self.port, baud=self._baud)
+        self._heard_s = self._clock.now() + FIRST_S - SILENT_S
+        self._stop.clear()
+        self._thread = Thread(target=self._read, args=(line,), name=self.kind, daemon=True)
+        self._thread.start()
+        while not self._samples:
+            self._check()
+            self._clock.sleep(TARE_TRIES_S)
+        if self._tare_s and not self._tared:
+            self._tare()
+
+    def begin(self) -> None:
+        """Drop what came before; connect a lost port again."""
+        if self._fault is not None:
+            self.connect()
+        self._samples.clear()
+
+    def take(self) -> list[Sample]:
+        """Return the samples since the last call."""
+        self._check()
+        return [self._samples.popleft() for _ in range(len(self._samples))]
+
+    def close(self) -> None:
+        """Close the port."""
+        self._stop.set()
+        if self._thread is not None:
+            self._thread.join()
+        if self._line is not None:
+            self._line.close()
+        self._line = self._thread = None
+
+    def describe(self) -> dict[str, object]:
+        """Return name, port and how numbers become quantities."""
+        return {
+            "name": self.kind,
+            "port": self.port,
+            "channels": {
+                quantity: {"number": each.place, "scale": each.scale, "zero": each.zero}
+                for quantity, each in zip(self.quantities, self._channels, strict=True)
+            },
+        }
+
+    def _check(self) -> None:
+        if self._fault is not None:
+            raise self._fault
+        if self._line is None:
+            raise SensorFault(f"{self.port}: not connected")
+        if self._clock.now() - self._heard_s > SILENT_S:
+            last = f", the last line was '{self._last_unreadable}'" if self._last_unreadable else ""
+            self._fault = SensorFault(f"{self.port}: {self.kind} sent no reading{last}")
+            raise self._fault
+
+    def _tare(self) -> None:
+        """Take what is read with no finger on the plate for the zero."""
+        self._samples.clear()
+        end_s = self._clock.now() + self._tare_s
+        taken: list[Sample] = []
+        while self._clock.now() < end_s or not taken:
+            self._clock.sleep(TARE_TRIES_S)
+            taken += self.take()
+        for number, channel in enumerate(self._channels):
+            channel.zero += fmean(each.values[number] for each in taken) / channel.scale
+        self._tared = True
+
+    def _read(self, line: SerialLine) -> None:
+        """Read lines until told to stop; leave the first fault for `take`."""
+        buffer = b""
+        while not self._stop.is_set():
+            try:
+                buffer += line.read()
+            except PlateFault as fault:
+                self._fault = SensorFault(fault.message)
+                return
+            *lines, buffer = buffer.split(b"\n")
+            buffer = buffer[-LONGEST_LINE:]
+            now_s = self._clock.now()
+            for each in lines:
+                values = self._values(each)
+                if values is not None:
+                    self._samples.append(Sample(now_s, values))
+                    self._heard_s = max(now_s, self._heard_s)
+
+    def _values(self, line: bytes) -> tuple[float, ...] | None:
+        """Return a line's quantities; None, counted, where it is no reading."""
+        text = line.decode("ascii", "replace").strip()
+        try:
+            numbers = [float(word) for word in SEPARATORS.split(text)]
+            values = tuple(channel.value(numbers) for channel in self._channels)
+        except (ValueError, IndexError):
+            values = (math.nan,)
+        if all(math.isfinite(value) for value in values):
+            return values
+        self.unreadable += 1
+        self._last_unreadable = text[:60]
+        return None
+
+
+def _place(text: str) -> int:
+    value = addresses.number(text)
+    if value != int(value) or not 0 <= value <= 99:  # noqa: PLR2004 - nobody sends more
+        raise ValueError("expected which number of the line it is, from 1")
+    return int(value)
+
+
+def _baud(text: str) -> int:
+    value = int(addresses.positive_number(text))
+    if value > 4_000_000:  # noqa: PLR2004 - no port is faster
+        raise ValueError("expected at most 4000000")
+    return value
+
+
+def _scale(text: str) -> float:
+    value = addresses.number(text)
+    if value == 0:
+        raise ValueError("expected another number than 0")
+    return value
+
+
+def _seconds(text: str) -> float:
+    value = addresses.number(text)
+    if not 0 <= value <= 60:  # noqa: PLR2004 - nobody waits longer
+        raise ValueError("expected 0 to 60 seconds")
+    return value
+
+
+def _options(names: tuple[str, str]) -> dict[str, Callable[[str], Any]]:
+    each: dict[str, Callable[[str], Any]] = {"baud": _baud, "tare": _seconds}
+    for name in names:
+        each |= {name: _place, f"{name}_scale": _scale, f"{name}_zero": addresses.number}
+    return each
+
+
+def _source(
+    name: str, address: str, surroundings: Surroundings, *, what: str, names: tuple[str, str],
+    quantities: Quantities,
+) -> ContactSource:  # fmt: skip
+    port, options = addresses.split_address(address, _options(names), what=f"{what} {name}")
+    if not port:
+        raise UserError(f"{what} '{name}': expected {name}:PORT; slipscale plate list shows ports")
+    channels = [
+        Channel(
+            options.get(each, number),
+            options.get(f"{each}_scale", 1.0),
+            options.get(f"{each}_zero", 0.0),
+        )
+        for number, each in enumerate(names, start=1)
+    ]
+    if not all(channel.place for channel in channels[: 1 if what == "--position" else 2]):
+        raise UserError(f"{what} '{name}:{address}': expected the number of {names[0]}, from 1")
+    return SerialColumns(
+        name,
+        port,
+        clock=surroundings.clock,
+        quantities=quantities,
+        channels=channels,
+        tare_s=options.get("tare", 0.0),
+        baud=options.get("baud", BAUD),
+    )
+
+
+def open_lasers(address: str, surroundings: Surroundings) -> ContactSource:
+    """Return two laser distance sensors: the entry point ``lasers``. Raises `UserError`."""
+    return _source(
+        "lasers", address, surroundings, what="--position", names=("x", "y"), quantities=POSITION
+    )
+
+
+def open_load_cells(address: str, surroundings: Surroundings) -> ContactSource:
+    """Return two load cells: the entry point ``load_cells``. Raises `UserError`."""
+    return _source(
+        "load_cells", address, surroundings, what="--force", names=("normal", "lateral"),
+        quantities=FORCE,
+    )  # fmt: skip

@@ -1,0 +1,203 @@
+"""The simulated participant's finger: where it is, and the forces that the squeeze film leaves.
+
+SPEC of a position: ``simulated`` or ``simulated:rate=100,noise=0.02`` (samples a second; standard
+deviation of a reading, mm). SPEC of a force: ``simulated`` or ``simulated:friction=0.8,...`` with
+
+==============  ==================================================================
+``friction``    coefficient of friction on the plate at rest (0.8: our assumption)
+``roughness``   average roughness h_r of the film model, µm (0.6, Section IV-A)
+``rate``        samples a second (100)
+``noise``       standard deviation of a reading of either force, N (0.005)
+==============  ==================================================================
+
+The coefficient at an amplitude is that of the plate at rest times the relative friction of
+`stimuli.reynolds`; where the model lets the finger levitate it is 0.
+
+A reading depends on the seed, the finger and the time, never on how often it was asked for: an
+interrupted and resumed pilot measures what an undisturbed one would have.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from faults import UserError
+from hardware import address as addresses
+from hardware.contact.source import FORCE, POSITION, ContactSource, Sample
+from stimuli.surface import VirtualSurface
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from hardware.contact.source import Quantities, Surroundings, Touch
+
+RATE_HZ = 100.0
+POSITION_NOISE_MM, FORCE_NOISE_N = 0.02, 0.005
+FRICTION, ROUGHNESS_UM = 0.8, 0.6
+# The film is solved for amplitudes and forces rounded to this: one solution takes 50 ms.
+AMPLITUDE_DIGITS, FORCE_DIGITS = 1, 1
+WORD = (1 << 64) - 1
+
+POSITION_OPTIONS: dict[str, Callable[[str], Any]] = {
+    "rate": addresses.positive_number,
+    "noise": addresses.number,
+}
+FORCE_OPTIONS: dict[str, Callable[[str], Any]] = {
+    **POSITION_OPTIONS,
+    "friction": addresses.positive_number,
+    "roughness": addresses.positive_number,
+}
+
+
+class _Simulated(ContactSource):
+    """Readings on a grid of time, each with its noise."""
+
+    name: ClassVar[str] = "simulated"
+    virtual = True
+
+    def __init__(self, surroundings: Surroundings, *, rate_hz: float, noise: float) -> None:
+        finger = surroundings.finger
+        if finger is None or finger.unit != "mm":
+            raise UserError(
+                "simulated position and force are a simulated participant's; a person's are "
+                "measured (see docs/finger.md)"
+            )
+        self._finger = finger
+        self._surroundings = surroundings
+        self._rate_hz = rate_hz
+        self._noise = noise
+        self._begun_s = surroundings.clock.now()
+        self._taken = 0
+
+    def connect(self) -> None:
+        """Do nothing."""
+
+    def begin(self) -> None:
+        """Begin the grid of time anew: it counts from here."""
+        self._begun_s, self._taken = self._surroundings.clock.now(), 0
+
+    def take(self) -> list[Sample]:
+        """Return the readings of the grid since the last call, while the finger touches."""
+        now_s = self._surroundings.clock.now()
+        until = math.floor((now_s - self._begun_s) * self._rate_hz + 1e-6)
+        found = []
+        for number in range(self._taken, until + 1):
+            time_s = self._begun_s + number / self._rate_hz
+            touch = self._finger.at(time_s)
+            if touch is not None:
+                noise = self._deviates(number)
+                exact = self._exact(time_s, touch)
+                values = [v + self._noise * n for v, n in zip(exact, noise, strict=True)]
+                found.append(Sample(time_s, tuple(values)))
+        self._taken = max(until + 1, self._taken)
+        return found
+
+    def _exact(self, time_s: float, touch: Touch) -> tuple[float, float]:
+        """Return what a sensor without noise would read."""
+        raise NotImplementedError
+
+    def _deviates(self, number: int) -> tuple[float, float]:
+        """Return two standard normal numbers that belong to a reading."""
+        import numpy as np  # noqa: PLC0415 - a session that simulates nothing needs none of it
+
+        milliseconds = round(self._begun_s * 1000)
+        key = np.array([self._surroundings.seed & WORD, milliseconds & WORD], dtype=np.uint64)
+        counter = np.array([number, int(self.quantities == FORCE), 0, 0], dtype=np.uint64)
+        both = np.random.Generator(np.random.Philox(key=key, counter=counter)).normal(size=2)
+        return float(both[0]), float(both[1])
+
+    def close(self) -> None:
+        """Do nothing."""
+
+    def describe(self) -> dict[str, object]:
+        """Return name, rate and noise."""
+        return {"name": self.name, "rate_hz": self._rate_hz, "noise": self._noise}
+
+
+class SimulatedPosition(_Simulated):
+    """Where the simulated finger is; see the module for its options."""
+
+    quantities: Quantities = POSITION
+
+    def _exact(self, time_s: float, touch: Touch) -> tuple[float, float]:  # noqa: ARG002 - no film
+        return touch.x, touch.y
+
+
+class SimulatedForce(_Simulated):
+    """What the film leaves of friction; see the module for its options.
+
+    The film is that of the amplitude at the moment of asking: ask often while it changes.
+    """
+
+    quantities: Quantities = FORCE
+
+    def __init__(
+        self,
+        surroundings: Surroundings,
+        *,
+        rate_hz: float = RATE_HZ,
+        noise: float = FORCE_NOISE_N,
+        friction: float = FRICTION,
+        roughness_um: float = ROUGHNESS_UM,
+    ) -> None:
+        super().__init__(surroundings, rate_hz=rate_hz, noise=noise)
+        if surroundings.vibration_um_pp is None:
+            raise UserError("--force simulated: there is no plate whose film could be simulated")
+        self._vibration_um_pp = surroundings.vibration_um_pp
+        self._friction = friction
+        self._roughness_um = roughness_um
+
+    def _exact(self, time_s: float, touch: Touch) -> tuple[float, float]:
+        before = self._finger.at(time_s - 0.5 / self._rate_hz)
+        moved = touch.x - before.x if before else 0.0
+        relative = relative_friction(
+            round(self._vibration_um_pp(), AMPLITUDE_DIGITS),
+            self._roughness_um,
+            round(touch.normal_n, FORCE_DIGITS),
+        )
+        lateral = self._friction * relative * touch.normal_n
+        return touch.normal_n, math.copysign(lateral, moved) if moved else 0.0
+
+    def describe(self) -> dict[str, object]:
+        """Return name, rate, noise and the film's assumptions."""
+        return {
+            **super().describe(),
+            "friction_at_rest": self._friction,
+            "roughness_um": self._roughness_um,
+            "film": "reynolds",
+        }
+
+
+@cache
+def relative_friction(amplitude_um_pp: float, roughness_um: float, normal_force_n: float) -> float:
+    """Return friction relative to the plate at rest, 0 where the finger levitates."""
+    if amplitude_um_pp == 0 or normal_force_n <= 0:
+        return 1.0
+    found = VirtualSurface(amplitude_um_pp=amplitude_um_pp).predicted_relative_friction(
+        roughness_um=roughness_um, normal_force_n=normal_force_n
+    )
+    return max(found, 0.0)
+
+
+def open_position(address: str, surroundings: Surroundings) -> ContactSource:
+    """Return the simulated finger's place: the entry point ``simulated``. Raises `UserError`."""
+    _, options = addresses.split_address(address, POSITION_OPTIONS, what="--position simulated")
+    return SimulatedPosition(
+        surroundings,
+        rate_hz=options.get("rate", RATE_HZ),
+        noise=options.get("noise", POSITION_NOISE_MM),
+    )
+
+
+def open_force(address: str, surroundings: Surroundings) -> ContactSource:
+    """Return the simulated forces: the entry point ``simulated``. Raises `UserError`."""
+    _, options = addresses.split_address(address, FORCE_OPTIONS, what="--force simulated")
+    return SimulatedForce(
+        surroundings,
+        rate_hz=options.get("rate", RATE_HZ),
+        noise=options.get("noise", FORCE_NOISE_N),
+        friction=options.get("friction", FRICTION),
+        roughness_um=options.get("roughness", ROUGHNESS_UM),
+    )
