@@ -46,7 +46,7 @@ torture: setup
 
 # Pins with hashes for every platform and Python; no index addresses in the file.
 requirements:
-	uv pip compile --universal --python-version 3.11 --all-extras --generate-hashes --no-emit-index-url --no-annotate --no-header --quiet pyproject.toml --group dev -o requirements.txt
+	uv pip compile --universal --python-version 3.11 --extra all --generate-hashes --no-emit-index-url --no-annotate --no-header --quiet pyproject.toml --group dev -o requirements.txt
 
 # What the environment holds, versions and licences, in CycloneDX's form: build/sbom.json.
 sbom: setup

@@ -66,6 +66,8 @@ class PlateDriver(ABC):
         Why it cannot.
     amplifier_gain : float
         Volts at the plate per volt of what is driven: 1 where the backend's volts are the plate's.
+    follow_lag_s : float or None
+        How long `follow` takes to reach the plate; None: an amplitude is held until it is settled.
     simulated : bool
         No plate is there: a calibration of another one does no harm, and is only noted.
     """
@@ -73,6 +75,7 @@ class PlateDriver(ABC):
     name: ClassVar[str]
     modulator: Modulator | None = None
     amplifier_gain: float = 1.0
+    follow_lag_s: float | None = None
     simulated: ClassVar[bool] = False
     why_not_modulated: str = "it holds one amplitude at a time"
 
@@ -179,6 +182,24 @@ class PlateDriver(ABC):
             if loop:
                 self._play(loop)
         return presentation
+
+    def follow(self, amplitude_um_pp: float) -> None:
+        """Go on to another amplitude, without waiting: a texture under a finger that is followed.
+
+        For a plate that vibrates and has a `follow_lag_s`. What is read back meanwhile is
+        momentary; `present` settles again. It does not count as a command that somebody gave:
+        the time for which a plate may vibrate unattended goes on.
+
+        Raises
+        ------
+        OverLimit
+            The amplitude is outside the limits; the plate was left as it was.
+        PlateFault
+            Any other fault of the rig; the plate was silenced.
+        """
+        self.limits.check_amplitude(amplitude_um_pp)
+        with self._silent_on_fault():
+            self._follow(amplitude_um_pp)
 
     def excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         """Drive at one frequency and one voltage, settle, read back: for calibration.
@@ -377,6 +398,10 @@ class PlateDriver(ABC):
 
     def _play(self, loop: Loop) -> None:
         """Modulate the settled plate until the next command; a backend with a `modulator` only."""
+        raise NotImplementedError
+
+    def _follow(self, amplitude_um_pp: float) -> None:
+        """Go on to a checked amplitude; a backend with a `follow_lag_s` only."""
         raise NotImplementedError
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:

@@ -23,12 +23,15 @@ class Readback:
     """What the plate says of itself; ``kind`` tells how far it can be trusted.
 
     "measured" by a sensor; "applied": worked out from the drive that is on; "commanded": only an
-    echo; "none": ``amplitude_um_pp`` is None. ``time_s`` is the host's clock.
+    echo; "none": ``amplitude_um_pp`` is None. ``time_s`` is the host's clock. The drive voltage at
+    the plate (of a texture the largest) and the temperature are None where they are not known.
     """
 
     amplitude_um_pp: float | None
     kind: ReadbackKind
     time_s: float
+    voltage_v_peak: float | None = None
+    temperature_c: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,6 +9,7 @@ import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from experiments.dataset.measured import MEASURED
 from experiments.dataset.schema import (
     FLAG_SEPARATOR,
     FLAGS,
@@ -42,6 +43,12 @@ PEOPLE = f"""
 One row a participant: `{PARTICIPANT}`, then a column for each question of the study's `about_you`
 tables, then
 """
+MEASURED_TEXT = """
+## What is measured beside
+
+Columns after `exploration_time`, in the tables of the runs that measured them: of the finger where
+a source of its [place or forces](finger.md) was used, of the plate where it tells them.
+"""
 FLAG_TEXT = f"""
 ## Flags
 
@@ -66,6 +73,12 @@ def page() -> str:
             protocol = replace(protocol, interval_columns=2)
             shown += " A third interval has columns like those of the first two."
         parts += [f"\n## {protocol.title}\n", f"{shown}\n\n", _columns(columns(protocol))]
+        parts += [
+            f"\n## {protocol.title}\n",
+            f"\n`sub-01/beh/{stem}.tsv`, of the protocol `{name}`.\n\n",
+            _columns(columns(protocol)),
+        ]
+    parts += [MEASURED_TEXT, "\n", _columns(MEASURED)]
     parts += [PEOPLE, "\n", _columns(person_columns())]
     parts += [FLAG_TEXT, "\n", _table(("flag", "meaning"), _quoted(FLAGS))]
     parts += [SIDECAR_TEXT, "\n", _table(("key", "meaning"), _quoted(NOTES))]

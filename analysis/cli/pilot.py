@@ -6,7 +6,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments.cli.sessions import add_study
+from experiments.cli.sessions import add_contact, add_study, contact_specs
 from faults import DONE
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--plate", default=PLATE, metavar="SPEC", help="mock, with options (default: mock)"
     )
+    add_contact(parser)
     parser.add_argument(
         "--out", type=Path, metavar="DIR", help="the data set (default: a new folder in pilots/)"
     )
@@ -50,7 +51,13 @@ def run(args: Namespace) -> int:
     try:
         with Progress(*columns, console=console) as progress:
             bar = progress.add_task("simulated participants", total=len(plans))
-            run_pilot(folder, plans, spec=args.plate, tell=lambda _: progress.advance(bar))
+            run_pilot(
+                folder,
+                plans,
+                spec=args.plate,
+                contact=contact_specs(args),
+                tell=lambda _: progress.advance(bar),
+            )
             work = progress.add_task("analysis", total=None)
             # Loaded while the bar is on the screen: pandas, SciPy and matplotlib take a moment.
             from analysis.pipeline import analyse  # noqa: PLC0415
@@ -81,6 +88,8 @@ def repeated(args: Namespace, folder: Path) -> str:
         "--seed": args.seed,
         "--language": args.language,
         "--plate": None if args.plate == PLATE else args.plate,
+        "--position": args.position,
+        "--force": args.force,
         "--out": folder,
     }
     words = [str(word) for pair in given.items() if pair[1] is not None for word in pair]

@@ -14,6 +14,7 @@ from faults import ANSWER_IS_NO, DONE, INTERRUPTED, harmless
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
+    from experiments.running.contact import ContactSpecs
     from experiments.running.preflight import Finding
 
 
@@ -29,6 +30,7 @@ def add_setting(
         default=plate,
         help=f"mock, serial:PORT or scpi:RESOURCE (default: {default})",
     )
+    add_contact(parser)
     parser.add_argument("--windowed", action="store_true", help="not full screen")
     parser.add_argument(
         "--screen", type=int, default=0, metavar="N", help="the participant's monitor (default: 0)"
@@ -41,6 +43,29 @@ def add_setting(
         help="tell recorders what happens: lsl, lsl:NAME, serial:PORT or parallel:ADDRESS; "
         "may be given several times",
     )
+
+
+def add_contact(parser: ArgumentParser) -> None:
+    """Add what says what measures the finger."""
+    parser.add_argument(
+        "--position",
+        metavar="SPEC",
+        help="what tells where the finger is: mouse:mm_per_pixel=X, lasers:PORT, scripted:FILE, "
+        "simulated or none (default: the study's)",
+    )
+    parser.add_argument(
+        "--force",
+        metavar="SPEC",
+        help="what measures its forces: load_cells:PORT, daq:..., simulated or none "
+        "(default: the study's)",
+    )
+
+
+def contact_specs(args: Namespace) -> ContactSpecs:
+    """Return the sources that the command names."""
+    from experiments.running.contact import ContactSpecs  # noqa: PLC0415
+
+    return ContactSpecs(position=args.position, force=args.force)
 
 
 def add_study(parser: ArgumentParser) -> None:
@@ -107,6 +132,7 @@ def run_run(args: Namespace) -> int:
         screen=args.screen,
         unblind=args.unblind,
         markers=tuple(args.markers),
+        contact=contact_specs(args),
     )
     outcome = begin(args.out, plan, setting)
     return _end(outcome, plan.journal_path(args.out))
@@ -139,10 +165,13 @@ def run_resume(args: Namespace) -> int:
     plate = args.plate or last_plate(records)
     if answered_by(records) == "simulated":
         from experiments.dataset.bids import build_dataset  # noqa: PLC0415
+        from experiments.running.contact import of_records, require_virtual  # noqa: PLC0415
         from experiments.running.pilot import run_simulated  # noqa: PLC0415
 
         folder = dataset_of(args.journal, plan)
-        run_simulated(folder, plan, plate)
+        specs = contact_specs(args).otherwise(of_records(records))
+        require_virtual(specs)
+        run_simulated(folder, plan, plate, specs)
         for problem in build_dataset(folder):
             print(f"the data set: {problem}", file=sys.stderr)
         return _end("complete", args.journal)
@@ -154,6 +183,7 @@ def run_resume(args: Namespace) -> int:
         screen=args.screen,
         unblind=args.unblind,
         markers=tuple(args.markers) or last_markers(records),
+        contact=contact_specs(args),
     )
     return _end(go_on(args.journal, setting), args.journal)
 
@@ -196,6 +226,7 @@ def run_check(args: Namespace) -> int:
         language=args.language,
         pilot=args.pilot,
         markers=tuple(args.markers),
+        contact=contact_specs(args),
     )
     findings = check(planned, (lambda _: None) if args.json else _print_finding)
     if args.json:

@@ -26,7 +26,7 @@ from experiments.protocols.steps import CONSENT
 from experiments.study.file import study_hash
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from experiments.dataset.runs import Run
     from experiments.protocols.base import Protocol
@@ -51,6 +51,7 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
     people: dict[str, dict[str, Value]] = {}
     studies: dict[str, RunPlan] = {}
     tasks: dict[str, Protocol] = {}
+    measured: dict[str, set[str]] = {}
     for run in runs:
         plan = run.plan
         protocols = {protocol.task: protocol for protocol, _ in plan.tasks()}
@@ -75,8 +76,10 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
         row[MODE] = plan.mode
         row[COMPLETE] = "yes" if run.complete and row.get(COMPLETE, "yes") == "yes" else "no"
         tasks.update(protocols)
+        for task in protocols:
+            measured.setdefault(task, set()).update(run.gathered.measured(task))
     if studies:
-        files.update(_top(people, list(studies.values()), tasks))
+        files.update(_top(people, list(studies.values()), tasks, measured))
     return files, problems
 
 
@@ -93,7 +96,7 @@ def _run_files(
 ) -> Iterator[tuple[PurePosixPath, Content]]:
     """Yield one task's table of one run, and its sidecar."""
     plan, records, gathered = run.plan, run.records, run.gathered
-    described = columns(protocol)
+    described = columns(protocol, gathered.measured(protocol.task))
     rows = [
         [cell(column.value(trial)) for column in described.values()]
         for trial in gathered.trials[protocol.task]
@@ -114,6 +117,7 @@ def _run_files(
         "masking_noise": first["masking_noise"],
         "plate_spec": first["plate_spec"],
         "plate": first["plate"],
+        "contact": first.get("contact", MISSING),
         "software": first["software"],
         # A pilot's day is of no meaning, and would make equal data sets differ; so would how often
         # it was interrupted, and the hash of a journal that holds both.
@@ -142,6 +146,7 @@ def _resumes(run: Run) -> list[dict[str, Any]]:
                 name: record.data[name]
                 for name in ("plate_spec", "plate", "masking_noise", "software")
             },
+            "contact": record.data.get("contact", MISSING),
         }
         for record in run.records
         if record.kind == "resume"
@@ -152,6 +157,7 @@ def _top(
     people: dict[str, dict[str, Value]],
     plans: list[RunPlan],
     tasks: dict[str, Protocol],
+    measured: Mapping[str, Collection[str]],
 ) -> Iterator[tuple[PurePosixPath, Content]]:
     """Yield what belongs to the whole data set."""
     first = plans[0]
@@ -179,7 +185,7 @@ def _top(
             "TaskName": task,
             "TaskDescription": protocol.description,
             "Instructions": instructions,
-            **sidecar(columns(protocol)),
+            **sidecar(columns(protocol, measured[task])),
         }
         yield PurePosixPath(f"task-{task}_beh.json"), content
     for plan in plans:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from experiments.dataset.measured import Explorations, of_interval, plate_measures
 from experiments.dataset.schema import (
     DAMAGED,
     FAULT,
@@ -55,6 +56,10 @@ class Gathered:
     trials: dict[str, list[TrialRecord]] = field(default_factory=dict)
     voided: list[tuple[str, int, str]] = field(default_factory=list)
 
+    def measured(self, task: str) -> list[str]:
+        """Return the names of what was measured in a task's trials."""
+        return sorted({name for trial in self.trials.get(task, []) for name in trial.measured})
+
 
 def gather(records: list[Record]) -> Gathered:
     """Return a run's trials and answers from its journal's records, in order.
@@ -66,8 +71,10 @@ def gather(records: list[Record]) -> Gathered:
     gathered = Gathered()
     current: TrialRecord | None = None
     step: dict[str, Any] = {}
+    explorations = Explorations()
     virtual = damage = False
     for record in records:
+        explorations.see(record)
         if record.kind == "begin":
             step = record.data["what"]
             before, current = current, _trial(step, current, record.time_s)
@@ -75,6 +82,7 @@ def gather(records: list[Record]) -> Gathered:
             damage = damage and current is None
         elif record.kind == "done":
             _answer(gathered, current, step, record)
+            _measure(current, step, explorations)
             if step["type"] == "EndTrial":
                 current = None
         elif record.kind == "answered_again":
@@ -150,6 +158,13 @@ def _answer(
         gathered.person[step["name"]] = answer["value"]
 
 
+def _measure(row: TrialRecord | None, step: dict[str, Any], explorations: Explorations) -> None:
+    """Put on a row what was measured in its exploration, which is over."""
+    if row and step["type"] == "Explore":
+        found = of_interval(explorations.measures(), step.get("interval"))
+        row.measured = {**row.measured, **found}
+
+
 def _end(gathered: Gathered, row: TrialRecord, time_s: float) -> None:
     """Put a trial that is over among the others of its task."""
     task = row.trial.task
@@ -160,6 +175,7 @@ def _end(gathered: Gathered, row: TrialRecord, time_s: float) -> None:
 
 def _take_presented(row: TrialRecord, step: dict[str, Any], answer: dict[str, Any]) -> None:
     surface = surface_from(step["surface"])
+    row.measured = {**row.measured, **of_interval(plate_measures(answer), step.get("interval"))}
     if number := step.get("interval"):
         row.intervals[number] = IntervalRecord(
             surface=surface, readback_um_pp=answer["readback_um_pp"], onset_s=answer["onset_s"]

@@ -10,13 +10,14 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
+from experiments.dataset.measured import MEASURED, measured_columns
 from experiments.protocols.base import Column
 from experiments.study.person_questions import TAKEN
 from experiments.study.run_plan import stem
 from faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from experiments.protocols.base import IntervalRecord, Protocol, TrialRecord
     from stimuli.surface import Surface
@@ -58,6 +59,8 @@ NOTES: Mapping[str, str] = {
     "masking_noise": "on, or absent",
     "plate_spec": "the plate as it was named on the command line",
     "plate": "what the plate says of itself, its calibration included",
+    "contact": "what measured the finger's place and forces, and how textures were made; n/a "
+    "where nothing did",
     "software": "versions of all that the data can depend on",
     "started_utc": "when the run began; n/a for a pilot",
     "resumes": "each time the run was gone on with: when, plate, noise, software; n/a for a pilot",
@@ -77,8 +80,14 @@ def table_stem(*, participant: str, session: str, task: str, run: str) -> str:
     return f"{stem(participant, session)}_task-{task}_run-{run}_beh"
 
 
-def columns(protocol: Protocol) -> dict[str, Column]:
+def columns(protocol: Protocol, measured: Iterable[str] = ()) -> dict[str, Column]:
     """Return all columns of a protocol's table, in order.
+
+    Parameters
+    ----------
+    protocol : Protocol
+    measured : iterable of str
+        What the run measured of `MEASURED`: these have columns too.
 
     Raises
     ------
@@ -87,7 +96,7 @@ def columns(protocol: Protocol) -> dict[str, Column]:
     """
     common = _common(protocol)
     own = {**protocol.design, **protocol.stimulus, **protocol.response}
-    if doubled := sorted(set(own) & set(common)):
+    if doubled := sorted(set(own) & {*common, *MEASURED}):
         raise UserError(
             f"protocol '{protocol.task}': column {', '.join(doubled)} is in every task's table; "
             "expected another name"
@@ -104,8 +113,9 @@ def columns(protocol: Protocol) -> dict[str, Column]:
             *("amplitude_um_pp", "amplitude_readback_um_pp", *protocol.response),
             *("response_time", "onset", "duration", "exploration_time"),
         ]
-    order += ["response_time_source", "rejected_entries", "repeats", "flag"]
-    everything = {**common, **own}
+    extra = measured_columns(measured)
+    order += [*extra, "response_time_source", "rejected_entries", "repeats", "flag"]
+    everything = {**common, **own, **extra}
     return {name: everything[name] for name in order}
 
 

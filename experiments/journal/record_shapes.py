@@ -10,14 +10,22 @@ from __future__ import annotations
 import json
 from dataclasses import fields
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidationError,
+    model_validator,
+)
 
 from experiments.journal.reading import DAMAGED, Damage
 from experiments.journal.record import Record
 from experiments.protocols.steps import Adjusted, Presented, Reply, Trial, Voided
 from faults import UserError
+from hardware.contact.source import QUANTITIES
 from stimuli.surface import VirtualSurface
 from stimuli.texture import Grating
 
@@ -96,6 +104,24 @@ class _TakeUp(_Shape):
     virtual: bool = False
 
 
+class _Contact(_Shape):
+    source: Literal["position", "force"]
+    trial: int | None
+    during: Literal["exploration", "answer"]
+    ends: Literal["", "whole", "broken off"]
+    begun_s: float
+    times_s: list[float]
+    values: dict[str, list[float]]
+
+    @model_validator(mode="after")
+    def _as_long(self) -> Self:
+        if tuple(self.values) != QUANTITIES[self.source]:
+            raise ValueError(f"expected the values of {', '.join(QUANTITIES[self.source])}")
+        if any(len(each) != len(self.times_s) for each in self.values.values()):
+            raise ValueError("expected one value for each time")
+        return self
+
+
 class _Step(_Shape):
     type: str
     trial: Text | None
@@ -134,6 +160,7 @@ RECORDS: dict[str, Any] = {
     "answered_again": _AnsweredAgain,
     "unfinished": _Unfinished,
     "markers": _Markers,
+    "contact": _Contact,
 }
 # type of step: what its record must hold, and the type of its answer
 STEPS: dict[str, tuple[Any, type | None]] = {

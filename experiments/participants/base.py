@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from experiments.protocols.steps import Adjust, ParticipantStep, Reply
+    from hardware.contact.source import Finger
 
 # Called at every frame while a participant reads, explores or answers. It checks the plate and
 # the operator and may raise (a plate fault, a pause, a stop): a participant class lets
@@ -49,6 +50,10 @@ class Participant(Protocol):
     # Set before a question is asked: what to offer as typed already. Where `perform` raises, it
     # says what was typed by then.
     unfinished: Unfinished
+
+    @property
+    def finger(self) -> Finger | None:
+        """Who can tell where the finger is: a window by its pointer, a simulated one by itself."""
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Carry out one step and return what the participant did.

@@ -32,6 +32,7 @@ class ScriptedParticipant:
 
     kind: ClassVar[Kind] = "scripted"
     unfinished = Unfinished()
+    finger = None
 
     def __init__(
         self,

@@ -11,6 +11,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING, ClassVar, Self
 
 from experiments.participants.base import Unfinished
+from experiments.participants.finger import SimulatedFinger
 from experiments.participants.population import Population, mean_sensation, sensation
 from experiments.protocols.randomisation import Stream
 from experiments.protocols.steps import (
@@ -94,6 +95,8 @@ class SimulatedParticipant:
     answers : Mapping
         Who answers the questions of the run's tasks, by task and name
         (`RunPlan.simulated_answers`).
+    frame_s : float, optional
+        How often ``watch`` is called during an exploration, where a source measures the finger.
     """
 
     kind: ClassVar[Kind] = "simulated"
@@ -110,6 +113,7 @@ class SimulatedParticipant:
         population: Population | None = None,
         visit: int = 0,
         answers: Mapping[tuple[str, str], SimulatedAnswer] | None = None,
+        frame_s: float | None = None,
     ) -> None:
         self._answers = answers or {}
         self.language = language
@@ -118,6 +122,8 @@ class SimulatedParticipant:
         self._feel = feel
         self._clock = clock
         self._population = population or Population()
+        self._frame_s = frame_s
+        self.finger = SimulatedFinger(self._stream("finger"))
         self.scale_top = self._stream("scale top").choice(self._population.scale_tops)
         # The two surfaces felt last: a difference is between them.
         self._felt: tuple[float, float] = (0.0, 0.0)
@@ -132,7 +138,7 @@ class SimulatedParticipant:
         watch()
         onset_s = self._clock.now()
         if isinstance(step, Explore):
-            reply = self._explore(step)
+            reply = self._explore(step, watch)
         else:
             reply = self._answer(step) if isinstance(step, Ask) else self._read(step)
             self._clock.sleep(reply.response_time_s or 0.0)
@@ -237,7 +243,7 @@ class SimulatedParticipant:
         minimum_s = step.minimum_s if isinstance(step, Rest) else 0.0
         return Reply(response_time_s=max(READING_S, minimum_s))
 
-    def _explore(self, step: Explore) -> Reply:
+    def _explore(self, step: Explore, watch: Watch) -> Reply:
         """Stroke the surface for a while and remember how it felt."""
         self._begin(step.trial)
         interval = () if step.interval is None else (step.interval,)
@@ -249,15 +255,26 @@ class SimulatedParticipant:
         moments = self.stream("touch", *interval)
         begun_s = self._clock.now()
         touches = []
+        self.finger.strokes(begun_s, self.stream("finger", *interval))
         for touch in range(TOUCHES):
             share = (touch + moments.uniform()) / TOUCHES
-            self._clock.sleep(begun_s + share * duration_s - self._clock.now())
+            self._pass_until(begun_s + share * duration_s, watch)
             touches.append(round(self._feel(), FELT_DIGITS))
-        self._clock.sleep(begun_s + duration_s - self._clock.now())
+        self._pass_until(begun_s + duration_s, watch)
+        if self._frame_s:
+            watch()  # the last samples, before the finger leaves
+        self.finger.lifts()
         felt = round(fmean(touches), FELT_DIGITS)
         self._felt = (self._felt[1], felt)
         self._of_trial[step.interval or 1] = felt
         return Reply(response_time_s=duration_s)
+
+    def _pass_until(self, time_s: float, watch: Watch) -> None:
+        """Let the time pass; where the finger is measured, watch at every frame."""
+        while self._frame_s and self._clock.now() + self._frame_s < time_s:
+            self._clock.sleep(self._frame_s)
+            watch()
+        self._clock.sleep(time_s - self._clock.now())
 
     def _answer(self, step: Ask) -> Reply:
         self._begin(step.trial)

@@ -320,6 +320,7 @@ class Presented:
 
     Of a texture both are the mean, where the plate settles before it plays.
     ``readback_kind`` says how far the readback can be trusted (see `hardware.records.Readback`).
+    Voltage at the plate and temperature are None where they are not known.
     """
 
     commanded_um_pp: float
@@ -327,6 +328,8 @@ class Presented:
     readback_kind: str
     settled_by: str
     onset_s: float
+    voltage_v_peak: float | None = None
+    temperature_c: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

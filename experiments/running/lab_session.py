@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
 from typing import TYPE_CHECKING
@@ -23,6 +23,13 @@ from experiments.journal.run_record import (
     read_plan,
 )
 from experiments.participants.psychopy_window import PsychoPyWindow
+from experiments.running.contact import (
+    NOT_NAMED,
+    ContactSpecs,
+    of_records,
+    of_study,
+    open_sources,
+)
 from experiments.running.dry_run import check_supported
 from experiments.running.run import plate_for, run_plan
 from experiments.running.run_state import check_alike, how_to_resume, remedy, run_state
@@ -34,6 +41,7 @@ from experiments.study.run_plan import RunPlan
 from faults import UserError, harmless
 from hardware.address import with_plate_file
 from hardware.clock import SystemClock
+from hardware.contact.source import Surroundings
 from hardware.signals import signals_raise
 
 if TYPE_CHECKING:
@@ -57,6 +65,8 @@ class Setting:
         Whether the operator sees the amplitude.
     markers : tuple of str
         Where markers go: SPECs of `experiments.session.marker_outputs`.
+    contact : ContactSpecs
+        What measures the finger, where the command says so.
     """
 
     plate: str
@@ -64,6 +74,7 @@ class Setting:
     screen: int = 0
     unblind: bool = False
     markers: tuple[str, ...] = ()
+    contact: ContactSpecs = NOT_NAMED
 
 
 def make_plan(
@@ -125,7 +136,11 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting) -> RunOutcome:
         )
     clock = SystemClock()
     return _conduct(
-        dataset, plan, setting, Journal.create(path, clock, private=plan.study.private_files), clock
+        dataset,
+        plan,
+        replace(setting, contact=setting.contact.otherwise(of_study(plan.study))),
+        Journal.create(path, clock, private=plan.study.private_files),
+        clock,
     )
 
 
@@ -149,6 +164,7 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
         )
     # The session's time counts from its beginning, the interruption included.
     clock = SystemClock(max(_since_s(records[0].data["started_utc"]), latest_s(records)))
+    setting = replace(setting, contact=setting.contact.otherwise(of_records(records)))
     return _conduct(dataset, plan, setting, Journal.reopen(path, clock), clock)
 
 
@@ -181,15 +197,16 @@ def _conduct(
         check_supported(plan, plate)
         noise = _noise(plan)
         markers = stack.enter_context(open_markers(setting.markers))
-        person = stack.enter_context(
-            PsychoPyWindow(
-                texts=plan.texts(),
-                clock=clock,
-                pilot=plan.mode == "pilot",
-                full_screen=setting.full_screen,
-                screen=setting.screen,
-            )
+        person = PsychoPyWindow(
+            texts=plan.texts(),
+            clock=clock,
+            pilot=plan.mode == "pilot",
+            full_screen=setting.full_screen,
+            screen=setting.screen,
         )
+        surroundings = Surroundings(clock=clock, seed=plan.seed, finger=person.finger)
+        sources = open_sources(setting.contact, surroundings, stack)
+        stack.enter_context(person)
         keys = stack.enter_context(Keys())
         operator = stack.enter_context(TerminalOperator(Console(), keys))
         return run_plan(
@@ -203,6 +220,7 @@ def _conduct(
             noise=noise,
             markers=markers,
             unblind=setting.unblind,
+            sources=sources,
         )
 
 

@@ -6,6 +6,7 @@ and the participant.
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -20,18 +21,30 @@ from experiments.journal.run_record import (
     read_plan,
 )
 from experiments.participants.simulated import SimulatedParticipant
+from experiments.running.contact import (
+    NOT_NAMED,
+    ContactSpecs,
+    of_study,
+    open_sources,
+    require_virtual,
+    simulated,
+)
 from experiments.running.dry_run import check_answered, check_supported
 from experiments.running.run import plate_for, run_plan
 from experiments.session.operator import UnattendedOperator
 from experiments.study.file import read_study
 from experiments.study.run_plan import RunPlan
 from faults import UserError
+from hardware.address import with_plate_file
 from hardware.clock import VirtualClock
+from hardware.contact.source import Surroundings
 from hardware.signals import signals_raise
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
+
+FRAME_S = 0.01  # how often a finger that is measured is looked at
 
 
 def pilot_plans(
@@ -116,7 +129,12 @@ def _same(one: RunPlan, other: RunPlan) -> bool:
 
 
 def run_pilot(
-    folder: Path, plans: list[RunPlan], *, spec: str = "mock", tell: Callable[[str], None]
+    folder: Path,
+    plans: list[RunPlan],
+    *,
+    spec: str = "mock",
+    contact: ContactSpecs | None = None,
+    tell: Callable[[str], None],
 ) -> None:
     """Run what is not yet complete of a pilot, then build its data set.
 
@@ -127,13 +145,18 @@ def run_pilot(
     plans : list of RunPlan
     spec : str
         The plate: a mock, with options where faults are to be tried.
+    contact : ContactSpecs, optional
+        What measures the finger; where it does not say, what the study names is simulated.
     tell : callable
         Told each participant's label once they are through.
     """
     if not is_mock(spec):
         raise UserError(f"--plate {spec}: a pilot runs in virtual time; expected mock")
-    check_supported(plans[0], plate_for(plans[0], spec, VirtualClock()))
+    held = with_plate_file(spec, plans[0].study.plate.file)
+    check_supported(plans[0], plate_for(plans[0], held, VirtualClock()))
     check_answered(plans[0])
+    contact = contact or NOT_NAMED
+    require_virtual(contact)
     claim(folder, plans)
     begun = [read_plan(path)[0].order_version for path in journals(folder) if holds_records(path)]
     # A pilot begun with an older rule of orders ends with it.
@@ -141,13 +164,22 @@ def run_pilot(
     plans = [replace(plan, order_version=version) for plan in plans]
     with signals_raise():
         for plan in plans:
-            run_simulated(folder, plan, spec)
+            specs = contact.otherwise(simulated(of_study(plan.study)))
+            run_simulated(folder, plan, spec, specs)
             tell(plan.participant)
     build_dataset(folder)
 
 
-def run_simulated(folder: Path, plan: RunPlan, spec: str) -> None:
-    """Run one simulated participant, or the rest of an interrupted run."""
+def run_simulated(
+    folder: Path, plan: RunPlan, spec: str, contact: ContactSpecs | None = None
+) -> None:
+    """Run one simulated participant, or the rest of an interrupted run.
+
+    The plate has the limits of the study's plate file, and says whose they are. What measures the
+    finger is the study's, simulated, unless it is named.
+    """
+    contact = contact or simulated(of_study(plan.study))
+    spec = with_plate_file(spec, plan.study.plate.file)
     path = plan.journal_path(folder)
     clock = VirtualClock()
     if holds_records(path):
@@ -158,7 +190,11 @@ def run_simulated(folder: Path, plan: RunPlan, spec: str) -> None:
         opened = Journal.reopen(path, clock)
     else:
         opened = Journal.create(path, clock, private=plan.study.private_files)
-    with opened as journal, plate_for(plan, spec, clock) as plate:
+    with (
+        opened as journal,
+        plate_for(plan, spec, clock) as plate,
+        ExitStack() as stack,
+    ):
         person = SimulatedParticipant(
             seed=plan.seed,
             participant=plan.participant,
@@ -167,6 +203,13 @@ def run_simulated(folder: Path, plan: RunPlan, spec: str) -> None:
             clock=clock,
             language=plan.language,
             answers=plan.simulated_answers(),
+            frame_s=FRAME_S if contact.used else None,
+        )
+        surroundings = Surroundings(
+            clock=clock,
+            seed=plan.seed,
+            finger=person.finger,
+            vibration_um_pp=plate.vibration_um_pp,
         )
         run_plan(
             plan,
@@ -176,4 +219,5 @@ def run_simulated(folder: Path, plan: RunPlan, spec: str) -> None:
             journal=journal,
             clock=clock,
             operator=UnattendedOperator(),
+            sources=open_sources(contact, surroundings, stack),
         )

@@ -18,6 +18,12 @@ from experiments.dataset.runs import mode_of, read_runs
 from experiments.journal.locks import has_locks
 from experiments.journal.run_record import is_mock
 from experiments.languages.texts import load_texts
+from experiments.running.contact import (
+    NOT_NAMED,
+    ContactSpecs,
+    of_study,
+    try_sources,
+)
 from experiments.running.disk_space import why_not_taken
 from experiments.running.dry_run import check_supported, surfaces
 from experiments.running.run import plate_for
@@ -58,6 +64,7 @@ class PlannedSession:
     language: str | None = None  # the study's own
     pilot: bool = False
     markers: tuple[str, ...] = ()
+    contact: ContactSpecs = NOT_NAMED
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -269,6 +276,13 @@ def _scatter(plate: PlateDriver) -> Iterator[str]:
         )
 
 
+def check_contact(planned: PlannedSession) -> Finding:
+    """Connect what measures the finger, and look for a while at what it tells."""
+    study, _ = read_study(planned.study)
+    told = try_sources(planned.contact.otherwise(of_study(study)), study.seed)
+    return Finding(name="finger", passed=True, detail="; ".join(told))
+
+
 def check_display(planned: PlannedSession) -> Finding:
     """Open the participant's window as the session will: the keyboard must reach it.
 
@@ -359,12 +373,22 @@ CHECKS: dict[str, Callable[[PlannedSession], Finding]] = {
     "folder": check_folder,
     "participant": check_participant,
     "plate": check_plate,
+    "finger": check_contact,
     "sound": check_sound,
     "markers": check_markers,
     "display": check_display,
 }
 # What cannot be found out without a study.
-NEED_STUDY = ("plate", "sound")
+NEED_STUDY = ("plate", "finger", "sound")
+
+
+def _measures_finger(planned: PlannedSession) -> bool:
+    """Return whether command or study name a source; a study with faults is told elsewhere."""
+    try:
+        study, _ = read_study(planned.study)
+    except UserError:
+        return bool(planned.contact.used)
+    return bool(planned.contact.otherwise(of_study(study)).used)
 
 
 def check(planned: PlannedSession, tell: Callable[[Finding], None]) -> list[Finding]:
@@ -374,6 +398,8 @@ def check(planned: PlannedSession, tell: Callable[[Finding], None]) -> list[Find
     """
     findings: list[Finding] = []
     for name, look in CHECKS.items():
+        if name == "finger" and not _measures_finger(planned):
+            continue
         studyless = findings and findings[0].passed is False and name in NEED_STUDY
         if studyless:
             finding = Finding(name=name, passed=False, detail="not looked at: the study has faults")

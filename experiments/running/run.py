@@ -5,18 +5,23 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from experiments.journal.header import header, resume_data
+from experiments.running.contact import describe_contact
 from experiments.session.session import Session
 from hardware.registry import open_plate
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from experiments.journal.journal import Journal
     from experiments.participants.base import Participant
+    from experiments.running.contact import NamedSource
     from experiments.session.markers import Markers
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator
     from experiments.session.session import RunOutcome
     from experiments.study.run_plan import RunPlan
     from hardware.clock import Clock
+    from hardware.contact.source import Kind
     from hardware.driver import PlateDriver
 
 
@@ -42,6 +47,7 @@ def run_plan(
     noise: Noise | None = None,
     markers: Markers | None = None,
     unblind: bool = False,
+    sources: Mapping[Kind, NamedSource] | None = None,
 ) -> RunOutcome:
     """Run a plan from the journal's end to the run's.
 
@@ -51,12 +57,15 @@ def run_plan(
         Connected.
     journal : Journal
         New (it gets its header here) or reopened.
+    sources : Mapping, optional
+        Connected sources of position and force.
     """
+    contact = describe_contact(sources or {}, plate)
     masking = "on" if noise else "absent"
     if not journal.records:
-        journal.write("header", **header(plan, plate, spec, participant.kind, masking))
+        journal.write("header", **header(plan, plate, spec, participant.kind, masking), **contact)
     else:
-        journal.write("resume", **resume_data(plate, spec, masking))
+        journal.write("resume", **resume_data(plate, spec, masking), **contact)
     if markers and markers.names:
         journal.write("markers", outputs=list(markers.names))
     session = Session(
@@ -71,5 +80,6 @@ def run_plan(
         noise=noise,
         markers=markers,
         unblind=unblind,
+        sources={kind: each.source for kind, each in (sources or {}).items()},
     )
     return session.run()

@@ -31,6 +31,8 @@ from experiments.protocols.steps import (
     Silence,
     Voided,
 )
+from experiments.session.contact import Contact
+from experiments.session.following import Following
 from experiments.session.interruptions import Interruptions
 from experiments.session.markers import Event, Markers
 from experiments.session.masking import NoNoise
@@ -52,6 +54,7 @@ if TYPE_CHECKING:
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator
     from hardware.clock import Clock
+    from hardware.contact.source import ContactSource, Kind
     from hardware.driver import PlateDriver
 
 RunOutcome = Literal["complete", "stopped"]
@@ -77,6 +80,9 @@ class Session:
         Tell recorders outside what happens.
     unblind : bool
         Whether the operator is told the amplitude.
+    sources : Mapping, optional
+        Connected sources of position and force: what the finger does is written down, and where
+        its place is known, textures follow it on a plate that can.
     """
 
     def __init__(
@@ -93,6 +99,7 @@ class Session:
         noise: Noise | None = None,
         markers: Markers | None = None,
         unblind: bool = False,
+        sources: Mapping[Kind, ContactSource] | None = None,
     ) -> None:
         self._steps = steps
         self._participant = participant
@@ -102,7 +109,9 @@ class Session:
         self._markers = markers or Markers()
         self._markers.lost = self._marker_lost
         self._unblind = unblind
-        self._surface = SurfaceState(plate, clock, self._feel)
+        following = Following(plate, clock, place_known="position" in (sources or {}))
+        self._surface = SurfaceState(plate, clock, self._feel, following)
+        self._contact = Contact(sources or {}, journal, self._surface.follow)
         voided = sum(record.kind == "void" for record in journal.records)
         self._progress = Progress(
             operator,
@@ -304,7 +313,8 @@ class Session:
     def _feel(self, step: Explore) -> Reply:
         """Have the participant stroke the plate."""
         self._wait()
-        return self._participant.perform(step, self._interruptions.watch)
+        with self._contact.measured(step, self._interruptions.watch) as watch:
+            return self._participant.perform(step, watch)
 
     def _ask(self, step: Ask) -> Reply:
         self._restore(step)
@@ -361,7 +371,8 @@ class Session:
         begun = last_unfinished(self._journal.records, step)
         self._participant.unfinished = begun
         try:
-            reply = self._participant.perform(step, self._interruptions.watch)
+            with self._contact.measured(step, self._interruptions.watch) as watch:
+                reply = self._participant.perform(step, watch)
         except UserError:
             raise  # the journal itself, as a rule: there is nowhere to write
         except BaseException:

@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from experiments.protocols.steps import Reply, Silence, Step
+    from experiments.session.following import Following
     from hardware.clock import Clock
+    from hardware.contact.source import Sample
     from hardware.driver import PlateDriver
     from stimuli.surface import Surface
 
@@ -51,14 +53,21 @@ class SurfaceState:
     clock : Clock
     explore : callable
         Has the participant explore what is presented.
+    following : Following
+        Has textures follow the finger.
     """
 
     def __init__(
-        self, plate: PlateDriver, clock: Clock, explore: Callable[[Explore], Reply]
+        self,
+        plate: PlateDriver,
+        clock: Clock,
+        explore: Callable[[Explore], Reply],
+        following: Following,
     ) -> None:
         self._plate = plate
         self._clock = clock
         self._explore = explore
+        self._following = following
         self._script: list[Done] = []
         self._held = True  # nothing came between since the script began
         self._wanted: Present | None = None  # what the plate should make now
@@ -185,6 +194,7 @@ class SurfaceState:
     def read_back_um_pp(self) -> float | None:
         """Return what the plate says it makes; raise its fault unless that is what is wanted."""
         self._plate.check()
+        self._following.settle()
         told = self._plate.read_back()
         self._measured = told.kind in MEASURED and told.amplitude_um_pp is not None
         if told.kind in MEASURED and told.amplitude_um_pp is not None:
@@ -195,6 +205,11 @@ class SurfaceState:
         """Raise the plate's fault, if any, while it makes a surface. Cheap."""
         if self._wanted is not None and self._held:
             self._plate.check()
+
+    def follow(self, samples: list[Sample]) -> None:
+        """Command what is due where the finger is, while the plate makes a followed texture."""
+        if self._wanted is not None and self._held:
+            self._following.see(samples)
 
     def silence(self, step: Silence) -> None:
         """Silence the plate as the protocol asks for it; no surface is wanted there any more."""
@@ -280,7 +295,7 @@ class SurfaceState:
         return self._make(step)
 
     def _make(self, step: Present) -> Presented:
-        made = self._plate.present(step.surface)
+        made = self._plate.present(self._following.presented_as(step.surface))
         self._wanted, self._held = step, True
         self._commanded_um_pp = made.commanded_um_pp
         self.confirm()
@@ -290,4 +305,6 @@ class SurfaceState:
             readback_kind=made.readback.kind,
             settled_by=made.settled_by,
             onset_s=self._clock.now(),
+            voltage_v_peak=made.readback.voltage_v_peak,
+            temperature_c=made.readback.temperature_c,
         )

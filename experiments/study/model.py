@@ -97,6 +97,17 @@ class PlateSettings(BaseModel):
         description="The same as an amplitude; the larger of the two counts. A study of thresholds "
         "needs a plate that holds an amplitude better than its finest difference.",
     )
+    position: str = Field(
+        default="",
+        description="SPEC of what tells where the finger is, such as lasers:/dev/ttyUSB1; left "
+        "out: its place is not measured. A pilot simulates it; `--position` overrides it.",
+    )
+    force: str = Field(
+        default="",
+        description="SPEC of what measures normal and lateral force, such as "
+        "load_cells:/dev/ttyUSB2; left out: forces are not measured. A pilot simulates them; "
+        "`--force` overrides it.",
+    )
 
 
 class Texture(BaseModel):
@@ -112,8 +123,8 @@ class Texture(BaseModel):
     )
     waveform: Waveform = Field(default="sine", description="Form of the amplitude over one period.")
     finger_speed_mm_s: Positive = Field(
-        description="Speed of the finger for which the texture is played: no plate tracks the "
-        "finger. Every study states it, since the data depend on it."
+        description="Speed of the finger for which the texture is played where nothing tells the "
+        "finger's place. Every study states it, since the data depend on it."
     )
 
     @model_validator(mode="after")

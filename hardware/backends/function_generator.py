@@ -249,11 +249,17 @@ class FunctionGenerator(PlateDriver):
         if self._is_on():
             voltage_v = self._number(self._dialect.voltage_vpp) / self._vpp_per_v
         if self.calibration is None:
-            return Readback(amplitude_um_pp=None, kind="none", time_s=self.clock.now())
+            return Readback(
+                amplitude_um_pp=None,
+                kind="none",
+                time_s=self.clock.now(),
+                voltage_v_peak=voltage_v,
+            )
         return Readback(
             amplitude_um_pp=voltage_v * self.calibration.um_pp_per_v_peak,
             kind="applied",
             time_s=self.clock.now(),
+            voltage_v_peak=voltage_v,
         )
 
     def _silence(self) -> None:

@@ -19,6 +19,7 @@ lost line silences the plate, as a real one does.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
 
 RAMP_S = 0.025  # raised cosine: no click
 RAMP_STEPS = 16
+VOLTAGE_DIGITS, TEMPERATURE_DIGITS = 3, 1  # as a driver board tells them
 
 PHASES = ("connect", "present", "read_back", "silence", "check")
 OPTIONS: dict[str, Callable[[str], Any]] = {
@@ -102,6 +104,8 @@ class MockPlate(PlateDriver):
         self.modulator = Modulator(
             resonance_hz=resonator.resonance_hz, quality_factor=resonator.quality_factor
         )
+        # An ideal drive: what is left is the plate's own ring-up.
+        self.follow_lag_s = resonator.quality_factor / (math.pi * resonator.resonance_hz)
         self.log: list[Command] = []
         self._schedule = Schedule(injections)
         self._connected = False
@@ -147,6 +151,11 @@ class MockPlate(PlateDriver):
         frequency_hz = self.twin.resonator.resonance_hz
         self._set(Drive(frequency_hz=frequency_hz, target_um_pp=loop.mean_um_pp, played=loop))
         self._settle()
+
+    def _follow(self, amplitude_um_pp: float) -> None:
+        self._require_line()
+        frequency_hz = self.twin.resonator.resonance_hz
+        self._set(Drive(frequency_hz=frequency_hz, target_um_pp=amplitude_um_pp))
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         self._note_command("present")
@@ -197,7 +206,11 @@ class MockPlate(PlateDriver):
     def _measure(self) -> Readback:
         now_s = self.clock.now()
         return Readback(
-            amplitude_um_pp=self.twin.measure_um_pp(now_s), kind="measured", time_s=now_s
+            amplitude_um_pp=self.twin.measure_um_pp(now_s),
+            kind="measured",
+            time_s=now_s,
+            voltage_v_peak=round(self.twin.voltage_v(now_s), VOLTAGE_DIGITS),
+            temperature_c=round(self.twin.temperature_c(now_s), TEMPERATURE_DIGITS),
         )
 
 

@@ -1,7 +1,7 @@
 """A texture under a finger whose place is known: which amplitude is due now.
 
-A command takes some time to reach the plate. So the amplitude is that of the place where the finger
-will be by then, by its speed over the last samples.
+A command takes some time to reach the plate, and holds until the next one. So the amplitude is that
+of the place where the finger will be by then, by its speed over the last samples.
 """
 
 from __future__ import annotations
@@ -9,13 +9,18 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
+from stimuli.surface import VirtualSurface
+from stimuli.texture import Grating
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from hardware.contact.source import Sample
-    from stimuli.texture import Grating
+    from hardware.driver import PlateDriver
+    from stimuli.surface import Surface
 
 SPEED_OVER_S = 0.04  # shorter, and noise passes for speed; longer, and a turn is seen late
+LONGEST_HELD_S = 0.05  # between frames
 LOST_S = 0.2  # older, and the finger's place is not known
 
 
@@ -33,6 +38,12 @@ class FollowedTexture:
         self._grating = grating
         self._lag_s = lag_s
         self._last: deque[tuple[float, float]] = deque()
+        self._asked_s: float | None = None
+
+    @property
+    def mean(self) -> VirtualSurface:
+        """The plain surface at which the plate settles before it follows."""
+        return VirtualSurface(amplitude_um_pp=self._grating.mean_um_pp, label=self._grating.label)
 
     def see(self, samples: Iterable[Sample]) -> None:
         """Take note of where the finger is."""
@@ -43,12 +54,20 @@ class FollowedTexture:
 
     def amplitude_um_pp(self, now_s: float) -> float:
         """Return the amplitude to command now; the mean where the finger's place is not known."""
+        asked_s, self._asked_s = self._asked_s, now_s
+        held_s = min(now_s - asked_s, LONGEST_HELD_S) if asked_s is not None else 0.0
         if not self._last or now_s - self._last[-1][0] > LOST_S:
             return self._grating.mean_um_pp
         time_s, place_mm = self._last[-1]
         first_s, first_mm = self._last[0]
         passed_s = time_s - first_s
         speed_mm_s = (place_mm - first_mm) / passed_s if 0 < passed_s <= LOST_S else 0.0
-        return self._grating.amplitude_at_um_pp(
-            place_mm + speed_mm_s * (now_s - time_s + self._lag_s)
-        )
+        ahead_s = now_s - time_s + self._lag_s + held_s / 2
+        return self._grating.amplitude_at_um_pp(place_mm + speed_mm_s * ahead_s)
+
+
+def followed_texture(surface: Surface, plate: PlateDriver) -> FollowedTexture | None:
+    """Return what follows the finger over a surface; None for a plain one, or if a plate cannot."""
+    if not isinstance(surface, Grating) or surface.depth_um_pp == 0 or plate.follow_lag_s is None:
+        return None
+    return FollowedTexture(surface, plate.follow_lag_s)

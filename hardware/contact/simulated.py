@@ -10,8 +10,8 @@ deviation of a reading, mm). SPEC of a force: ``simulated`` or ``simulated:frict
 ``noise``       standard deviation of a reading of either force, N (0.005)
 ==============  ==================================================================
 
-The coefficient at an amplitude is that of the plate at rest times the relative friction of
-`stimuli.reynolds`; where the model lets the finger levitate it is 0.
+The film carries a part of the finger (`stimuli.reynolds`), and friction is that of the rest; where
+the model lets the finger levitate there is none.
 
 A reading depends on the seed, the finger and the time, never on how often it was asked for: an
 interrupted and resumed pilot measures what an undisturbed one would have.
@@ -36,8 +36,7 @@ if TYPE_CHECKING:
 RATE_HZ = 100.0
 POSITION_NOISE_MM, FORCE_NOISE_N = 0.02, 0.005
 FRICTION, ROUGHNESS_UM = 0.8, 0.6
-# The film is solved for amplitudes and forces rounded to this: one solution takes 50 ms.
-AMPLITUDE_DIGITS, FORCE_DIGITS = 1, 1
+AMPLITUDE_DIGITS = 1  # the film is solved for so many decimals of a µm: a solution takes 50 ms
 WORD = (1 << 64) - 1
 
 POSITION_OPTIONS: dict[str, Callable[[str], Any]] = {
@@ -152,12 +151,10 @@ class SimulatedForce(_Simulated):
     def _exact(self, time_s: float, touch: Touch) -> tuple[float, float]:
         before = self._finger.at(time_s - 0.5 / self._rate_hz)
         moved = touch.x - before.x if before else 0.0
-        relative = relative_friction(
-            round(self._vibration_um_pp(), AMPLITUDE_DIGITS),
-            self._roughness_um,
-            round(touch.normal_n, FORCE_DIGITS),
+        carried_n = film_force_n(
+            round(self._vibration_um_pp(), AMPLITUDE_DIGITS), self._roughness_um
         )
-        lateral = self._friction * relative * touch.normal_n
+        lateral = self._friction * max(touch.normal_n - carried_n, 0.0)
         return touch.normal_n, math.copysign(lateral, moved) if moved else 0.0
 
     def describe(self) -> dict[str, object]:
@@ -171,14 +168,14 @@ class SimulatedForce(_Simulated):
 
 
 @cache
-def relative_friction(amplitude_um_pp: float, roughness_um: float, normal_force_n: float) -> float:
-    """Return friction relative to the plate at rest, 0 where the finger levitates."""
-    if amplitude_um_pp == 0 or normal_force_n <= 0:
-        return 1.0
-    found = VirtualSurface(amplitude_um_pp=amplitude_um_pp).predicted_relative_friction(
-        roughness_um=roughness_um, normal_force_n=normal_force_n
+def film_force_n(amplitude_um_pp: float, roughness_um: float) -> float:
+    """Return the force by which the film carries the finger: it does not depend on its weight."""
+    if amplitude_um_pp == 0:
+        return 0.0
+    relative = VirtualSurface(amplitude_um_pp=amplitude_um_pp).predicted_relative_friction(
+        roughness_um=roughness_um, normal_force_n=1.0
     )
-    return max(found, 0.0)
+    return 1.0 - relative
 
 
 def open_position(address: str, surroundings: Surroundings) -> ContactSource:

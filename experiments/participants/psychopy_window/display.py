@@ -11,10 +11,11 @@ import re
 import sys
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 from experiments.participants.psychopy_window.scene import Box, Colour, Scene, Text
 from faults import UserError
+from hardware.contact.source import Touch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -111,6 +112,31 @@ def check_screen(number: int) -> None:
         raise UserError(f"screen {number}: there is no such screen; there are: {known}")
 
 
+class Pointer:
+    """Where the pointer of a window is: a mouse's, or that of a touch panel which acts as one."""
+
+    unit: Literal["mm", "px"] = "px"
+
+    def __init__(self) -> None:
+        self._window: Any = None
+        self._mouse: Any = None
+
+    def appears(self, window: Any) -> None:
+        """Note that the window is open."""
+        from psychopy import event  # noqa: PLC0415  loaded with psychopy.visual
+
+        self._window = window
+        self._mouse = event.Mouse(visible=window.mouseVisible, win=window)
+
+    def at(self, time_s: float) -> Touch | None:  # noqa: ARG002 - it is known for now only
+        """Return where it is, in pixels from the middle, to the right and up; None if elsewhere."""
+        if self._mouse is None:
+            return None
+        x, y = (float(each) for each in self._mouse.getPos())
+        width, height = self._window.size
+        return Touch(x, y) if abs(x) <= width / 2 and abs(y) <= height / 2 else None
+
+
 class Display:
     """A window that draws `Scene`.
 
@@ -136,6 +162,7 @@ class Display:
         self._window: Any = None
         self._shown: dict[Text | Box, Any] = {}
         self._frame_s = -FRAME_S
+        self.pointer = Pointer()
 
     def __enter__(self) -> Self:
         visual = import_visual()
@@ -155,6 +182,7 @@ class Display:
             gammaErrorPolicy="ignore",
         )
         self._window.mouseVisible = not self._full_screen
+        self.pointer.appears(self._window)
         self._load_fonts()
         return self
 

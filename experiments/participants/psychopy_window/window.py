@@ -76,6 +76,7 @@ class PsychoPyWindow:
         self._banner = scene.pilot_banner(texts["window.pilot"]) if pilot else ()
         self._precise_times = precise_times
         self.display = Display(clock, full_screen=full_screen, screen=screen, size=size)
+        self.finger = self.display.pointer
         self._keyboard: Keyboard
         self._open = ExitStack()
 

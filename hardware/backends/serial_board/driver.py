@@ -59,6 +59,10 @@ ATTENTION_S = 5.0
 POLL_S = 0.002
 LONGEST_SETTLING_S = 2.0
 LONGEST_RESETTLING_S = 0.3  # when a finger comes or goes, the board corrects its voltage
+# From `follow` to the plate: the board's ramp of 25 ms, begun anew at each command, and the line;
+# measured by benchmarks/texture_latency.py.
+FOLLOW_LAG_S = 0.017
+FOLLOWED_UM_PP = 0.001  # as good as none: at 0 the board would open its output stage
 OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
 
 OPTIONS: dict[str, Callable[[str], Any]] = {
@@ -88,6 +92,7 @@ class SerialBoard(PlateDriver):
     """
 
     name = "serial"
+    follow_lag_s = FOLLOW_LAG_S
 
     def __init__(
         self,
@@ -160,6 +165,12 @@ class SerialBoard(PlateDriver):
             link.ask(command)
         self._active = watch.ActivePresentation(fmean(loop.amplitudes_um_pp), "LIST")
 
+    def _follow(self, amplitude_um_pp: float) -> None:
+        link = self._attend()
+        if self._active is None or self._active.state != watch.FOLLOWS:
+            self._active = watch.ActivePresentation(amplitude_um_pp, watch.FOLLOWS)
+        link.ask(f"AMPL {max(amplitude_um_pp, FOLLOWED_UM_PP):.4f}")
+
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         link = self._attend()
         self._active = None
@@ -228,6 +239,8 @@ class SerialBoard(PlateDriver):
             amplitude_um_pp=status.amplitude_um_pp,
             kind="none" if status.amplitude_um_pp is None else "measured",
             time_s=self.clock.now(),
+            voltage_v_peak=status.voltage_v,
+            temperature_c=status.temperature_c,
         )
 
     def _learn_lists(self, link: BoardLink, firmware: str) -> None:

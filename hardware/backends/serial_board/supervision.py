@@ -28,6 +28,10 @@ SILENCED: dict[str, tuple[type[PlateFault], str]] = {
 }
 
 
+# Not a state of the board: it follows a finger, between ramps, and nothing has settled.
+FOLLOWS = "FOLLOWS"
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class ActivePresentation:
     """The presentation that the heartbeat checks; each is a new object."""
@@ -55,6 +59,8 @@ def check_status(
         raise NotReached(
             f"{active.what} was commanded, {reached} is all that {status.voltage_v:.1f} V give"
         )
+    if active.state == FOLLOWS:
+        return
     if status.state == "RAMP":
         raise NotReached(f"{active.what} was commanded, and the plate does not settle there")
     if status.state != active.state:

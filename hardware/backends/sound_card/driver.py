@@ -253,6 +253,7 @@ class SoundCard(PlateDriver):
             amplitude_um_pp=voltage_v * self.calibration.um_pp_per_v_peak,
             kind="applied",
             time_s=self.clock.now(),
+            voltage_v_peak=voltage_v,
         )
 
     def _check(self) -> None:

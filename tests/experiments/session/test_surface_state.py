@@ -3,6 +3,7 @@
 import pytest
 
 from experiments.protocols.steps import Present
+from experiments.session.following import Following
 from experiments.session.surface_state import SurfaceState
 from hardware.backends.mock import MockPlate
 from hardware.clock import VirtualClock
@@ -20,7 +21,7 @@ def staged(amplitude_um_pp, limits=None, noise_um=0.0):
     clock = VirtualClock()
     plate = MockPlate(clock=clock, limits=limits, twin=Twin(noise_um=noise_um))
     plate.connect()
-    surface = SurfaceState(plate, clock, lambda _: None)
+    surface = SurfaceState(plate, clock, lambda _: None, Following(plate, clock, place_known=False))
     surface.present(Present(surface=VirtualSurface(amplitude_um_pp=amplitude_um_pp)))
     return surface, plate
 

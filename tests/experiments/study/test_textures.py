@@ -12,6 +12,7 @@ from experiments.protocols.steps import Explore, Present
 from experiments.running import lab_session
 from experiments.running.lab_session import Setting, make_plan
 from experiments.running.preflight import PlannedSession, check_plate
+from experiments.session.following import Following
 from experiments.session.surface_state import SurfaceState
 from experiments.study.file import parse_study, study_text
 from faults import UserError
@@ -189,7 +190,7 @@ def test_a_texture_that_has_gone_is_noticed_even_where_it_reaches_down_to_zero(d
     clock = VirtualClock()
     plate = MockPlate(clock=clock)
     plate.connect()
-    stage = SurfaceState(plate, clock, lambda _: None)
+    stage = SurfaceState(plate, clock, lambda _: None, Following(plate, clock, place_known=False))
     steady = Grating(spatial_period_mm=2.5, mean_um_pp=1.2, depth_um_pp=depth_um_pp, label="T1")
     stage.present(Present(surface=steady))
     for _ in range(50):

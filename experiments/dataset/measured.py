@@ -1,0 +1,153 @@
+"""What was measured in a trial beside the plate's own readback: columns that only some runs have.
+
+A run has the columns of what it measured at least once; docs/decisions/0220 says where the samples
+lie that position and force are worked out from.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from experiments.protocols.base import Column
+from hardware.contact.measures import friction, movement
+from hardware.contact.source import Sample
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    from experiments.journal.record import Record
+    from experiments.protocols.base import TrialRecord
+
+SPEED, STROKES = "exploration_speed_mm_s", "strokes"
+COEFFICIENT, NORMAL_FORCE = "friction_coefficient", "normal_force_n"
+# Column: what an answer of the plate calls it.
+OF_INTERVAL = re.compile(r"interval([0-9]+)_")
+OF_THE_PLATE = {"drive_voltage_v_peak": "voltage_v_peak", "plate_temperature_c": "temperature_c"}
+
+
+def _value(name: str) -> Callable[[TrialRecord], float | None]:
+    return lambda record: record.measured.get(name)
+
+
+MEASURED: Mapping[str, Column] = {
+    SPEED: Column(
+        value=_value(SPEED),
+        kind="number",
+        description="Mean speed of the finger while it explored the surface: length of its way, "
+        "divided by the time that it touched",
+        units="mm/s",
+    ),
+    STROKES: Column(
+        value=_value(STROKES),
+        kind="number",
+        description="How often the finger went one way for 5 mm or more while it explored",
+    ),
+    COEFFICIENT: Column(
+        value=_value(COEFFICIENT),
+        kind="number",
+        description="Coefficient of friction measured while the finger slid in the exploration: "
+        "median of the size of the lateral force divided by the normal force",
+    ),
+    NORMAL_FORCE: Column(
+        value=_value(NORMAL_FORCE),
+        kind="number",
+        description="Mean normal force while the finger slid in the exploration",
+        units="N",
+    ),
+    "drive_voltage_v_peak": Column(
+        value=_value("drive_voltage_v_peak"),
+        kind="number",
+        description="Drive voltage at the plate once the surface had settled (a texture: at its "
+        "mean), peak",
+        units="V",
+    ),
+    "plate_temperature_c": Column(
+        value=_value("plate_temperature_c"),
+        kind="number",
+        description="Temperature of the plate, or of its board, once the surface had settled",
+        units="Cel",
+    ),
+}
+
+
+def measured_columns(names: Iterable[str]) -> dict[str, Column]:
+    """Return the columns of what was measured, in the order of the table.
+
+    What was measured in one of a trial's intervals has the interval before its name.
+    """
+    wanted = set(names)
+    found = {name: column for name, column in MEASURED.items() if name in wanted}
+    intervals = {match[1] for name in wanted if (match := OF_INTERVAL.match(name))}
+    for number in sorted(intervals, key=int):
+        for plain, column in MEASURED.items():
+            name = f"interval{number}_{plain}"
+            if name in wanted:
+                told = f"{column.description} (interval {number})"
+                found[name] = replace(column, value=_value(name), description=told)
+    return found
+
+
+def of_interval(
+    values: Mapping[str, float | None], interval: int | None
+) -> Mapping[str, float | None]:
+    """Return what was measured, named after the interval of the trial that it belongs to."""
+    return {f"interval{interval}_{name}": v for name, v in values.items()} if interval else values
+
+
+def plate_measures(presented: Mapping[str, Any]) -> dict[str, float | None]:
+    """Return what the plate told of itself, beside its amplitude, when it presented a surface."""
+    told = {column: presented[name] for column, name in OF_THE_PLATE.items()}
+    return {column: value for column, value in told.items() if value is not None}
+
+
+def samples(record: Record) -> list[Sample]:
+    """Return the samples of a "contact" record: time of the session, and the values."""
+    data = record.data
+    rows = zip(data["times_s"], *data["values"].values(), strict=True)
+    return [Sample(data["begun_s"] + time_s, tuple(values)) for time_s, *values in rows]
+
+
+class Explorations:
+    """Gathers the samples of explorations from a journal's records, one after another."""
+
+    def __init__(self) -> None:
+        self._parts: dict[str, list[Sample]] = {}
+        self._whole: dict[str, list[Sample]] = {}
+
+    def see(self, record: Record) -> None:
+        """Take note of a record, of whatever kind."""
+        if record.kind == "begin":  # what was not finished before belongs to no trial
+            self._parts, self._whole = {}, {}
+        elif record.kind == "contact" and record.data["during"] == "exploration":
+            self._take(record)
+
+    def _take(self, record: Record) -> None:
+        data, source = record.data, str(record.data["source"])
+        gathered = self._parts.setdefault(source, [])
+        gathered += samples(record)
+        if data["ends"]:
+            del self._parts[source]
+        if data["ends"] == "whole":
+            self._whole[source] = gathered
+
+    def measures(self) -> dict[str, float | None]:
+        """Return what the exploration that is over says; nothing where nothing was measured."""
+        found: dict[str, float | None] = {}
+        places = self._whole.get("position", [])
+        if "position" in self._whole:
+            moved = movement(places)
+            found |= {SPEED: _rounded(moved.speed_mm_s), STROKES: float(moved.strokes)}
+        if "force" in self._whole:
+            slid = friction(self._whole["force"], places)
+            found |= {
+                COEFFICIENT: _rounded(slid.coefficient),
+                NORMAL_FORCE: _rounded(slid.normal_n),
+            }
+        return found
+
+
+def _rounded(value: float | None) -> float | None:
+    """Return a value to four decimals: no sensor tells more."""
+    return None if value is None else round(value, 4)

@@ -1,0 +1,126 @@
+"""What the finger does while a participant strokes or answers: measured, written down, followed.
+
+Each step's samples are records of the journal (docs/decisions/0220): they are on disk before the
+step's answer is, and a step that is broken off and repeated leaves its own, marked as such.
+"""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from functools import partial
+from typing import TYPE_CHECKING
+
+from experiments.protocols.steps import Explore
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from experiments.journal.journal import Journal
+    from experiments.participants.base import Watch
+    from experiments.protocols.steps import Ask
+    from hardware.contact.source import ContactSource, Kind, Sample
+
+# A record holds so many samples at most: a long one is written in parts.
+A_RECORD = 2000
+TIME_DIGITS, VALUE_DIGITS = 4, 4
+
+
+class Contact:
+    """The sources of position and force of a session.
+
+    Parameters
+    ----------
+    sources : Mapping
+        Connected; empty where nothing is measured.
+    journal : Journal
+    follow : callable
+        Told where the finger is, at every frame; empty where there are no new samples.
+    """
+
+    def __init__(
+        self,
+        sources: Mapping[Kind, ContactSource],
+        journal: Journal,
+        follow: Callable[[list[Sample]], None],
+    ) -> None:
+        self._sources = sources
+        self._journal = journal
+        self._follow = follow
+
+    @contextmanager
+    def measured(self, step: Explore | Ask, watch: Watch) -> Iterator[Watch]:
+        """Yield what is to be called at every frame in place of ``watch``; write what it found.
+
+        Raises
+        ------
+        SensorFault
+            A source went away; it is connected again when the step is repeated.
+        """
+        if not self._sources or step.trial is None:
+            yield watch
+            return
+        for source in self._sources.values():
+            source.begin()
+        traces = [_Trace(kind, source, step) for kind, source in self._sources.items()]
+        try:
+            yield partial(self._look, watch, traces)
+            for trace in traces:
+                trace.take()
+        except UserError:
+            raise  # the journal itself, as a rule: there is nowhere to write
+        except BaseException:
+            for trace in traces:
+                trace.write(self._journal, ends="broken off")
+            raise
+        for trace in traces:
+            trace.write(self._journal, ends="whole")
+
+    def _look(self, watch: Watch, traces: list[_Trace]) -> None:
+        """Do what is due at a frame: look after the session, then take what was measured."""
+        watch()
+        for trace in traces:
+            new = trace.take()
+            if trace.kind == "position":
+                self._follow(new)
+            trace.write_full(self._journal)
+
+
+class _Trace:
+    """The samples of one source in one step, until they are written."""
+
+    def __init__(self, kind: Kind, source: ContactSource, step: Explore | Ask) -> None:
+        self.kind = kind
+        self._source = source
+        self._step = step
+        self._samples: list[Sample] = []
+
+    def take(self) -> list[Sample]:
+        """Take the new samples from the source, and return them."""
+        new = self._source.take()
+        self._samples += new
+        return new
+
+    def write_full(self, journal: Journal) -> None:
+        """Write a part once it is long enough."""
+        if len(self._samples) >= A_RECORD:
+            self.write(journal, ends="")
+
+    def write(self, journal: Journal, *, ends: str) -> None:
+        """Write what there is; ``ends`` says how the step ended, nothing where it goes on."""
+        samples, self._samples = self._samples, []
+        begun_s = samples[0].time_s if samples else 0.0
+        quantities = self._source.quantities
+        journal.write(
+            "contact",
+            source=self.kind,
+            trial=self._step.trial.number if self._step.trial else None,
+            during="exploration" if isinstance(self._step, Explore) else "answer",
+            ends=ends,
+            begun_s=begun_s,
+            times_s=[round(each.time_s - begun_s, TIME_DIGITS) for each in samples],
+            values={
+                name: [round(each.values[place], VALUE_DIGITS) for each in samples]
+                for place, name in enumerate(quantities)
+            },
+        )

@@ -1,0 +1,110 @@
+"""An emulated sensor that sends lines of numbers on a pseudo-terminal: two lasers, or load cells.
+
+    python -m hardware.contact.emulated_line [--rate 100]
+
+prints the port's name and then sends place and forces of a finger that strokes to and fro, until it
+is ended: ``x,y,normal,lateral`` in mm and N, so that one port tries
+``--position lasers:PORT`` and ``--force load_cells:PORT,normal=3,lateral=4``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import sys
+import tty
+from contextlib import suppress
+from threading import Event, Thread
+from typing import TYPE_CHECKING, Self
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from types import TracebackType
+
+STROKE_MM, STROKES_HZ = 40.0, 1.0  # to and fro
+NORMAL_N, FRICTION = 0.5, 0.6
+
+
+def stroking(time_s: float) -> bytes:
+    """Return the line of a finger that strokes to and fro, at a time."""
+    turn = 2 * math.pi * STROKES_HZ * time_s
+    lateral = math.copysign(FRICTION * NORMAL_N, math.sin(turn))
+    along = -STROKE_MM / 2 * math.cos(turn)
+    return f"{along:.3f},0.000,{NORMAL_N:.4f},{lateral:.4f}\n".encode()
+
+
+class EmulatedLine:
+    """A pseudo-terminal that sends lines; a context manager, Unix only.
+
+    Parameters
+    ----------
+    line : callable
+        Returns what is sent at a time, in seconds since the start.
+    rate_hz : float
+        How often.
+
+    Attributes
+    ----------
+    port : str
+        What to open.
+    sends : bool
+        Set it to False, and the sensor falls silent.
+    """
+
+    def __init__(
+        self, line: Callable[[float], bytes] = stroking, *, rate_hz: float = 100.0
+    ) -> None:
+        self._line = line
+        self._rate_hz = rate_hz
+        self._stop = Event()
+        self._thread = Thread(target=self._run, name="emulated sensor", daemon=True)
+        self.sends = True
+        self.port = ""
+
+    def __enter__(self) -> Self:
+        self._ours, self._theirs = os.openpty()
+        tty.setraw(self._theirs)
+        os.set_blocking(self._ours, False)  # nobody may read
+        self.port = os.ttyname(self._theirs)
+        self._thread.start()
+        return self
+
+    def _run(self) -> None:
+        number = 0
+        while not self._stop.wait(1 / self._rate_hz):
+            number += 1
+            if self.sends:
+                with suppress(BlockingIOError):
+                    os.write(self._ours, self._line(number / self._rate_hz))
+
+    def unplug(self) -> None:
+        """Close the port, as if the cable were pulled."""
+        self._stop.set()
+        self._thread.join()
+        for end in (self._ours, self._theirs):
+            with suppress(OSError):
+                os.close(end)
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.unplug()
+
+
+def main() -> int:
+    """Send until the end of standard input, or Ctrl-C."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--rate", type=float, default=100.0, help="lines a second (default: 100)")
+    wanted = parser.parse_args()
+    with EmulatedLine(rate_hz=wanted.rate) as line, suppress(KeyboardInterrupt):
+        print(line.port, flush=True)
+        sys.stdin.read()
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
