@@ -71,9 +71,9 @@ def test_figures_of_yes_and_no_are_r_s(name):
     assert curve.log_odds_per_um_pp == pytest.approx(expected["slope"], rel=1e-4)
     assert curve.intercept == pytest.approx(expected["intercept"], rel=1e-3)
     if name == "contrast":
-        # lme4 integrates over participants by its own rule.
+        # 120 answers of a participant: a rule of few points over participants misses their peaks.
         largest = difference.signal_detection.by_size[-1]
-        assert largest.d_prime == pytest.approx(expected["largest_d_prime"], rel=5e-3)
+        assert largest.d_prime == pytest.approx(expected["largest_d_prime"], rel=1e-4)
         assert largest.removed_um_pp == 0.008
 
 

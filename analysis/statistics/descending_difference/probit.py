@@ -2,9 +2,9 @@
 
     P(yes | step of size s, participant i) = Φ(d'_s - c - σ u_i),   u_i normal; catch: d' = 0
 
-The likelihood is integrated over u by Gauss and Hermite's rule; intervals are the profile
-likelihood's. Neither needs a correction for counts of 0 or of all: where every step was felt, or
-no catch step was, the interval has no upper bound and the lower one says what the counts allow.
+The likelihood is integrated over u on a grid; intervals are the profile likelihood's. Neither needs
+a correction for counts of 0 or of all: where every step was felt, or no catch step was, the
+interval has no upper bound and the lower one says what the counts allow.
 """
 
 from __future__ import annotations
@@ -24,8 +24,10 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Points of the quadrature over participants.
-NODES = 21
+#: The normal distribution of participants is summed on a grid: so many points, so far out. Of many
+#: answers a participant's likelihood is a narrow peak, which Gauss and Hermite's few points miss:
+#: their sum has several maxima.
+NODES, FARTHEST_NODE = 241, 6.0
 #: d', criterion and σ are searched within these; a d' beyond is none that counts can tell.
 FARTHEST, LARGEST_SPREAD = 8.0, 4.0
 #: A log-likelihood that falls by less than this up to the edge of the search has no maximum.
@@ -115,8 +117,9 @@ class _Model:
     """The likelihood of counts, shape (patterns, kinds, 2); kind 0 is the catch step."""
 
     def __init__(self, counts: Array, times: Array) -> None:
-        nodes, weights = np.polynomial.hermite_e.hermegauss(NODES)
-        self.nodes, self.log_weights = nodes, np.log(weights / weights.sum())
+        self.nodes = np.linspace(-FARTHEST_NODE, FARTHEST_NODE, NODES)
+        step = 2 * FARTHEST_NODE / (NODES - 1)
+        self.log_weights = -(self.nodes**2) / 2 + np.log(step / np.sqrt(2 * np.pi))
         self.counts, self.times = counts, times
         self.kinds = counts.shape[1]
 
