@@ -69,9 +69,9 @@ def verdict(row: Row, memory_gib: float, minutes: float) -> Verdict:
         said = "; ".join(words for _, words in row.told)
         return give(label="", verdict="not understood", reason=said)
     solutions = Solutions(row.column, memory_gib, minutes)
-    label, targets = row.column.label, solutions.targets
+    label = row.column.label
     if solutions.refused:
-        about = log10_multisets(targets)
+        about = log10_multisets(solutions.targets)
         return give(
             label=label,
             verdict="not counted",
@@ -84,7 +84,7 @@ def verdict(row: Row, memory_gib: float, minutes: float) -> Verdict:
     return give(
         label=label,
         verdict="inconsistent",
-        failed="impossible" if impossible(row.column) else _failed(targets),
+        failed="impossible" if impossible(row.column) else _failed(solutions.targets),
         multisets="0",
         reason=solutions.reason,
     )

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 # Pairs of a sum and a sum of squares that are looked at one by one.
 MOST_PAIRS = 100_000
+# Sums of a plain column that are looked at one by one.
+MOST_SUMS = 1000
 # Of more, so many sums are looked at, each with its middle sum of squares.
 LOOKED_AT = 9
 
@@ -72,7 +74,8 @@ def targets(column: Column) -> Targets:
     if not reason and (number := _number_of_pairs(column, sums)) > MOST_PAIRS:
         return _unlisted(column, sums, number)
     pairs = [(s, q) for s in sums for q in admissible_squares(column, s)]
-    wanted = [_wanted(column, Moments(column.n, total, squares)) for total, squares in pairs]
+    extremes = _Extremes(column)
+    wanted = [extremes.beside(Moments(column.n, total, squares)) for total, squares in pairs]
     possible = tuple(wish for wish in wanted if wish is not None)
     if not reason and not possible:
         if not sums:
@@ -82,6 +85,23 @@ def targets(column: Column) -> Targets:
         else:
             reason = "no rating on the scale gives the printed extremes, median or frequencies"
     return Targets(() if reason else possible, grim=bool(sums), grimmer=bool(pairs), reason=reason)
+
+
+def plain_sums(column: Column) -> dict[int, range] | None:
+    """Return the sums of squares beside each sum; None if more is printed than these decide."""
+    more = (
+        column.maximum_deviation,
+        column.observed_minimum,
+        column.observed_maximum,
+        column.median,
+    )
+    told = column.present or column.absent or column.frequencies or column.percentages
+    if told or any(more) or impossible(column):
+        return None
+    sums = admissible_sums(column)
+    if len(sums) > MOST_SUMS:
+        return None
+    return {total: squares for total in sums if (squares := admissible_squares(column, total))}
 
 
 # A smaller number and a larger one, as printed.
@@ -190,8 +210,9 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
     places = {len(sums) * (2 * i + 1) // (2 * LOOKED_AT) for i in range(LOOKED_AT)}
     some = (sums[place] for place in sorted(places))
     middles = ((total, admissible_squares(column, total)) for total in some)
+    extremes = _Extremes(column)
     wanted = (
-        _wanted(column, Moments(column.n, total, squares[len(squares) // 2]))
+        extremes.beside(Moments(column.n, total, squares[len(squares) // 2]))
         for total, squares in middles
         if squares
     )
@@ -293,34 +314,54 @@ def _steps(column: Column, values: Interval) -> Interval:
     return values.scaled(1 / scale.step, -scale.minimum / scale.step)
 
 
-def _wanted(column: Column, moments: Moments) -> Wanted | None:
-    """Add what the extremes and the median ask; None if no rating can meet it."""
-    low, high = within_reach(moments, column.scale.steps)
-    present: list[frozenset[int]] = []
-    if column.observed_minimum:
-        found = _steps(column, column.observed_minimum.values(column.rounding)).integers()
-        low = max(low, found.start)
-        present.append(frozenset(found))
-    if column.observed_maximum:
-        found = _steps(column, column.observed_maximum.values(column.rounding)).integers()
-        high = min(high, found.stop - 1)
-        present.append(frozenset(found))
-    if column.maximum_deviation:
-        mean, one = Fraction(moments.total, moments.n), Fraction(1)
-        allowed = column.maximum_deviation.values(column.rounding).scaled(one / column.scale.step)
+class _Extremes:
+    """What a column's extremes, median and ratings ask, beside a sum and a sum of squares."""
+
+    def __init__(self, column: Column) -> None:
+        self.column, self.steps = column, column.scale.steps
+        self.told = occurrences(column)
+        low, high = 0, self.steps
+        self.present: list[frozenset[int]] = []
+        if column.observed_minimum:
+            found = _steps(column, column.observed_minimum.values(column.rounding)).integers()
+            low = max(low, found.start)
+            self.present.append(frozenset(found))
+        if column.observed_maximum:
+            found = _steps(column, column.observed_maximum.values(column.rounding)).integers()
+            high = min(high, found.stop - 1)
+            self.present.append(frozenset(found))
+        self.low, self.high = low, high
+
+    def beside(self, moments: Moments) -> Wanted | None:
+        """Return what is wanted of these moments; None if no rating can meet it."""
+        low, high = within_reach(moments, self.steps)
+        low, high, present = max(low, self.low), min(high, self.high), self.present
+        if self.column.maximum_deviation:
+            inside, shell = self._shell(moments)
+            low, high = max(low, inside.start), min(high, inside.stop - 1)
+            present = [*present, shell]
+        if present:
+            present = [frozenset(v for v in wish if low <= v <= high) for wish in present]
+            if not all(present):
+                return None
+        # Ratings beyond the bounds are nobody's.
+        if any(least for value, least, _ in self.told if not low <= value <= high):
+            return None
+        told = tuple(entry for entry in self.told if low <= entry[0] <= high)
+        medians = _medians(self.column, low, high)
+        return Wanted(moments, low, high, tuple(present), medians, told)
+
+    def _shell(self, moments: Moments) -> tuple[range, frozenset[int]]:
+        """Return the ratings within the printed deviation from the mean, and those at it."""
+        printed, one = self.column.maximum_deviation, Fraction(1)
+        if printed is None:
+            return range(self.steps + 1), frozenset()
+        mean = Fraction(moments.total, moments.n)
+        allowed = printed.values(self.column.rounding).scaled(one / self.column.scale.step)
         above, below = (allowed.scaled(one, shift).integers() for shift in (mean, -mean))
-        shell = frozenset(above) | frozenset(-v for v in below)
         edge = allowed.high_closed
         inside = Interval(mean - allowed.high, mean + allowed.high, edge, edge).integers()
-        low, high = max(low, inside.start), min(high, inside.stop - 1)
-        present.append(shell)
-    present = [frozenset(v for v in wish if low <= v <= high) for wish in present]
-    told = tuple(entry for entry in occurrences(column) if low <= entry[0] <= high)
-    # Ratings beyond the bounds are nobody's.
-    beyond = any(least for value, least, _ in occurrences(column) if not low <= value <= high)
-    if beyond or not all(present):
-        return None
-    return Wanted(moments, low, high, tuple(present), _medians(column, low, high), told)
+        return inside, frozenset(above) | frozenset(-v for v in below)
 
 
 def _medians(column: Column, low: int, high: int) -> tuple[tuple[int, int], ...] | None:

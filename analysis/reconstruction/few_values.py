@@ -28,28 +28,67 @@ CHOICES = 100_000
 VALUES = 12
 
 
+# For each sum of distances from the centre: first and last of every run of sums of squared
+# distances, in steps of two.
+Runs = dict[int, list[tuple[int, int]]]
+
+
 def number(values: Sequence[int], goals: Iterable[Goal]) -> int | None:
     """Return how many multisets of `values`, which ascend, reach one of the goals.
 
     None where other ways are quicker, or where no three values are neighbours.
     """
+    groups: dict[int, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
+    for goal in goals:
+        groups[goal.n][goal.part.moments.total].append(goal.part.moments.squares)
+    found = 0
+    for n, of_sum in groups.items():
+        runs = {total: list(_runs(sorted(squares))) for total, squares in of_sum.items()}
+        of_n = number_of_runs(values, n, runs)
+        if of_n is None:
+            return None
+        found += of_n
+    return found
+
+
+def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
+    """Return how many multisets of n values have one of the sums and sums of squares.
+
+    Parameters
+    ----------
+    values : sequence of int
+        Ascending.
+    n : int
+        Of a multiset.
+    of_sum : dict of int to list of (int, int)
+        For each sum the first and the last of every run of sums of squares, in steps of two.
+    """
     centres = [b for a, b, c in zip(values, values[1:], values[2:], strict=False) if c - a == 2]  # noqa: PLR2004
     if not centres or len(values) > VALUES:
         return None
+    # Near the mean the outer values are few.
+    mean = sum(of_sum) / max(len(of_sum) * n, 1)
+    centre = min(centres, key=lambda c: abs(c - mean))
+    shifted = {
+        total - n * centre: [
+            (least - 2 * centre * total + n * centre**2, most - 2 * centre * total + n * centre**2)
+            for least, most in runs
+        ]
+        for total, runs in of_sum.items()
+    }
+    least = min((first for runs in shifted.values() for first, _ in runs), default=0)
+    most = max((last for runs in shifted.values() for _, last in runs), default=-1)
+    chosen = _outer(n, [v - centre for v in values if abs(v - centre) > 1], least, most)
+    if chosen is None:
+        return None
+    k, d, q = chosen
     found = 0
-    for (n, centre), of_sum in _by_sum(centres, goals).items():
-        squares = [v for found_there in of_sum.values() for v in found_there]
-        outer = [v - centre for v in values if abs(v - centre) > 1]
-        chosen = _outer(n, outer, min(squares), max(squares))
-        if chosen is None:
-            return None
-        k, d, q = chosen
-        for signed_sum, square_sums in of_sum.items():
-            reach = np.abs(signed_sum - d) + q, n - k + q
-            for least, most in _runs(sorted(square_sums)):
-                # All of a parity, so that rounding down is right.
-                room = np.minimum(reach[1], most) - np.maximum(reach[0], least) + 2
-                found += int((np.maximum(room, 0) // 2).sum())
+    for signed_sum, runs in shifted.items():
+        reach = np.abs(signed_sum - d) + q, n - k + q
+        for first, last in runs:
+            # All of a parity, so that rounding down is right.
+            room = np.minimum(reach[1], last) - np.maximum(reach[0], first) + 2
+            found += int((np.maximum(room, 0) // 2).sum())
     return found
 
 
@@ -58,20 +97,6 @@ def without_median(goal: Goal) -> bool:
     part = goal.part
     together = part.split.below + 1 == part.split.centre == part.split.above
     return together and part.fewest_below == 0 and part.most_below == goal.n
-
-
-def _by_sum(
-    centres: Sequence[int], goals: Iterable[Goal]
-) -> dict[tuple[int, int], dict[int, list[int]]]:
-    """Return, for each n and centre, the sums of squared distances beside each sum of distances."""
-    groups: dict[tuple[int, int], dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
-    for goal in goals:
-        n, total, squares = goal.n, goal.part.moments.total, goal.part.moments.squares
-        # Near the mean the outer values are few.
-        centre = min(centres, key=lambda c: abs(c * n - total))
-        square_sum = squares - 2 * centre * total + n * centre**2
-        groups[n, centre][total - n * centre].append(square_sum)
-    return groups
 
 
 def _runs(square_sums: list[int]) -> Iterator[tuple[int, int]]:

@@ -148,6 +148,9 @@ def _holes(wanted: Wanted, low: int, high: int) -> frozenset[int]:
 
 def _ends(wanted: Wanted) -> Iterator[tuple[Moments, int, int, Given]]:
     """Yield free moments, their interval and the given values: at the ends, and those told of."""
+    if not wanted.occurrences:
+        yield from _enter(wanted.moments, wanted.low, wanted.high, wanted.present, (), frozenset())
+        return
     told = frozenset(value for value, _, _ in wanted.occurrences)
     choices = (range(least, most + 1) for _, least, most in wanted.occurrences)
     for numbers in product(*choices):
@@ -173,9 +176,9 @@ def _enter(  # noqa: PLR0917 - one argument for each thing that a part is made o
     given: Given,
     told: frozenset[int],
 ) -> Iterator[tuple[Moments, int, int, Given]]:
-    while low <= high and low in told:
+    while told and low <= high and low in told:
         low += 1
-    while low <= high and high in told:
+    while told and low <= high and high in told:
         high -= 1
     if not present:
         if moments.possible(low, high):

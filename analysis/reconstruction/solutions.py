@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.constraints import Targets, targets
+from analysis.reconstruction import few_values
+from analysis.reconstruction.constraints import Targets, plain_sums, targets
 from analysis.reconstruction.counting import attained, count
 from analysis.reconstruction.listing import LISTED, arrangements, multisets
 from analysis.reconstruction.partition import partition
@@ -69,17 +70,33 @@ class Solutions:
     @cached_property
     def _unfiltered(self) -> int:
         """Number of data sets, whatever the quartiles are."""
+        if self._of_few_values is not None:
+            return self._of_few_values
         return count(self.problems, "multisets", self.memory_gib, self.minutes)
+
+    @cached_property
+    def _of_few_values(self) -> int | None:
+        """Number of data sets of a plain Likert scale; None where it is not one.
+
+        The same number as that of all problems together, without writing them down.
+        """
+        values = range(self.column.scale.steps + 1)
+        sums = plain_sums(self.column) if len(values) <= few_values.VALUES else None
+        if sums is None:
+            return None
+        runs = {total: [(squares[0], squares[-1])] for total, squares in sums.items()}
+        return few_values.number_of_runs(values, self.column.n, runs) if runs else None
 
     @cached_property
     def refused(self) -> str:
         """Why they are not counted; empty if they can be."""
-        if self.targets.refused:
-            return self.targets.refused
-        try:
-            require_countable(self.problems, self.memory_gib, self.minutes)
-        except UserError as error:
-            return str(error)
+        if self._of_few_values is None:
+            if self.targets.refused:
+                return self.targets.refused
+            try:
+                require_countable(self.problems, self.memory_gib, self.minutes)
+            except UserError as error:
+                return str(error)
         if self.listed_apart and self._unfiltered > LISTED:
             return (
                 f"quartiles are compared data set by data set, and without them there are "
