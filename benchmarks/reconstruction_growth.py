@@ -2,9 +2,10 @@
 
     OMP_NUM_THREADS=1 python benchmarks/reconstruction_growth.py [--figure growth.svg]
 
-Each curve ends before the first column that is guessed to take more than `--seconds`. Beside the
-time stand the memory a count holds at most (planes of one number of values), what the whole table
-of states would take, and how far the saddle-point estimate is from the exact count.
+Each curve leaves out columns that are guessed to take more than `--seconds`. Beside the processor's
+time, which other work on the machine hardly touches, stand the memory a count holds at most (planes
+of one number of values), what the whole table of states would take, and how far the saddle-point
+estimate is from the exact count.
 """
 
 from __future__ import annotations
@@ -71,9 +72,9 @@ def measured(facts: Facts, longest_s: float) -> tuple[float, str] | None:
     solutions = Solutions(column(facts), memory_gib=64, minutes=10_000)
     if not solutions.targets.wanted or seconds_to_count(solutions.problems) > longest_s:
         return None
-    start = time.perf_counter()
+    start = time.process_time()
     count = solutions.multisets
-    seconds = time.perf_counter() - start
+    seconds = time.process_time() - start
     held = max(task.count_bytes for task in solutions.problems) / 2**20
     tables = max(task.bytes for task in solutions.problems) / 2**20
     estimate = log10_multisets(solutions.targets)
@@ -87,7 +88,8 @@ def main(longest_s: float, figure: Path | None) -> None:
     drawn = []
     for title, axis, places in CURVES:
         print(f"\n{title}\n")
-        print(f"| {axis} | time, s | data sets | memory, MiB | whole table, MiB | estimate/exact |")
+        heads = "processor, s | data sets | memory, MiB | whole table, MiB | estimate/exact"
+        print(f"| {axis} | {heads} |")
         print("| ---: | ---: | ---: | ---: | ---: | ---: |")
         points = []
         for place, facts in places:
@@ -109,7 +111,7 @@ def picture(drawn: list[tuple[str, str, list[tuple[float, float]]]]) -> Figure:
     figure, axes = canvas(2, 2, size=(7.2, 5.2))
     for ax, (title, axis, points) in zip(axes.flat, drawn, strict=True):
         ax.plot(*zip(*points, strict=True), "o-", color=BLUE, markersize=4)
-        ax.set(title=title, xlabel=axis, ylabel="Time, s", yscale="log")
+        ax.set(title=title, xlabel=axis, ylabel="Processor time, s", yscale="log")
         if axis != "Decimals printed":
             ax.set_xscale("log")
     return figure

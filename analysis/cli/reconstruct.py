@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import argparse
     from collections.abc import Iterator
 
+    from analysis.reconstruction.answers import Across
     from analysis.reconstruction.published_table import Design, PublishedTable
     from analysis.reconstruction.solutions import Solutions
 
@@ -190,7 +191,7 @@ def _answer(
         s for s in columns if (s.targets.wanted and s.witness) or (not s.refused and s.consistent)
     ]
     if arguments.conclusions and design and len(usable) > 1:
-        known = answers.across(usable, design, arguments.measure, arguments.seed)
+        known = _across(usable, design, arguments)
         written["conclusions"] = report.across_json(known)
         said += report.across_lines(known)
     if arguments.html:
@@ -209,6 +210,19 @@ def _answer(
     with _output(arguments.out) as file:
         print(json.dumps(written, indent=2) if arguments.json else "\n".join(said), file=file)
     return any(one.verdict == "impossible" for one in tests)
+
+
+def _across(columns: list[Solutions], design: Design, arguments: argparse.Namespace) -> Across:
+    """Return what is known across columns, and show what goes on: it may take long."""
+    from analysis.cli.progress_line import telling  # noqa: PLC0415 - if asked for
+    from analysis.reconstruction.answers import across, seconds_across  # noqa: PLC0415
+    from analysis.reconstruction.problem import duration  # noqa: PLC0415
+
+    seconds = seconds_across(columns, design)
+    if seconds > WORTH_SAYING_S:
+        print(f"conclusions across columns take {duration(seconds)}", file=sys.stderr)
+    with telling() as tell:
+        return across(columns, design, arguments.measure, arguments.seed, tell)
 
 
 def _sample(columns: list[Solutions], arguments: argparse.Namespace) -> None:

@@ -13,7 +13,7 @@ from analysis.reconstruction.published_table import CONVENTIONS, Scale
 from analysis.reconstruction.rounding import RULES
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from fractions import Fraction
 
     from analysis.reconstruction.conclusions import Conclusion
@@ -241,8 +241,16 @@ def all_variants(solutions: Solutions) -> tuple[Variant, ...]:
     return tuple(rows)
 
 
-def across(columns: Sequence[Solutions], design: Design, measure: str, seed: int) -> Across:
+def across(
+    columns: Sequence[Solutions],
+    design: Design,
+    measure: str,
+    seed: int,
+    tell: Callable[[str], None] = lambda _: None,
+) -> Across:
     """Return bounds and distributions; no distributions where a column cannot be counted.
+
+    ``tell`` takes what is being done, in words.
 
     Raises
     ------
@@ -268,9 +276,17 @@ def across(columns: Sequence[Solutions], design: Design, measure: str, seed: int
     long = tuple(s.column.label for s in columns if s.not_drawn or s.multisets > LISTED)
     drawable = not any(s.not_drawn for s in columns)
     samplers = [Sampler(solutions, measure) for solutions in columns] if drawable else []
+    bounds = of_moments(columns) if long else conclusions(samplers, tell)
+    tell("distributions over uniform samples")
     drawn = distributions(samplers, seed) if drawable else []
-    return Across(
-        bounds=tuple(of_moments(columns) if long else conclusions(samplers)),
-        not_listed=long,
-        distributions=tuple(drawn),
-    )
+    return Across(bounds=tuple(bounds), not_listed=long, distributions=tuple(drawn))
+
+
+def seconds_across(columns: Sequence[Solutions], design: Design) -> float:
+    """Return about how long `across` takes on an ordinary processor."""
+    from analysis.reconstruction.conclusions import seconds_to_conclude  # noqa: PLC0415 - if asked
+    from analysis.reconstruction.listing import LISTED  # noqa: PLC0415
+
+    if design == "independent" or any(s.not_drawn or s.multisets > LISTED for s in columns):
+        return 0.0
+    return seconds_to_conclude([s.multisets for s in columns])

@@ -21,11 +21,11 @@ from analysis.reconstruction.comparable_columns import (
     require_comparable,
     values_of,
 )
-from analysis.reconstruction.extreme_t import paired_t, t_of_moments
+from analysis.reconstruction.extreme_t import COMPARED, paired_t, t_of_moments
 from analysis.reconstruction.least_f import attained_f, least_f
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from analysis.reconstruction.bounds import Table
     from analysis.reconstruction.sampling import Sampler
@@ -74,8 +74,27 @@ class Conclusion:
     at_high: Ratings = ()
 
 
-def conclusions(columns: list[Sampler]) -> list[Conclusion]:
+# Measured on Table III, an ordinary processor: paired t over all pairs of data sets.
+SECONDS_A_PAIR = 0.6e-9
+
+
+def seconds_to_conclude(sizes: Sequence[int]) -> float:
+    """Return about how long columns of so many data sets take: most of it is the search for t."""
+    compared = sum(min(a * b, COMPARED) for a, b in combinations(sizes, 2))
+    return 4.0 + SECONDS_A_PAIR * compared
+
+
+def conclusions(
+    columns: list[Sampler], tell: Callable[[str], None] = lambda _: None
+) -> list[Conclusion]:
     """Return everything that can be bounded over all data sets and pairings.
+
+    Parameters
+    ----------
+    columns : list of Sampler
+        Two or more, of the same participants.
+    tell : callable
+        Takes what is being done, in words.
 
     Raises
     ------
@@ -83,16 +102,21 @@ def conclusions(columns: list[Sampler]) -> list[Conclusion]:
         The columns cannot stand side by side, or have too many data sets to list.
     """
     require_comparable([column.solutions for column in columns])
-    return pairs(columns) + together(columns)
+    found = pairs(columns, tell)
+    tell("the least F")
+    return found + together(columns)
 
 
-def pairs(columns: list[Sampler]) -> list[Conclusion]:
+def pairs(columns: list[Sampler], tell: Callable[[str], None] = lambda _: None) -> list[Conclusion]:
     """Return sign test and paired t of every two columns, whatever the pairing."""
-    return [
-        test([a.solutions, b.solutions], bound(a.listed, b.listed))
-        for a, b in combinations(columns, 2)
-        for test, bound in ((signs, larger), (t_test, paired_t))
-    ]
+    found = []
+    every = list(combinations(columns, 2))
+    for place, (a, b) in enumerate(every, start=1):
+        one, other = labels([a.solutions, b.solutions])
+        tell(f"{other} against {one}, {place} of {len(every)} pairs of columns")
+        for test, bound in ((signs, larger), (t_test, paired_t)):
+            found.append(test([a.solutions, b.solutions], bound(a.listed, b.listed)))
+    return found
 
 
 def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:

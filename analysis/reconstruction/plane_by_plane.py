@@ -173,8 +173,8 @@ class _Meeting:
         for plane in self.above.planes:
             if plane.values.size:
                 plane.values[0, 0] = 1
-        # Largest value that a cell may hold.
-        self.ceiling = 1
+        # Largest values that cells above and below may hold.
+        self.ceilings = (1, 0)
 
     def number(self, n: int, goals: list[Goal]) -> float | int:
         """Return what the goals, of n values each, are worth together."""
@@ -250,12 +250,18 @@ class _Meeting:
         """
         if self.modulus in (None, WORD):
             return
-        growth = (len(self.above.planes) + 1) * (len(self.below.planes) + 1) * (goals + 1)
-        if self.ceiling * growth >= WORD:
+        above, below = self._grown(*self.ceilings, goals)
+        if max(above, below) >= WORD:
             for half, numbers in ((self.above, 0), (self.below, left)):
                 half.reduce(self.modulus or 0, numbers)
-            self.ceiling = (self.modulus or 0) - 1
-        self.ceiling *= growth
+            largest = (self.modulus or 0) - 1
+            above, below = self._grown(largest, largest, goals)
+        self.ceilings = above, below
+
+    def _grown(self, above: int, below: int, goals: int) -> tuple[int, int]:
+        """Return the largest values that cells above and below may hold one k later."""
+        grown = above * (len(self.above.planes) + 1)
+        return grown, (below + goals * grown) * (len(self.below.planes) + 1)
 
 
 def _window(cells: Array, before: int, after: int, length: int) -> Array:

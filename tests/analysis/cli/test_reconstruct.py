@@ -162,6 +162,16 @@ def test_what_takes_long_is_announced(capsys, tmp_path, monkeypatch):
     assert "column 'a': counting takes about 1 s and 0.0 GiB" in capsys.readouterr().err
 
 
+def test_conclusions_that_take_long_are_announced(capsys, tmp_path, monkeypatch):
+    (tmp_path / "t.csv").write_text(TWO)
+    words = ["reconstruct", str(tmp_path / "t.csv"), *PAIRED]
+    assert slipscale.main(words) == 0
+    assert capsys.readouterr().err.strip() == ""
+    monkeypatch.setattr("analysis.cli.reconstruct.WORTH_SAYING_S", 1.0)
+    assert slipscale.main(words) == 0
+    assert "conclusions across columns take about 4 s" in capsys.readouterr().err
+
+
 TESTED = """
 title = "Two columns, and a test between them"
 [scale]

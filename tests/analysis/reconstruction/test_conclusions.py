@@ -10,7 +10,12 @@ from scipy.stats import ttest_rel
 
 from analysis.published.biet2007 import TABLE3, agrees
 from analysis.reconstruction.bounds import larger
-from analysis.reconstruction.conclusions import pairs, together
+from analysis.reconstruction.conclusions import (
+    conclusions,
+    pairs,
+    seconds_to_conclude,
+    together,
+)
 from analysis.reconstruction.extreme_t import paired_t, t_of_moments
 from analysis.reconstruction.least_f import least_f
 from analysis.reconstruction.sampling import Sampler
@@ -102,6 +107,19 @@ def test_pairs_asks_for_sign_and_t_of_every_two_columns(column):
     for c in found:
         assert 0 <= c.p_low <= c.p_high <= 1
         assert c.low <= c.high
+
+
+def test_what_is_compared_is_told(column):
+    samplers = [Sampler(Solutions(column(5, mean, "1.14", maximum=9))) for mean in ("2.40", "6.40")]
+    told = []
+    conclusions(samplers, told.append)
+    assert told == ["x against x, 1 of 1 pairs of columns", "the least F"]
+
+
+def test_the_time_that_conclusions_take_is_guessed_from_the_lists():
+    assert seconds_to_conclude([100, 100]) < 5
+    table_3 = seconds_to_conclude([40711, 1336, 83530, 605304])
+    assert 30 < table_3 < 90
 
 
 def kinds(column, lowest, amplitudes):
