@@ -31,6 +31,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="draw N data sets a column, exactly uniformly, as CSV",
     )
+    parser.add_argument(
+        "--long",
+        action="store_true",
+        help="for --sample: a rating a row, not a data set a row",
+    )
     parser.add_argument("--seed", type=int, default=1, help="of everything drawn (default 1)")
     parser.add_argument(
         "--measure",
@@ -143,6 +148,8 @@ def _check(arguments: argparse.Namespace) -> None:
     if arguments.seed < 0:
         raise UserError(f"--seed is {arguments.seed}, expected 0 or more")
     if arguments.sample is None:
+        if arguments.long:
+            raise UserError("--long says how --sample writes data sets: give --sample N, too")
         return
     if arguments.sample < 1:
         raise UserError(f"--sample is {arguments.sample}, expected 1 or more")
@@ -262,7 +269,7 @@ def _write_samples(
     arguments: argparse.Namespace,
     file: TextIO,
 ) -> None:
-    """Write samples as CSV: a row each, with column, sample number and the n ratings."""
+    """Write samples as CSV: a data set a row or, with --long, a rating a row."""
     import csv  # noqa: PLC0415
 
     import numpy as np  # noqa: PLC0415
@@ -278,7 +285,8 @@ def _write_samples(
     }
     writer = csv.writer(file, lineterminator="\n")
     most = max(solutions.column.n for solutions in usable)
-    writer.writerow(["column", "sample", *(f"rating_{i}" for i in range(1, most + 1))])
+    ratings = [f"rating_{i}" for i in range(1, most + 1)]
+    writer.writerow(["column", "sample", *(["place", "rating"] if arguments.long else ratings)])
     for place, sampler in samplers.items():
         column = sampler.solutions.column
         label = harmless_cell(column.label)
@@ -289,7 +297,12 @@ def _write_samples(
         for block in sampler.stream(arguments.sample, generator):
             for row in block.tolist():
                 number += 1
-                writer.writerow([label, number, *(names[v] for v in row)])
+                if arguments.long:
+                    writer.writerows(
+                        [label, number, at, names[v]] for at, v in enumerate(row, start=1)
+                    )
+                else:
+                    writer.writerow([label, number, *(names[v] for v in row)])
 
 
 @contextmanager

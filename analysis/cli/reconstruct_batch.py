@@ -27,7 +27,7 @@ def run_batch(arguments: Namespace) -> int:
         raise UserError("--batch needs --out FILE, the CSV to write the verdicts to")
     if arguments.workers < 1:
         raise UserError(f"--workers is {arguments.workers}, expected 1 or more")
-    others = ("sample", "html", "json", "conclusions", "variants")
+    others = ("sample", "long", "html", "json", "conclusions", "variants")
     if given := [f"--{name}" for name in others if getattr(arguments, name)]:
         raise UserError(f"--batch writes a verdict a row: leave out {', '.join(given)}")
     rows = read_rows(arguments.table)

@@ -30,6 +30,21 @@ def test_samples_are_csv_and_repeat_with_their_seed(capsys, tmp_path):
     assert sum(int(rows[0][f"rating_{i}"]) for i in range(1, 13)) == 153
 
 
+def test_long_samples_are_the_same_ratings_one_a_row(capsys):
+    words = ["reconstruct", "biet2007_table3", "--sample", "2", "--seed", "5"]
+    slipscale.main(words)
+    wide = list(csv.DictReader(capsys.readouterr().out.splitlines()))
+    slipscale.main([*words, "--long"])
+    long = list(csv.DictReader(capsys.readouterr().out.splitlines()))
+    assert len(long) == 4 * 2 * 12
+    assert [
+        (row["column"], row["sample"], str(i), row[f"rating_{i}"])
+        for row in wide
+        for i in range(1, 13)
+    ] == [tuple(row.values()) for row in long]
+    assert list(long[0]) == ["column", "sample", "place", "rating"]
+
+
 def test_an_inconsistent_table_exits_1_and_says_why(capsys, tmp_path):
     (tmp_path / "t.csv").write_text("label,n,mean,sd,scale_maximum\na,28,5.19,1.00,10\n")
     assert slipscale.main(["reconstruct", str(tmp_path / "t.csv")]) == 1
@@ -145,6 +160,7 @@ def test_too_many_data_sets_to_list_are_bounded_by_sums_and_sums_of_squares(caps
     [
         (["nowhere.toml"], "cannot be read"),
         (["biet2007_table3", "--sample", "0"], "expected 1 or more"),
+        (["biet2007_table3", "--long"], "give --sample N, too"),
         (["biet2007_table3", "--sample", "1", "--conclusions"], "choose one"),
         (["biet2007_table3", "--memory-gib", "0.0001"], "needs about"),
         (["biet2007_table3", "--minutes", "0"], "0 min are allowed"),
