@@ -58,6 +58,7 @@ def frequency_figure(
     floor_hz: float = 25_000.0,
     least_mm: float | None = None,
     measured: tuple[float, float] | None = None,
+    harmonic_peak: tuple[float, float] | None = None,
 ) -> Any:
     """Return Fig. 9: resonance against half wave length, by beam, Timoshenko's beam and FE.
 
@@ -73,6 +74,8 @@ def frequency_figure(
         Shortest half wave that the amplitude allows; with it, the admissible range is shaded.
     measured : tuple of 2 floats, optional
         Half wave in mm and frequency in kHz of a measured plate.
+    harmonic_peak : tuple of 2 floats, optional
+        The same of the peak that a harmonic analysis of the whole plate has.
     """
     figure, axes = canvas()
     half_wave = np.linspace(8, 21, 200)
@@ -93,6 +96,10 @@ def frequency_figure(
     if measured:
         axes.plot(
             *measured, "o", color=VERMILION, markerfacecolor="none", markersize=9, label="measured"
+        )
+    if harmonic_peak:
+        axes.plot(
+            *harmonic_peak, "x", color=INK, markersize=8, label="whole plate, harmonic analysis"
         )
     axes.axhline(floor_hz / 1e3, color=GREY, linestyle=":", linewidth=1.2)
     axes.text(20.9, floor_hz / 1e3 + 0.7, f"{floor_hz / 1e3:.3g} kHz", ha="right", color=GREY)

@@ -33,6 +33,14 @@ def test_frequency_figure_shades_between_amplitude_and_frequency():
     assert {text.get_text() for text in axes.get_legend().get_texts()} >= {"3-D FE", "measured"}
 
 
+def test_frequency_figure_draws_the_harmonic_peak_as_a_cross():
+    figure = figures.frequency_figure(
+        BeamSection.printed(), BeamSection.plane_strain(), harmonic_peak=(83 / 8, 34.77)
+    )
+    (cross,) = [line for line in figure.axes[0].lines if line.get_marker() == "x"]
+    assert cross.get_xydata().tolist() == [[10.375, 34.77]]
+
+
 def test_frequency_figure_shades_nothing_where_nothing_is_admissible():
     figure = figures.frequency_figure(
         BeamSection.printed(), BeamSection.plane_strain(), least_mm=18.0, floor_hz=25_000
