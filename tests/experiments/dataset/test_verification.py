@@ -236,6 +236,7 @@ def test_sidecars_tell_what_was_in_use_after_each_resume(laboratory, plan):
     (resume,) = notes["resumes"]
     assert resume["plate_spec"] == "mock:fault=lost@9"
     assert set(resume) == {
-        *("time_s", "resumed_utc", "plate_spec", "plate", "masking_noise", "software")
+        *("time_s", "resumed_utc", "plate_spec", "plate", "masking_noise", "software"),
+        "contact",
     }
     assert notes["journal"]["records"] == len(path.read_bytes().splitlines())

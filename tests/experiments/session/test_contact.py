@@ -266,7 +266,12 @@ def followed_errors(laboratory, a_plan, looks, pairs):
     path = a_plan.journal_path(laboratory.folder)
     with Journal.create(path, clock) as journal, plate:
         person = SimulatedParticipant(
-            seed=3, participant="01", feel=plate.vibration_um_pp, clock=clock, frame_s=0.002
+            seed=3,
+            participant="01",
+            feel=plate.vibration_um_pp,
+            clock=clock,
+            frame_s=0.002,
+            answers=a_plan.simulated_answers(),
         )
         source = looks(Surroundings(clock=clock, finger=person.finger), rate_hz=500.0, noise=0.0)
         run_plan(
