@@ -18,6 +18,7 @@ from analysis.reading.load import load
 from analysis.result import Analysis
 from analysis.statistics import descriptives, textures
 from analysis.statistics.individuals import individuals
+from analysis.statistics.measured_friction import measured_friction
 from analysis.statistics.robustness import robustness
 from analysis.statistics.run_all import conclude
 from analysis.statistics.sensitivity import sensitivity
@@ -96,6 +97,7 @@ def analyse(
         measures=measures,
         flags=flags,
         excluded=excluded,
+        friction=measured_friction(prepared),
         problems=(
             *data.problems,
             *absences,

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
     from analysis.preprocessing.log_transform import Prepared
     from analysis.reading.dataset import Dataset
+    from analysis.statistics.measured_friction import MeasuredFriction
     from analysis.statistics.robustness import SubsetSummary
     from analysis.statistics.run_all import Inference
     from analysis.statistics.sensitivity import RuleSummary
@@ -49,6 +50,8 @@ class Analysis:
         Data quality of every participant read, see `analysis.preprocessing.data_quality`.
     excluded : Mapping
         Participant -> the flags that excluded them.
+    friction : MeasuredFriction or None
+        Ratings against measured friction; None where none was measured.
     problems : tuple of str
         What was wrong with the data or could not be computed, one sentence each.
     """
@@ -68,4 +71,5 @@ class Analysis:
     measures: pd.DataFrame
     flags: pd.DataFrame
     excluded: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    friction: MeasuredFriction | None = None
     problems: tuple[str, ...] = ()

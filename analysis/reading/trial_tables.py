@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from experiments.dataset.measured import COEFFICIENT, MEASURED
 from experiments.dataset.schema import PARTICIPANT, columns
 from experiments.protocols import descending_difference, magnitude_estimation
 
@@ -60,7 +61,7 @@ def trial_table(
     LookupError
         The schema declares no such column.
     """
-    declared = columns(protocol)
+    declared = columns(protocol, MEASURED)
     unknown = [name for name in (*required, *optional) if name not in declared]
     if unknown:
         raise LookupError(
@@ -85,6 +86,7 @@ ESTIMATION = trial_table(
     required=("amplitude_um_pp", "estimate"),
     optional=(
         *("trial", BLOCK, "response_time", "scale_top", "modulus"),
+        COEFFICIENT,
         *("phase", "flag", "texture"),
     ),
 )

@@ -10,7 +10,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 import figure_style
-from analysis.figures import estimates, growth, yes_no
+from analysis.figures import estimates, growth, measured_friction, yes_no
 from analysis.figures.shared import with_tips
 from analysis.preprocessing import normalisation
 from analysis.published import biet2007
@@ -57,6 +57,8 @@ def write_analysis(analysis: Analysis, out: Path) -> Path:
             "dataset_description": derivative_description(analysis),
         }.items():
             _write(out / f"{name}.json", json_form.text(own_keys(json_form.form(value), quantity)))
+        if analysis.friction is not None:
+            _write(out / "friction.json", json_form.text(analysis.friction))
         drawn = draw(analysis)
         svgs = {
             name: with_tips(figure_style.svg(figure, salt=name)) for name, figure in drawn.items()
@@ -150,6 +152,10 @@ def draw(analysis: Analysis) -> dict[str, Figure]:
                 unit=unit,
                 confidence=level,
                 quantity=analysis.dataset.quantity,
+            )
+        if analysis.friction is not None and analysis.friction.trials:
+            found["rating_friction"] = measured_friction.rating_friction(
+                analysis.prepared, unit=unit
             )
         if not isinstance(analysis.inference.rm_anova, NotComputed):
             found["residuals"] = estimates.residuals(

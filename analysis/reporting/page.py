@@ -18,6 +18,7 @@ from analysis.reporting.sections.difference import difference
 from analysis.reporting.sections.estimates import estimates
 from analysis.reporting.sections.groups import groups
 from analysis.reporting.sections.growth import growth
+from analysis.reporting.sections.measured_friction import measured_friction
 from analysis.reporting.sections.methods import methods, normalisations
 from analysis.reporting.sections.quality import quality
 from analysis.reporting.sections.summary import summary
@@ -138,6 +139,7 @@ def sections(
         comparisons(analysis),
         groups(analysis),
         growth(analysis, svgs),
+        measured_friction(analysis, svgs),
         difference(analysis, svgs),
         assumptions(analysis, svgs),
         quality(analysis),

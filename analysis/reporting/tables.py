@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from analysis.reporting.json_form import JsonObject
     from analysis.result import Analysis
     from analysis.statistics.descending_difference.yes_no import StepAnswers
+    from analysis.statistics.measured_friction import ParticipantLine
     from analysis.statistics.pairwise import PairComparison
 
 
@@ -38,6 +39,8 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
         }
         if len(analysis.textures):
             found["textures"] = analysis.textures
+        if analysis.friction is not None and analysis.friction.participants:
+            found["friction"] = flat(analysis.friction.participants)
         pairs = analysis.inference.pairwise
         if not isinstance(pairs, NotComputed):
             found["pairwise"] = flat(pairs)
@@ -47,7 +50,7 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
     return found
 
 
-def flat(rows: Sequence[PairComparison | StepAnswers]) -> pd.DataFrame:
+def flat(rows: Sequence[PairComparison | StepAnswers | ParticipantLine]) -> pd.DataFrame:
     """Return results as a table, under inference.json's keys.
 
     An interval ``[low, high]`` becomes two columns, such as ``ratio_ci_low ratio_ci_high``.

@@ -12,6 +12,7 @@ from analysis.reading.trial_tables import (
     IDENTITY,
     trial_table,
 )
+from experiments.dataset.measured import MEASURED
 from experiments.dataset.schema import columns
 from experiments.protocols import descending_difference, magnitude_estimation
 
@@ -23,7 +24,7 @@ TASKS = [
 
 @pytest.mark.parametrize("table, protocol, empty", TASKS)
 def test_all_that_the_analysis_reads_is_declared_and_so_is_all_it_hands_on(table, protocol, empty):
-    declared = {*IDENTITY, *columns(protocol)}
+    declared = {*IDENTITY, *columns(protocol, MEASURED)}
     assert table.task == protocol.task
     assert set(table.columns) <= declared
     assert set(empty().columns) == {*table.columns, "file", "line"}

@@ -1,0 +1,180 @@
+"""Ratings against the friction that was measured under the same finger in the same trial.
+
+The paper could only model what the film does to friction. Where normal and lateral force were
+measured, each participant has a line of their own: the logarithm of the estimate against the
+coefficient of friction, over all trials. Slopes and correlations are averaged over participants,
+for trials of one person are not independent and persons differ in their skin.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.preprocessing.sufficiency import TINY
+from analysis.statistics.confidence_interval import ConfidenceInterval
+from analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
+from analysis.statistics.not_computed import NotComputed
+from experiments.dataset.measured import COEFFICIENT
+from experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    from analysis.preprocessing.log_transform import Prepared
+
+    Array = NDArray[np.float64]
+
+FEWEST_TRIALS = 4  # Fisher's interval needs four, and a line of three says nothing
+# A perfect correlation has no Fisher's z.
+LARGEST_CORRELATION = 1 - 1e-12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParticipantLine:
+    """One participant's line.
+
+    Parameters
+    ----------
+    participant_id : str
+    trials : int
+        With an estimate above 0 and a measured coefficient.
+    slope : float
+        Change of the natural logarithm of the estimate for a coefficient larger by 1.
+    slope_interval : ConfidenceInterval
+        Student's, of ordinary least squares; it takes trials for independent.
+    correlation : float
+        Pearson's, of the logarithm of the estimate with the coefficient.
+    correlation_interval : ConfidenceInterval
+        By Fisher's z; it takes trials for independent.
+    """
+
+    participant_id: str
+    trials: int
+    slope: float
+    slope_interval: ConfidenceInterval
+    correlation: float
+    correlation_interval: ConfidenceInterval
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeanCorrelation:
+    """The mean of participants' correlations: of their Fisher's z, turned back.
+
+    Parameters
+    ----------
+    correlation : float
+    interval : ConfidenceInterval
+        Student's, of the mean z, turned back.
+    """
+
+    correlation: float
+    interval: ConfidenceInterval
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MeasuredFriction:
+    """Ratings against measured friction.
+
+    Parameters
+    ----------
+    trials : int
+        Trials that take part.
+    participants : tuple of ParticipantLine
+        Those with a line of their own.
+    left_out : tuple of str
+        Participants with too few trials, or without a spread of friction or ratings.
+    slope : MeanOverParticipants or NotComputed
+        Mean of participants' slopes.
+    correlation : MeanCorrelation or NotComputed
+        Mean of participants' correlations.
+    """
+
+    trials: int
+    participants: tuple[ParticipantLine, ...]
+    left_out: tuple[str, ...]
+    slope: MeanOverParticipants | NotComputed
+    correlation: MeanCorrelation | NotComputed
+
+
+def used_trials(prepared: Prepared) -> pd.DataFrame:
+    """Return the trials that have a logarithm and a measured coefficient of friction."""
+    trials = prepared.trials
+    if prepared.refused or COEFFICIENT not in trials:
+        return trials.iloc[:0]
+    return trials[trials["log"].notna() & trials[COEFFICIENT].notna()]
+
+
+def measured_friction(prepared: Prepared | None) -> MeasuredFriction | None:
+    """Return ratings against measured friction; None where no friction was measured."""
+    if prepared is None or COEFFICIENT not in prepared.trials:
+        return None
+    if not prepared.trials[COEFFICIENT].notna().any():
+        return None
+    confidence = prepared.choices.confidence
+    trials = used_trials(prepared)
+    lines: list[ParticipantLine] = []
+    left_out: list[str] = []
+    for who, own in trials.groupby(PARTICIPANT, observed=True):
+        friction, logs = own[COEFFICIENT].to_numpy(float), own["log"].to_numpy(float)
+        if len(own) < FEWEST_TRIALS or _same(friction) or _same(logs):
+            left_out.append(str(who))
+        else:
+            lines.append(_line(str(who), friction, logs, confidence))
+    return MeasuredFriction(
+        trials=len(trials),
+        participants=tuple(lines),
+        left_out=tuple(left_out),
+        slope=mean_over_participants(np.array([line.slope for line in lines]), confidence),
+        correlation=_mean_correlation([line.correlation for line in lines], confidence),
+    )
+
+
+def _same(values: Array) -> bool:
+    return bool(np.ptp(values) <= TINY * max(float(np.abs(values).max()), 1.0))
+
+
+def _line(who: str, friction: Array, logs: Array, confidence: float) -> ParticipantLine:
+    from scipy import stats  # noqa: PLC0415 - a second's import
+
+    found = stats.linregress(friction, logs)
+    half = stats.t.ppf((1 + confidence) / 2, len(logs) - 2) * found.stderr
+    correlation = float(found.rvalue)
+    z, margin = _z(correlation), stats.norm.ppf((1 + confidence) / 2) / math.sqrt(len(logs) - 3)
+    return ParticipantLine(
+        participant_id=who,
+        trials=len(logs),
+        slope=float(found.slope),
+        slope_interval=ConfidenceInterval(
+            float(found.slope - half), float(found.slope + half), confidence
+        ),
+        correlation=correlation,
+        correlation_interval=ConfidenceInterval(
+            math.tanh(z - margin), math.tanh(z + margin), confidence
+        ),
+    )
+
+
+def _z(correlation: float) -> float:
+    return math.atanh(max(min(correlation, LARGEST_CORRELATION), -LARGEST_CORRELATION))
+
+
+def _mean_correlation(
+    correlations: list[float], confidence: float
+) -> MeanCorrelation | NotComputed:
+    found = mean_over_participants(np.array([_z(each) for each in correlations]), confidence)
+    if isinstance(found, NotComputed):
+        return found
+    return MeanCorrelation(
+        correlation=math.tanh(found.mean),
+        interval=ConfidenceInterval(
+            math.tanh(found.interval.low), math.tanh(found.interval.high), confidence
+        ),
+    )
