@@ -37,6 +37,7 @@ def analyse(
     *,
     normalise: str | None = None,
     equivalence_ratio: float | None = None,
+    bayesian: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Analysis:
     """Analyse a data set; `analysis.reporting.files.write_analysis` writes what was found.
@@ -49,6 +50,8 @@ def analyse(
         A rule of `analysis.preprocessing.normalisation.RULES`, in place of the study's frozen one.
     equivalence_ratio : float, optional
         In place of the study's: within which ratio two amplitudes count as equal.
+    bayesian : bool
+        Whether to sample the hierarchical Bayesian power function too; needs the extra ``bayes``.
     progress : callable, optional
         Called with a few words on what comes next.
 
@@ -80,7 +83,7 @@ def analyse(
         confidence=choices.confidence,
     )
     tell("testing")
-    inference = conclude(data, prepared, rule if prepared else None)
+    inference = conclude(data, prepared, rule if prepared else None, bayesian=bayesian)
     return Analysis(
         dataset=data,
         rule=rule,

@@ -11,6 +11,7 @@ EXTRA_OF = {
     "psignifit": "analysis",
     "pyreadstat": "analysis",
     "statsmodels": "analysis",
+    "numpyro": "bayes",
     "pymeasure": "plate",
     "pyvisa": "plate",
     "pyvisa_py": "plate",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from argparse import Action
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -70,6 +71,12 @@ def add_analyse(parser: ArgumentParser) -> None:
         help="within which ratio of geometric means two amplitudes count as equal (default: the "
         "study's, else 1.25)",
     )
+    parser.add_argument(
+        "--bayesian",
+        action="store_true",
+        help="also sample a hierarchical Bayesian power function with individual exponents (half a "
+        "minute; needs pip install 'slipscale[bayes]')",
+    )
     parser.add_argument("--json", action="store_true", help="print Table III as JSON")
     _add_mapping(parser)
 
@@ -113,6 +120,8 @@ def run_analyse(args: Namespace) -> int:
     from analysis.reporting.output_folder import default_folder  # noqa: PLC0415
     from analysis.reporting.terminal import print_table3  # noqa: PLC0415
 
+    if args.bayesian:
+        import_module("numpyro")  # a missing extra is told before anything is computed
     with telling() as progress:
         progress("reading the data")
         mapping = mapping_from(args)
@@ -124,6 +133,7 @@ def run_analyse(args: Namespace) -> int:
             data,
             normalise=args.normalise,
             equivalence_ratio=args.equivalence,
+            bayesian=args.bayesian,
             progress=progress,
         )
         progress("writing tables, figures and the report")

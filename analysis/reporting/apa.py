@@ -14,6 +14,7 @@ from analysis.statistics.not_computed import NotComputed
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from analysis.statistics.bayesian_growth import BayesianGrowth
     from analysis.statistics.confidence_interval import ConfidenceInterval
     from analysis.statistics.growth import Growth
     from analysis.statistics.mixed_model import MixedModel
@@ -38,6 +39,17 @@ MODEL_NAMES = {
 
 #: Bayes factors beyond this, and below one over it, are not told more closely.
 MOST_DECISIVE = 100.0
+
+
+#: Posterior predictive checks, in words.
+CHECKS = {
+    "curvature": "the curvature on logarithmic axes",
+    "largest_residual": "the largest residual",
+    "kurtosis": "the residuals' tails",
+    "spread_ratio": "the residuals' spread at the largest over that at the least amplitude",
+}
+#: A posterior predictive p this near 0 or 1 says that the model misses something.
+UNLIKELY = 0.025
 
 
 def level_of(confidence: float) -> str:
@@ -257,7 +269,7 @@ def growth(found: Growth, _confidence: float) -> str:
     )
     listed = ", ".join(f"{MODEL_NAMES[name]} ΔAICc = {number(delta, 1)}" for delta, name in others)
     bounds = "; ".join(
-        f"the {parameter} of {MODEL_NAMES[name]} lies at the limit of the search"
+        f"the {parameter.replace('_', ' ')} of {MODEL_NAMES[name]} lies at the limit of the search"
         for name, model in models.items()
         for parameter in model.fit.at_bound
     )
@@ -269,6 +281,36 @@ def growth(found: Growth, _confidence: float) -> str:
             f"AICc ({weight}; {listed}), and a difference below 2 tells nothing apart.{behind}"
         )
     return f"Among growth functions, {MODEL_NAMES[best]} was favoured ({weight}; {listed}).{behind}"
+
+
+def bayesian_growth(found: BayesianGrowth, confidence: float) -> str:
+    """Return the sentence of the hierarchical power function; numbers only where it converged."""
+    if not found.converged:
+        return (
+            "The hierarchical Bayesian power function did not converge (largest R̂ = "
+            f"{number(found.r_hat, 3)}, {found.divergences} divergences); its numbers are not "
+            "reported."
+        )
+    level = level_of(confidence)
+    missed = [
+        f"{CHECKS[name]} (posterior predictive p = {unit_number(check.p, 3)})"
+        for name, check in found.checks.items()
+        if min(check.p, 1 - check.p) < UNLIKELY
+    ]
+    fits = (
+        f"predictions of the model do not agree with the data in {' and '.join(missed)}"
+        if missed
+        else "predictions of the model agree with the data in "
+        + ", ".join(CHECKS[name] for name in found.checks)
+    )
+    return (
+        f"A hierarchical Bayesian power function gave an exponent of {number(found.exponent)}, "
+        f"{level} credible interval {bracketed(found.interval)}; participants' exponents vary with "
+        f"a standard deviation of {number(found.sd_exponent)}, {level} credible interval "
+        f"{bracketed(found.sd_exponent_interval)}, and are drawn {100 * found.shrinkage:.0f}% of "
+        f"the way from their own trials' to the group's (n = {found.n}, {found.trials} trials; "
+        f"{fits})."
+    )
 
 
 def order(found: OrderEffects, confidence: float) -> str | None:
@@ -337,6 +379,7 @@ WRITERS: dict[str, tuple[str, Callable[..., str | None]]] = {
     "power_law": ("power_law", power_law),
     "mixed_model": ("mixed_model", mixed_model),
     "growth": ("growth", growth),
+    "bayesian_growth": ("bayesian_growth", bayesian_growth),
     "order": ("order", order),
     "reliability": ("reliability", reliability),
 }

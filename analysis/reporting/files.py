@@ -10,7 +10,7 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 import figure_style
-from analysis.figures import estimates, growth, measured_friction, yes_no
+from analysis.figures import estimates, exponents, growth, measured_friction, yes_no
 from analysis.figures.shared import with_tips
 from analysis.preprocessing import normalisation
 from analysis.published import biet2007
@@ -157,6 +157,9 @@ def draw(analysis: Analysis) -> dict[str, Figure]:
             found["rating_friction"] = measured_friction.rating_friction(
                 analysis.prepared, unit=unit
             )
+        bayesian = analysis.inference.bayesian_growth
+        if not isinstance(bayesian, NotComputed) and bayesian.converged:
+            found["exponents"] = exponents.exponents(bayesian)
         if not isinstance(analysis.inference.rm_anova, NotComputed):
             found["residuals"] = estimates.residuals(
                 analysis.prepared.whole_logs, analysis.dataset.quantity

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from analysis.statistics.bayesian_growth import BayesianGrowth, IndividualExponent
 from analysis.statistics.confidence_interval import ConfidenceInterval
 from analysis.statistics.descending_difference.coder_agreement import CoderAgreement
 from analysis.statistics.descending_difference.probit import DPrimeOfSize
@@ -144,7 +145,11 @@ def _(found: MeanOverParticipants | MixedModel) -> Json:
 @form.register(GroupDifference)
 @form.register(Welch)
 @form.register(Effect)
-def _(found: GroupMean | GroupDifference | Welch | Effect) -> Json:
+@form.register(BayesianGrowth)
+@form.register(IndividualExponent)
+def _(
+    found: GroupMean | GroupDifference | Welch | Effect | BayesianGrowth | IndividualExponent,
+) -> Json:
     return {
         "ci" if name == "interval" else name.replace("_interval", "_ci"): value
         for name, value in _fields(found).items()

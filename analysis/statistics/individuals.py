@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from analysis.statistics.bayesian_growth import BayesianGrowth
 from analysis.statistics.descending_difference.yes_no import DescendingDifference, SignalDetection
 from analysis.statistics.growth import Growth, IndividualGrowth
 from analysis.statistics.power_law import exponents
@@ -33,7 +34,8 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
     DataFrame
         ``participant_id``; ``exponent``, ``estimate_at_1_um`` (the normalised estimate that the
         power function gives 1 µm peak to peak), ``points`` (amplitudes it went through) and
-        ``growth_function`` (the one of least AICc); ``hits changes false_alarms catches d_prime
+        ``growth_function`` (the one of least AICc); ``exponent_bayesian`` with ``_low`` and
+        ``_high`` where it was asked for; ``hits changes false_alarms catches d_prime
         criterion``. A participant without one task has no values of it.
     """
     parts = []
@@ -47,6 +49,15 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
             winners = growth.individual.participants
             if any(winners.values()):
                 table["growth_function"] = table.index.map(winners)
+        bayesian = inference.bayesian_growth
+        if isinstance(bayesian, BayesianGrowth) and bayesian.converged:
+            posterior = {
+                one.participant: (one.exponent, one.interval.low, one.interval.high)
+                for one in bayesian.individuals
+            }
+            columns = [f"exponent_bayesian{end}" for end in ("", "_low", "_high")]
+            drawn = pd.DataFrame(posterior.values(), index=list(posterior), columns=columns)
+            table = table.join(drawn)
         if len(table):
             parts.append(table)
     detection = (

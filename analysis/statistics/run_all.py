@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from analysis.reading.delimited import read_tables
 from analysis.statistics import omnibus
+from analysis.statistics.bayesian_growth import bayesian_growth
 from analysis.statistics.descending_difference.coder_agreement import agreement
 from analysis.statistics.descending_difference.verbal_coding import SHIPPED, load_codebook
 from analysis.statistics.descending_difference.yes_no import analyse_differences
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
 
     from analysis.preprocessing.log_transform import Prepared
     from analysis.reading.dataset import Dataset
+    from analysis.statistics.bayesian_growth import BayesianGrowth
     from analysis.statistics.descending_difference.yes_no import DescendingDifference
     from analysis.statistics.group_comparison import GroupComparison
     from analysis.statistics.growth import Growth
@@ -76,6 +78,7 @@ class Inference:
     mixed_model: MixedModel | NotComputed
     power_law: PowerLaw | NotComputed
     growth: Growth | NotComputed
+    bayesian_growth: BayesianGrowth | NotComputed
     order: OrderEffects | NotComputed
     reliability: Reliability | NotComputed
     groups: GroupComparison | NotComputed
@@ -83,7 +86,9 @@ class Inference:
     difference: DescendingDifference | NotComputed
 
 
-def conclude(data: Dataset, prepared: Prepared | None, rule: str | None) -> Inference:
+def conclude(
+    data: Dataset, prepared: Prepared | None, rule: str | None, *, bayesian: bool = False
+) -> Inference:
     """Run every test that the study chose.
 
     Parameters
@@ -94,6 +99,8 @@ def conclude(data: Dataset, prepared: Prepared | None, rule: str | None) -> Infe
         Magnitude estimates; None where there are none.
     rule : str or None
         How they were normalised.
+    bayesian : bool
+        Whether to sample the hierarchical Bayesian power function, which takes half a minute.
     """
     chosen = data.choices.tests
 
@@ -113,6 +120,9 @@ def conclude(data: Dataset, prepared: Prepared | None, rule: str | None) -> Infe
         mixed_model=run("mixed_model", mixed_model),
         power_law=run("power_law", power_law),
         growth=run("growth", partial(growth, film=data.quantity.of_plate)),
+        bayesian_growth=run("bayesian_growth", bayesian_growth)
+        if bayesian
+        else NotComputed("not asked for (--bayesian)"),
         order=run("order", order_effects),
         reliability=run("reliability", reliability),
         groups=run("groups", partial(compare_groups, group_of=membership(data))),

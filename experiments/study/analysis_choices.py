@@ -42,6 +42,7 @@ Test = Literal[
     "linear_trend",
     "power_law",
     "growth",
+    "bayesian_growth",
     "mixed_model",
     "order",
     "reliability",

@@ -48,6 +48,8 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             "equation, h_r 0.6 µm, 30.5 kHz, 0.5 N)"
         )
         section.blocks.append(_models(found.friction.comparison, title))
+    if "exponents" in svgs:
+        section.blocks.append(_exponents(analysis, svgs["exponents"]))
     own = found.individual
     if not isinstance(own, NotComputed):
         best = ", ".join(f"{MODEL_NAMES[name]} {count}" for name, count in own.best.items())
@@ -63,6 +65,17 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             )
         )
     return section
+
+
+def _exponents(analysis: Analysis, svg: str) -> Markup:
+    level = f"{100 * analysis.dataset.choices.confidence:g} %"
+    return html.figure(
+        svg,
+        "Individual exponents before and after shrinkage. Rings: least squares on a participant's "
+        f"own trials. Dots: the hierarchical Bayesian power function, with {level} credible "
+        "intervals. Line and band: the group.",
+        "Chart of participants' exponents: of their own trials, and drawn to the group",
+    )
 
 
 def _models(found: GrowthComparison, title: str, unit: str = "") -> Markup:
