@@ -16,7 +16,7 @@ from analysis.statistics.descending_difference.step_size_curve import curve
 from analysis.statistics.descending_difference.yes_no import interval_of, step_sizes
 from analysis.statistics.not_computed import NotComputed
 from experiments.dataset.schema import PARTICIPANT
-from figure_style import BLUE, GREY, PALE, VERMILION, styled
+from figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -140,6 +140,20 @@ def _against_size(
         axes.fill_between(
             fine, low, high, color="#CCE3F0", linewidth=0, label=f"its {level} band", zorder=0
         )
+        if fit.half_yes is not None and fit.half_yes_interval is not None:
+            ends = fit.half_yes_interval
+            axes.errorbar(
+                fit.half_yes,
+                0.5,
+                xerr=[[fit.half_yes - ends.low], [ends.high - fit.half_yes]],
+                color=INK,
+                linestyle="none",
+                marker="|",
+                markersize=9,
+                capsize=3,
+                zorder=3,
+                label=f"half “yes”, {level} interval",
+            )
     if 1 < steps[PARTICIPANT].nunique() <= LINES_AT_MOST:
         _participants(axes, steps)
     for size in sizes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import isfinite
+from statistics import median
 from typing import TYPE_CHECKING
 
 from analysis.reporting.apa import level_of, reliable
@@ -19,24 +20,56 @@ if TYPE_CHECKING:
     )
 
 
+#: Measure of a step's size -> what "yes" depends on, per what, and how one of it is written.
+MEASURED = {
+    "removed_um_pp": ("the size of the step", "µm (peak to peak) removed", "{} µm"),
+    "weber_fraction": (
+        "the step's Weber fraction, of the amplitude before",
+        "unit",
+        "a Weber fraction of {}",
+    ),
+}
+
+
 def psychometric(found: PsychometricCurve | NotComputed, confidence: float) -> str:
     """Return the sentence of the curve of "yes" against the size of the step."""
     if isinstance(found, NotComputed):
         return f"No curve of “yes” against the size of the step was fitted: {found.reason}."
     verb = "depended" if reliable(found.p, confidence) else "did not depend reliably"
-    write = of_size(found.log_odds_per_um_pp)
-    at = found.half_yes_um_pp
-    half = (
-        f"; half of the answers are “yes” at {of_size(at)(at)} µm"
-        if at is not None and at > 0
-        else ""
-    )
+    size, per, at = MEASURED[found.measure]
+    level = level_of(confidence)
+    write = of_size(found.log_odds_per_unit)
+    half = ""
+    if found.half_yes is not None and found.half_yes > 0:
+        own = of_size(found.half_yes)
+        bounds = (
+            "which the answers do not bound"
+            if found.half_yes_interval is None
+            else f"{level} CI {bracketed(found.half_yes_interval, own)}"
+        )
+        half = f"; half of the answers are “yes” at {at.format(own(found.half_yes))}, {bounds}"
     return (
-        f"“Yes” {verb} on the size of the step, log odds {write(found.log_odds_per_um_pp)} per µm "
-        f"(peak to peak) removed, {level_of(confidence)} CI {bracketed(found.interval, write)}, "
-        f"t({found.df}) = {number(found.t)}, {p_value(found.p)}{half} (logistic curve by "
-        "generalised estimating equations, answers of a participant exchangeable)."
+        f"“Yes” {verb} on {size}, log odds {write(found.log_odds_per_unit)} per {per}, {level} CI "
+        f"{bracketed(found.interval, write)}, t({found.df}) = {number(found.t)}, "
+        f"{p_value(found.p)}{half} (logistic curve by generalised estimating equations, answers of "
+        f"a participant exchangeable, Fieller's interval; {found.answers} answers of {found.n} "
+        "participants)."
     )
+
+
+def own_thresholds(found: DescendingDifference) -> list[str]:
+    """Return the sentence on participants' own thresholds; none where nobody has one."""
+    own = [one for one in found.thresholds.values() if not isinstance(one, NotComputed)]
+    if not own:
+        return []
+    values = sorted(one.threshold_um_pp.value for one in own)
+    text = (
+        f"Own thresholds of {len(own)} of {len(found.thresholds)} participants lie between "
+        f"{number(values[0])} and {number(values[-1])} µm, median {number(median(values))} µm "
+        "(logistic curve with own false alarms and lapses; each with its interval in "
+        "individuals.csv)."
+    )
+    return [text]
 
 
 def finding(found: Finding) -> str:
@@ -76,6 +109,9 @@ def difference_sentences(
     texts = answer(found, confidence, of_plate=of_plate)
     if of_plate:
         texts.append(psychometric(found.psychometric, confidence))
+        if not isinstance(found.weber, NotComputed):
+            texts.append(psychometric(found.weber, confidence))
+    texts += own_thresholds(found)
     detection = found.signal_detection
     if isinstance(detection, NotComputed):
         texts.append(f"Sensitivity was not computed: {detection.reason}.")

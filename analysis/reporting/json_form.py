@@ -41,6 +41,7 @@ from analysis.statistics.omnibus import LinearTrend, RmAnova
 from analysis.statistics.order_effects import OrderEffects
 from analysis.statistics.pairwise import PairComparison
 from analysis.statistics.power_law import PowerLaw
+from analysis.statistics.psychometrics.psychometric_function import PsychometricFunction
 from analysis.statistics.reliability import IntraclassCorrelation
 from analysis.statistics.robustness import SubsetSummary
 from analysis.statistics.welch import GroupDifference, GroupMean, Welch
@@ -158,12 +159,25 @@ def _(
 
 @form.register(PsychometricCurve)
 def _(found: PsychometricCurve) -> Json:
-    return _fields(
-        found,
-        interval="ci",
-        log_odds_per_um_pp="log_odds_per_um",
-        half_yes_um_pp="half_yes_um",
-    )
+    names = {"interval": "ci", "half_yes_interval": "half_yes_ci"}
+    if found.measure == "removed_um_pp":
+        names |= {"log_odds_per_unit": "log_odds_per_um", "half_yes": "half_yes_um"}
+    return _fields(found, **names)
+
+
+@form.register(PsychometricFunction)
+def _(found: PsychometricFunction) -> Json:
+    slope = found.slope
+    return {
+        "threshold_um": form(found.threshold_um_pp.value),
+        "threshold_ci": form(found.threshold_um_pp.interval),
+        "slope": form(slope) if isinstance(slope, NotComputed) else form(slope.value),
+        "slope_ci": [None, None] if isinstance(slope, NotComputed) else form(slope.interval),
+        "lapse": found.lapse,
+        "guess": found.guess,
+        "trials": found.trials,
+        "levels": found.levels,
+    }
 
 
 @form.register(PowerLaw)

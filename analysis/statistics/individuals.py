@@ -12,6 +12,7 @@ from analysis.statistics.bayesian_growth import BayesianGrowth
 from analysis.statistics.descending_difference.yes_no import DescendingDifference, SignalDetection
 from analysis.statistics.growth import Growth, IndividualGrowth
 from analysis.statistics.power_law import exponents
+from analysis.statistics.psychometrics.psychometric_function import PsychometricFunction
 from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -36,7 +37,8 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
         power function gives 1 µm peak to peak), ``points`` (amplitudes it went through) and
         ``growth_function`` (the one of least AICc); ``exponent_bayesian`` with ``_low`` and
         ``_high`` where it was asked for; ``hits changes false_alarms catches d_prime
-        criterion``. A participant without one task has no values of it.
+        criterion``; ``threshold_um_pp`` with ``_low`` and ``_high``. A participant
+        without one task has no values of it.
     """
     parts = []
     if prepared is not None and not prepared.refused and _wanted(prepared, "power_law"):
@@ -68,6 +70,18 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
     if isinstance(detection, SignalDetection) and detection.participants:
         own = {who: asdict(found) for who, found in detection.participants.items()}
         parts.append(pd.DataFrame.from_dict(own, orient="index"))
+    thresholds = (
+        {
+            who: (own.threshold_um_pp.value, *own.threshold_um_pp.interval)
+            for who, own in inference.difference.thresholds.items()
+            if isinstance(own, PsychometricFunction)
+        }
+        if isinstance(inference.difference, DescendingDifference)
+        else {}
+    )
+    if thresholds:
+        names = [f"threshold_um_pp{end}" for end in ("", "_low", "_high")]
+        parts.append(pd.DataFrame(thresholds.values(), index=list(thresholds), columns=names))
     if not parts:
         return pd.DataFrame(columns=[PARTICIPANT])
     return pd.concat(parts, axis=1).sort_index().rename_axis(PARTICIPANT).reset_index()

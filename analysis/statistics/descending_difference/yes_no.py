@@ -12,12 +12,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from analysis.preprocessing.sufficiency import few
 from analysis.statistics.descending_difference.probit import d_primes
 from analysis.statistics.descending_difference.proportions import clustered_interval
 from analysis.statistics.descending_difference.step_size_curve import psychometric
 from analysis.statistics.descending_difference.verbal_reports import code_reports
 from analysis.statistics.mean_over_participants import mean_over_participants
 from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.psychometrics.psychometric_function import Answers, PsychometricFunction
+from analysis.statistics.psychometrics.thresholds import fit_threshold
 from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -138,6 +141,12 @@ class DescendingDifference:
         Steps on which it did not.
     signal_detection, psychometric, verbal_reports, finding
         See their classes.
+    weber : PsychometricCurve or NotComputed
+        Of "yes" on the Weber fraction of the amplitude before.
+    thresholds : Mapping
+        Participant -> their own curve of "yes" on what was removed, half-way between their false
+        alarms and their "yes" on the largest steps; NotComputed with fewer than
+        `TRIALS_FOR_OWN` answers.
     participants : int
         Who answered.
     answers_per_participant_and_step : float
@@ -150,6 +159,8 @@ class DescendingDifference:
     catch: CatchAnswers
     signal_detection: SignalDetection | NotComputed
     psychometric: PsychometricCurve | NotComputed
+    weber: PsychometricCurve | NotComputed
+    thresholds: Mapping[str, PsychometricFunction | NotComputed]
     verbal_reports: VerbalReports | NotComputed
     finding: Finding
     participants: int
@@ -213,6 +224,8 @@ def analyse_differences(
         ),
         signal_detection=signal_detection(changes, catches, confidence),
         psychometric=psychometric(steps, confidence),
+        weber=psychometric(steps, confidence, "weber_fraction"),
+        thresholds=own_thresholds(steps, confidence),
         verbal_reports=code_reports(changes, book),
         finding=finding(changes, book),
         participants=int(steps[PARTICIPANT].nunique()),
@@ -293,6 +306,26 @@ def step_sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
     # Of numbers, decimal by decimal: NumPy's own rounding multiplies and divides, 1e-12 comes back
     # as 1.0000000000000002e-12.
     return np.array([round(size, decimals) + 0.0 for size in removed.tolist()])
+
+
+def own_thresholds(
+    steps: pd.DataFrame, confidence: float
+) -> dict[str, PsychometricFunction | NotComputed]:
+    """Return each participant's threshold, where there are answers enough for one."""
+    sizes = pd.Series(np.abs(step_sizes(steps)), index=steps.index)
+    found: dict[str, PsychometricFunction | NotComputed] = {}
+    for who, own in steps.groupby(steps[PARTICIPANT].astype(str)):
+        if len(own) < TRIALS_FOR_OWN:
+            found[str(who)] = NotComputed(few("answers for a threshold", len(own), TRIALS_FOR_OWN))
+            continue
+        felt = (own["difference_felt"] == 1).tolist()
+        found[str(who)] = fit_threshold(
+            Answers.of_trials(sizes[own.index].tolist(), felt),
+            method="yes_no",
+            curve="logistic",
+            confidence=confidence,
+        )
+    return found
 
 
 def _mean_of_own(

@@ -65,8 +65,8 @@ def test_inference_has_its_documented_keys_in_their_order(dataset):
     )
     assert found["order"]["position"]["unit"] == "natural logarithm per trial"
     assert " ".join(found["difference"]) == (
-        "steps catch d_prime signal_detection psychometric verbal_reports finding participants "
-        "answers_per_participant_and_step"
+        "steps catch d_prime signal_detection psychometric weber thresholds verbal_reports "
+        "finding participants answers_per_participant_and_step"
     )
     assert (
         found["difference"]["d_prime"] == found["difference"]["signal_detection"]["pooled_d_prime"]

@@ -11,7 +11,8 @@ from scipy import optimize, special, stats
 from analysis.reporting import apa_difference
 from analysis.statistics.descending_difference.step_size_curve import curve, psychometric, separated
 from analysis.statistics.descending_difference.verbal_coding import load_codebook
-from analysis.statistics.descending_difference.yes_no import analyse_differences
+from analysis.statistics.descending_difference.yes_no import analyse_differences, own_thresholds
+from analysis.statistics.not_computed import NotComputed
 
 STEPS = np.array([0.0, 0.5, 0.7, 1.1])
 
@@ -40,8 +41,79 @@ def test_a_known_curve_is_recovered_within_its_interval_as_often_as_stated():
     found = [psychometric(answers(-2, 4, 20, 3, seed=seed)) for seed in range(30)]
     held = sum(one.interval.low <= 4 <= one.interval.high for one in found)
     assert 26 <= held <= 30
-    assert np.mean([one.log_odds_per_um_pp for one in found]) == pytest.approx(4, abs=0.4)
-    assert np.mean([one.half_yes_um_pp for one in found]) == pytest.approx(0.5, abs=0.04)
+    assert np.mean([one.log_odds_per_unit for one in found]) == pytest.approx(4, abs=0.4)
+    assert np.mean([one.half_yes for one in found]) == pytest.approx(0.5, abs=0.04)
+
+
+def test_the_interval_of_half_yes_holds_the_truth_as_often_as_stated():
+    """95 % intervals of 40 studies: binomially, 35 to 40 hold the truth (p > .99)."""
+    found = [psychometric(answers(-2, 4, 12, 2, seed=seed)).half_yes_interval for seed in range(40)]
+    assert sum(each is not None and each.low <= 0.5 <= each.high for each in found) >= 35
+
+
+def test_a_slope_that_is_not_reliably_above_0_bounds_no_threshold():
+    found = psychometric(answers(-0.1, 0.1, 6, seed=3))
+    assert found.p > 0.05
+    assert found.half_yes_interval is None
+    if found.half_yes is not None and found.half_yes > 0:
+        assert "which the answers do not bound" in apa_difference.psychometric(found, 0.95)
+
+
+def test_the_ends_of_fieller_s_interval_are_as_far_from_half_yes_as_the_band_says():
+    """At each end the band's other side crosses one half: the same statement twice."""
+    found = psychometric(answers(-2, 4, 15, 2, seed=7))
+    ends = np.array(list(found.half_yes_interval))
+    _, low, high = curve(found, ends)
+    assert high[0] == pytest.approx(0.5, abs=1e-6)
+    assert low[1] == pytest.approx(0.5, abs=1e-6)
+
+
+def test_the_weber_fraction_is_of_the_amplitude_before():
+    """Of one amplitude before, it is the same curve on another scale."""
+    steps = answers(-2, 4, 15, 2, seed=7)
+    size, weber = psychometric(steps), psychometric(steps, measure="weber_fraction")
+    assert weber.half_yes == pytest.approx(size.half_yes / 2.3, rel=1e-5)
+    assert list(weber.half_yes_interval) == pytest.approx(
+        [bound / 2.3 for bound in size.half_yes_interval], rel=1e-5
+    )
+    text = apa_difference.psychometric(weber, 0.95)
+    assert f"at a Weber fraction of {weber.half_yes:.2f}, 95% CI [" in text
+
+
+def test_a_weber_fraction_tells_apart_what_the_size_confounds():
+    """Yes depends on the fraction: the same size is felt from a small amplitude only."""
+    rng = np.random.default_rng(2)
+    before = np.tile([1.0, 1.0, 4.0, 4.0], 100)
+    after = before * np.tile([1.0, 0.6, 1.0, 0.6], 100)
+    fraction = 1 - after / before
+    steps = pd.DataFrame(
+        {
+            "participant_id": np.repeat(np.arange(20), 20),
+            "amplitude_before_um_pp": before,
+            "amplitude_um_pp": after,
+            "difference_felt": (rng.random(400) < special.expit(-2 + 8 * fraction)).astype(float),
+        }
+    )
+    weber = psychometric(steps, measure="weber_fraction")
+    assert weber.interval.low < 8 < weber.interval.high
+    assert weber.half_yes_interval.low < 0.25 < weber.half_yes_interval.high
+    assert weber.t > psychometric(steps).t
+
+
+def test_steps_from_nothing_have_no_weber_fraction():
+    steps = answers(-2, 4, 5, seed=1).assign(amplitude_before_um_pp=0.0)
+    assert "every step begins at 0" in psychometric(steps, measure="weber_fraction").reason
+
+
+def test_own_thresholds_are_those_of_their_answers_and_need_enough_of_them():
+    found = own_thresholds(answers(-6, 12, 4, 25, seed=11), 0.95)
+    assert len(found) == 4
+    for own in found.values():
+        assert own.threshold_um_pp.value == pytest.approx(0.5, abs=0.15)
+        low, high = own.threshold_um_pp.interval
+        assert low < own.threshold_um_pp.value < high
+    few = own_thresholds(answers(-2, 4, 3, 2, seed=1), 0.95)
+    assert all(isinstance(own, NotComputed) and "at least 20" in own.reason for own in few.values())
 
 
 def test_answers_that_do_not_correlate_give_the_maximum_likelihood_curve():
@@ -56,7 +128,7 @@ def test_answers_that_do_not_correlate_give_the_maximum_likelihood_curve():
     likeliest = optimize.minimize(minus_log_likelihood, [0.0, 1.0]).x
     found = psychometric(steps)
     assert found.intercept == pytest.approx(likeliest[0], abs=0.02)
-    assert found.log_odds_per_um_pp == pytest.approx(likeliest[1], abs=0.05)
+    assert found.log_odds_per_unit == pytest.approx(likeliest[1], abs=0.05)
 
 
 def test_people_who_differ_show_in_the_correlation_of_their_answers():
