@@ -10,6 +10,7 @@ import argparse
 import gc
 import time
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,13 +21,23 @@ from analysis.preprocessing.log_transform import prepare
 from analysis.statistics import omnibus
 from analysis.statistics.descending_difference.probit import d_primes
 from analysis.statistics.descending_difference.proportions import clustered_interval
+from analysis.statistics.descending_difference.step_size_curve import psychometric
+from analysis.statistics.descending_difference.yes_no import TRIALS_FOR_OWN
 from analysis.statistics.descriptives import student_intervals, within_intervals
-from analysis.statistics.mean_over_participants import MeanOverParticipants
+from analysis.statistics.effect_sizes import hedges_g
+from analysis.statistics.equivalence import equivalence
+from analysis.statistics.group_comparison import compare_groups
+from analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
 from analysis.statistics.mixed_model import MixedModel, mixed_model
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.order_effects import OrderEffects, order_effects
 from analysis.statistics.pairwise import PairedT, pairwise
 from analysis.statistics.power_law import PowerLaw, power_law
+from analysis.statistics.psychometrics.psychometric_function import Answers
+from analysis.statistics.psychometrics.thresholds import fit_threshold
 from analysis.statistics.reliability import Reliability, reliability
 from experiments.study.analysis_choices import AnalysisChoices
 
@@ -36,14 +47,21 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from analysis.preprocessing.log_transform import Prepared
+    from analysis.statistics.descending_difference.step_size_curve import Measure
+    from analysis.statistics.group_comparison import GroupComparison
 
     Array = NDArray[np.float64]
     #: One simulated study -> whether each covers or errs, or None where it is not computed.
     Trial = Callable[[np.random.Generator, int], bool | None]
 
 SIZES = (3, 6, 12, 30)
-#: A row that takes long is measured on a fifth of the studies.
-SLOW, FIFTH = ("exponent, mixed model",), 5
+#: Rows that take long are measured on a share of the studies; the row says on how many.
+SLOW = {
+    "exponent, mixed model": 5,
+    "exponents of two groups of n, difference, Welch's": 4,
+    "own threshold, 4 sizes, n answers each (one participant)": 4,
+    "growth of two groups of n, mixed analysis of variance": 4,
+}
 AMPLITUDES = np.array([0.3, 0.5, 1.2, 2.3])
 EXPONENT, SD_EXPONENT, SD_PERSON, SD_TRIAL = 0.6, 0.15, 0.5, 0.3
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "trust-in-numbers.md"
@@ -116,7 +134,9 @@ def mixed(rng: np.random.Generator, n: int) -> bool | None:
 
 def ratio(rng: np.random.Generator, n: int, zeros: float = 0.0) -> bool | None:
     """Return whether the interval of a ratio of geometric means covers."""
-    found = pairwise(study(rng, n, zeros=zeros))
+    data = study(rng, n, zeros=zeros)
+    two = [1.2, 2.3]
+    found = pairwise(replace(data, cells=data.cells[two], logs=data.logs[two]))
     if isinstance(found, NotComputed) or not isinstance(found[-1].logs, PairedT):
         return None
     return holds(found[-1].logs.ratio_interval, float((2.3 / 1.2) ** EXPONENT))
@@ -189,6 +209,87 @@ def d_prime(truth: float, steps: int, catches: int, spread: float = 0.0) -> Tria
     return once
 
 
+def groups(rng: np.random.Generator, n: int, gap: float = 0.0) -> GroupComparison | NotComputed:
+    """Compare two groups of n, whose exponents differ by a gap."""
+    first, second = study(rng, n), study(rng, n, exponent=EXPONENT + gap)
+    trials = pd.concat(
+        [
+            one.trials.assign(participant_id=name + one.trials["participant_id"].astype(str))
+            for name, one in (("a", first), ("b", second))
+        ],
+        ignore_index=True,
+    )
+    trials["participant_id"] = trials["participant_id"].astype("category")
+    people = trials["participant_id"].cat.categories
+    data = prepare(trials, AnalysisChoices())
+    return compare_groups(data, pd.Series([one[0] for one in people], index=people, name="group"))
+
+
+def group_gap(rng: np.random.Generator, n: int) -> bool | None:
+    """Welch's interval of a difference of exponents."""
+    found = groups(rng, n, 0.2)
+    if isinstance(found, NotComputed) or isinstance(found.exponents, NotComputed):
+        return None
+    return holds(found.exponents.pairs[0].interval, -0.2)
+
+
+def group_effect_size(rng: np.random.Generator, n: int) -> bool | None:
+    """Hedges' g of two groups whose spreads differ by half."""
+    g = hedges_g(rng.normal(0.8, 1.2, n), rng.normal(0, 0.8, n), 0.95)[1]
+    return holds(g, 0.8 / ((1.2**2 + 0.8**2) / 2) ** 0.5)
+
+
+def group_errs(rng: np.random.Generator, n: int) -> bool | None:
+    """Tell whether groups without a difference seem to grow differently."""
+    found = groups(rng, n)
+    if isinstance(found, NotComputed) or isinstance(found.anova, NotComputed):
+        return None
+    return found.anova.interaction.p < 0.05
+
+
+def equal_errs(rng: np.random.Generator, n: int) -> bool | None:
+    """Tell whether a ratio that lies on the bound is called equal."""
+    bound = float((2.3 / 1.2) ** EXPONENT)
+    logs = study(rng, n).logs
+    mean = mean_over_participants((logs[2.3] - logs[1.2]).to_numpy(float), 0.95)
+    return None if isinstance(mean, NotComputed) else equivalence(mean, bound).p < 0.05
+
+
+def half_yes(measure: Measure) -> Trial:
+    """Return the coverage of the size of step on which half say yes: 0.5 µm from 2 µm."""
+
+    def once(rng: np.random.Generator, n: int) -> bool | None:
+        removed = np.tile([0.0, 0.3, 0.6, 0.9] * 3, n)
+        who = np.repeat(np.arange(n), 12)
+        # People differ in their readiness; of the population half say yes at 0.5 µm.
+        felt = rng.random(len(who)) < 1 / (1 + np.exp(3 - 6 * removed - rng.normal(0, 0.5, n)[who]))
+        steps = pd.DataFrame(
+            {
+                "participant_id": who,
+                "amplitude_before_um_pp": 2.0,
+                "amplitude_um_pp": 2.0 - removed,
+                "difference_felt": felt.astype(float),
+            }
+        )
+        found = psychometric(steps, 0.95, measure)
+        if isinstance(found, NotComputed) or found.half_yes_interval is None:
+            return None
+        return holds(found.half_yes_interval, 0.5 if measure == "removed_um_pp" else 0.25)
+
+    return once
+
+
+def own_threshold(rng: np.random.Generator, n: int) -> bool | None:
+    """One participant's own threshold, of n answers on each of four sizes of step."""
+    sizes = np.repeat([0.0, 0.3, 0.6, 0.9], n)
+    felt = 0.05 + 0.93 / (1 + np.exp(-12 * (sizes - 0.5)))
+    answers = Answers.of_trials(sizes.tolist(), (rng.random(len(sizes)) < felt).tolist())
+    if len(sizes) < TRIALS_FOR_OWN:
+        return None
+    found = fit_threshold(answers, method="yes_no", curve="logistic")
+    return None if isinstance(found, NotComputed) else holds(found.threshold_um_pp.interval, 0.5)
+
+
 def share(p: float, answers: int, alike: float) -> Trial:
     """Return the coverage of a share of "yes", a participant's answers being alike."""
 
@@ -216,6 +317,10 @@ COVERAGE: dict[str, Trial] = {
     "d′ = 3, 3 steps and 1 catch step": d_prime(3.0, 3, 1),
     "d′ = 2, 10 and 10, d′ differs between people (SD 0.4)": d_prime(2.0, 10, 10, 0.4),
     "share of “yes” .9, one answer each": share(0.9, 1, 0.3),
+    "exponents of two groups of n, difference, Welch's": group_gap,
+    "the same, Hedges' g, spreads 1.2 and 0.8": group_effect_size,
+    "half “yes” on a step, Fieller's, 4 sizes, 3 answers each": half_yes("removed_um_pp"),
+    "own threshold, 4 sizes, n answers each (one participant)": own_threshold,
     "share of “yes” .5, 10 answers each, correlation .3": share(0.5, 10, 0.3),
     "share of “yes” .9, 10 answers each, correlation .3": share(0.9, 10, 0.3),
 }
@@ -224,6 +329,8 @@ ERRORS: dict[str, Trial] = {
     "Friedman": errs("friedman"),
     "Wilcoxon, any of 6 pairs, Holm": errs("wilcoxon"),
     "paired t, any of 6 pairs, Holm": errs("t"),
+    "called equal at the bound of equivalence, one pair": equal_errs,
+    "growth of two groups of n, mixed analysis of variance": group_errs,
     "drift, while there is carry-over": order_errs("log_slope_per_trial", carry=0.3),
     "carry-over, while there is drift": order_errs("log_slope_per_um_pp_before", drift=0.05),
 }
@@ -245,9 +352,10 @@ def table(title: str, trials: dict[str, Trial], studies: int, seed: int) -> list
     lines.append("| --- |" + " --- |" * len(SIZES))
     for name, trial in trials.items():
         start = time.perf_counter()
-        fewer = studies // FIFTH if name in SLOW else studies
+        fewer = studies // SLOW.get(name, 1)
         row = " | ".join(measure(trial, n, fewer, seed) for n in SIZES)
-        lines.append(f"| {name} | {row} |")
+        told = f" ({fewer} studies)" if name in SLOW else ""
+        lines.append(f"| {name}{told} | {row} |")
         print(lines[-1], f"{time.perf_counter() - start:.1f} s", flush=True)
     return lines
 
@@ -262,8 +370,7 @@ def main() -> None:
     warnings.filterwarnings("ignore")  # statsmodels' on fits that are judged anyway
     # statsmodels' Holm correction collects garbage at each call, which takes longer than the study.
     gc.freeze()
-    few = args.studies // FIFTH
-    size = f"{args.studies} simulated studies a cell, of the mixed model {few}; seed {args.seed}."
+    size = f"{args.studies} simulated studies a cell, but where a row says; seed {args.seed}."
     lines = [size, ""]
     lines += table("Interval of .95: share that covers", COVERAGE, args.studies, args.seed)
     lines += ["", *table("Test at .05: share of errors", ERRORS, args.studies, args.seed)]

@@ -20,6 +20,7 @@ from analysis.reporting.csv_file import write_csv
 from analysis.reporting.latex import in_own_latex, latex_tables
 from analysis.reporting.output_folder import make_folder
 from analysis.reporting.tables import quality_table, tables
+from analysis.statistics.multiplicity import multiplicity
 from analysis.statistics.not_computed import NotComputed
 from faults import UserError
 
@@ -110,6 +111,9 @@ def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, obj
         "textures": analysis.textures.to_dict(orient="records"),
         "descriptives": analysis.description.to_dict(orient="records"),
         "inference": analysis.inference,
+        "multiplicity": multiplicity(
+            analysis.inference, data.choices.primary, data.choices.confidence
+        ),
         "individuals": analysis.individuals.to_dict(orient="records"),
         "sensitivity": analysis.sensitivity,
         "robustness": analysis.robustness,

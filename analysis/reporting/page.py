@@ -20,6 +20,7 @@ from analysis.reporting.sections.groups import groups
 from analysis.reporting.sections.growth import growth
 from analysis.reporting.sections.measured_friction import measured_friction
 from analysis.reporting.sections.methods import methods, normalisations
+from analysis.reporting.sections.multiplicity import tests_made
 from analysis.reporting.sections.quality import quality
 from analysis.reporting.sections.summary import summary
 from experiments.dataset.schema import PARTICIPANT
@@ -141,6 +142,7 @@ def sections(
         growth(analysis, svgs),
         measured_friction(analysis, svgs),
         difference(analysis, svgs),
+        tests_made(analysis),
         assumptions(analysis, svgs),
         quality(analysis),
         normalisations(analysis),

@@ -1,0 +1,190 @@
+"""Every test of the report in one list: families, their correction, what survives them all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.statistics.holm import holm
+from analysis.statistics.mean_over_participants import MeanOverParticipants
+from analysis.statistics.not_computed import NotComputed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from analysis.statistics.group_comparison import GroupComparison
+    from analysis.statistics.run_all import Inference
+    from experiments.study.analysis_choices import Primary
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FamilyOfTests:
+    """Tests of one kind.
+
+    Parameters
+    ----------
+    name : str
+        What is tested, and how.
+    primary : bool
+        Whether it belongs to the study's primary analysis.
+    corrected : bool
+        Whether Holm's correction is over this family's tests; one test alone needs none.
+    tests : int
+        With a result.
+    below : int
+        p, corrected within the family, below the study's level.
+    below_over_all : int
+        p, corrected by Holm over every test of every family, below the study's level.
+    """
+
+    name: str
+    primary: bool
+    corrected: bool
+    tests: int
+    below: int
+    below_over_all: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Multiplicity:
+    """All tests of the report.
+
+    Parameters
+    ----------
+    families : tuple of FamilyOfTests
+        Those with a result.
+    tests : int
+        In all.
+    level : float
+        1 - confidence.
+    """
+
+    families: tuple[FamilyOfTests, ...]
+    tests: int
+    level: float
+
+
+def _pairs(inference: Inference, which: str) -> list[float]:
+    if isinstance(inference.pairwise, NotComputed):
+        return []
+    if which == "ranks":
+        return [pair.ranks.p for pair in inference.pairwise]
+    tested = [pair.logs for pair in inference.pairwise if not isinstance(pair.logs, NotComputed)]
+    return [one.equivalence.p if which == "equivalence" else one.p for one in tested]
+
+
+def _slopes(*slopes: MeanOverParticipants | NotComputed) -> list[float]:
+    return [slope.p for slope in slopes if isinstance(slope, MeanOverParticipants)]
+
+
+def _order(inference: Inference) -> list[float]:
+    found = inference.order
+    if isinstance(found, NotComputed):
+        return []
+    return _slopes(found.log_slope_per_trial, found.log_slope_per_um_pp_before)
+
+
+def _curves(inference: Inference) -> list[float]:
+    found = inference.difference
+    if isinstance(found, NotComputed):
+        return []
+    return [one.p for one in (found.psychometric, found.weber) if not isinstance(one, NotComputed)]
+
+
+def _of_groups(inference: Inference, read: Callable[[GroupComparison], list[float]]) -> list[float]:
+    return [] if isinstance(inference.groups, NotComputed) else read(inference.groups)
+
+
+def _welch(found: GroupComparison) -> list[float]:
+    parts = (found.exponents, found.levels)
+    return [part.p for part in parts if not isinstance(part, NotComputed)]
+
+
+def _group_pairs(found: GroupComparison) -> list[float]:
+    parts = [part for part in (found.exponents, found.levels) if not isinstance(part, NotComputed)]
+    # Of two groups the pair is the test of all.
+    return [pair.p for part in parts if len(part.groups) > 2 for pair in part.pairs]  # noqa: PLR2004
+
+
+def _mixed(found: GroupComparison) -> list[float]:
+    anova = found.anova
+    return [] if isinstance(anova, NotComputed) else [anova.group.p, anova.interaction.p]
+
+
+#: Family: its name, the primary analysis it belongs to, whether Holm's correction is over it, and
+#: its uncorrected p. The mixed model, exponents, growth functions, reliability, shares and d' are
+#: estimates with intervals: nothing is tested there.
+FAMILIES: tuple[tuple[str, Primary | None, bool, Callable[[Inference], Sequence[float]]], ...] = (
+    (
+        "amplitudes, Friedman's test",
+        "ranks",
+        False,
+        lambda found: [] if isinstance(found.friedman, NotComputed) else [found.friedman.p],
+    ),
+    ("pairs of amplitudes, Wilcoxon's test", "ranks", True, lambda found: _pairs(found, "ranks")),
+    (
+        "amplitudes, repeated-measures analysis of variance",
+        "logarithms",
+        False,
+        lambda found: [] if isinstance(found.rm_anova, NotComputed) else [found.rm_anova.p_gg],
+    ),
+    ("pairs of amplitudes, paired t", "logarithms", True, lambda found: _pairs(found, "logs")),
+    ("pairs of amplitudes, equivalence", None, True, lambda found: _pairs(found, "equivalence")),
+    (
+        "ordered trend, Page's test",
+        None,
+        False,
+        lambda found: [] if isinstance(found.page_trend, NotComputed) else [found.page_trend.p],
+    ),
+    (
+        "linear trend",
+        None,
+        False,
+        lambda found: (
+            []
+            if isinstance(found.linear_trend, NotComputed)
+            else _slopes(found.linear_trend.log_slope_per_um_pp)
+        ),
+    ),
+    ("order and carry-over", None, False, _order),
+    ("groups, Welch's tests", None, False, lambda found: _of_groups(found, _welch)),
+    ("pairs of groups, Welch's t", None, True, lambda found: _of_groups(found, _group_pairs)),
+    ("groups, mixed analysis of variance", None, False, lambda found: _of_groups(found, _mixed)),
+    ("curves of “yes”, slope", None, False, _curves),
+)
+
+
+def multiplicity(inference: Inference, primary: Primary, confidence: float) -> Multiplicity:
+    """List every test that the report judges by a p, and what survives Holm's correction over all.
+
+    Parameters
+    ----------
+    primary : {"ranks", "logarithms"}
+        The study's primary analysis.
+    confidence : float
+        The study's; the level of every test is one less it.
+    """
+    level = round(1 - confidence, 12)
+    found = {name: [p for p in read(inference) if np.isfinite(p)] for name, _, _, read in FAMILIES}
+    over_all = iter(holm([p for ps in found.values() for p in ps]))
+    families = []
+    for name, belongs, corrected, _ in FAMILIES:
+        own = found[name]
+        within = holm(own) if corrected else own
+        survive = [next(over_all) for _ in own]
+        if own:
+            families.append(
+                FamilyOfTests(
+                    name=name,
+                    primary=belongs == primary,
+                    corrected=corrected and len(own) > 1,
+                    tests=len(own),
+                    below=sum(p < level for p in within),
+                    below_over_all=sum(p < level for p in survive),
+                )
+            )
+    return Multiplicity(
+        families=tuple(families), tests=sum(len(ps) for ps in found.values()), level=level
+    )
