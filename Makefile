@@ -5,12 +5,15 @@
 # make torture  the campaign of kills and disk faults (minutes)
 # make sbom    what the environment holds: versions and licences, for an audit
 # make audit   known vulnerabilities of the pinned versions (network)
+# make fuzz     many thousand texts of every kind that we read: make fuzz TEXTS=100000
+# make soak     an eight-hour day in one process, in short: make soak ARGS="--hours 8"
+# make reliability  every line of docs/reliability.md
 # make setup   only the environment, in .venv
 PYTHON ?= python3
 BIN = .venv/bin
 ARGS ?=
 
-.PHONY: setup pilot test lint docs torture coverage requirements sbom audit
+.PHONY: setup pilot test lint docs torture fuzz soak reliability coverage requirements sbom audit
 setup:
 	@$(PYTHON) tools/setup.py
 
@@ -43,6 +46,20 @@ docs: setup
 # Kills and disk faults; docs/reliability.md. Long: make torture ARGS="--every 1 --write"
 torture: setup
 	$(BIN)/python -m tools.torture $(ARGS)
+
+# Study files, journals, data sets, tables, calibrations, code books: so many of each.
+TEXTS = 10000
+FUZZED = tests/experiments/journal/test_record_shapes.py $(wildcard tests/*/*/test_fuzz_*.py tests/*/*/*/test_fuzz_*.py)
+fuzz: setup
+	SLIPSCALE_FUZZ=$(TEXTS) $(BIN)/python -m pytest -q $(FUZZED) $(ARGS)
+
+# Sessions over the emulated board, one after another in one process.
+soak: setup
+	$(BIN)/python -m tools.torture.soak $(ARGS)
+
+# Every line of docs/reliability.md, by the command that stands there.
+reliability: setup
+	$(BIN)/python -m tools.reliability
 
 # Pins with hashes for every platform and Python; no index addresses in the file.
 requirements:

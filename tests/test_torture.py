@@ -1,13 +1,15 @@
 """The campaign of kills and disk faults, in short: docs/reliability.md has its figures."""
 
 import sys
+from dataclasses import replace
 
 import pytest
 
 from experiments.protocols.base import protocol_names
 from experiments.study.file import read_study
+from hardware.emulator.process import EmulatorProcess
 from tools.torture import __main__ as torture
-from tools.torture import pilots, system_calls, writers
+from tools.torture import pilots, soak, system_calls, writers
 from tools.torture.disk_faults import FAULTS, Journal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kills with POSIX signals")
@@ -58,3 +60,32 @@ def test_every_protocol_takes_part_with_all_its_options():
         # A start of its own is one choice; a rule of levels knows reversals or certainty.
         without = {"start_um_pp", "reversals", "threshold_sd_log10"}
         assert set(unset) <= without, options.protocol
+
+
+def test_what_grows_over_a_day_is_named():
+    """The first tenth of a day loads what is loaded late; what counts comes after it."""
+    flat = soak.Level(
+        sessions=1,
+        memory_mib=100,
+        board_mib=50,
+        files=9,
+        threads=2,
+        cpu_s=1,
+        median_s=1,
+        longest_s=2,
+    )
+    small = replace(flat, memory_mib=60)
+    assert (
+        soak.grown([small, flat, flat, replace(flat, memory_mib=103, cpu_s=1.2, median_s=9)]) == []
+    )
+    worse = replace(flat, memory_mib=110, board_mib=90, files=10, threads=3, cpu_s=1.3)
+    assert len(soak.grown([small, flat, worse])) == 5
+
+
+def test_a_session_of_the_soak_is_a_whole_one(tmp_path):
+    with EmulatorProcess("--noise", "0") as board:
+        plan = pilots.plans_of("biet2007", 1)[0]
+        assert min(soak.session(tmp_path, plan, board.port)) > 0
+        level = soak.level(1, board.process_id, [(1.0, 0.5)])
+    assert (tmp_path / "participants.tsv").exists()
+    assert min(level.memory_mib, level.board_mib, level.files, level.threads) > 0

@@ -34,6 +34,11 @@ class EmulatorProcess:
         )
         self.port = self._answer()
 
+    @property
+    def process_id(self) -> int:
+        """Its number in the system."""
+        return self._process.pid
+
     def state(self) -> dict[str, Any]:
         """Return the board's state and what the plate really does."""
         return self._tell("state")

@@ -1,6 +1,6 @@
 """Tables by hand as people leave them, by the thousand: read, or refused in a sentence.
 
-A campaign: ``SLIPSCALE_FUZZ=100000 pytest tests/analysis/reading/test_fuzz_tables.py``.
+A campaign of all such tests: ``make fuzz TEXTS=100000``.
 """
 
 import os

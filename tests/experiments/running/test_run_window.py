@@ -14,6 +14,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from experiments.dataset.verification import verify
 from experiments.journal.run_record import read_plan
 from experiments.journal.serialisation import answer_from
 
@@ -246,3 +247,82 @@ def test_what_was_typed_when_a_session_is_terminated_is_there_when_it_goes_on(st
     assert [(a["value"], list(a["rejected"])) for a in answers if a.get("value")] == [
         (34.0, ["17"])
     ]
+
+
+KILLED = """name = "killed"
+title = "Killed"
+amplitudes_um_pp = [0.0, 1.2]
+[[about_you]]
+name = "handedness"
+options = ["left", "right"]
+prompt = "?"
+[[tasks]]
+protocol = "magnitude_estimation"
+practice = 0
+repetitions = 4
+scale_top = "none"
+"""
+# Where the session is killed, one place after the other, and what is pressed before that.
+MOMENTS = {
+    "between trials": ("estimate", ("1", "2", "comma", "5", "KP_Enter"), "done"),
+    "in a text": ("Instruct", (), None),
+    "in a choice": ("handedness", (), None),
+    "at a stroke": ("Explore", (), None),
+    "while typing": ("estimate", ("9", "9"), None),
+    "at Enter": ("estimate", ("1", "2", "comma", "5", "KP_Enter"), None),
+    "in a rest": ("EndBlock", (), None),
+}
+CAMPAIGN = os.environ.get("SLIPSCALE_WINDOW_KILLS")
+
+
+def unfelt(records):
+    """Return the trials whose estimate was given in a process in which nothing was felt of them."""
+    felt, step, found = set(), {}, []
+    for record in records:
+        if record.kind == "resume":
+            felt = set()
+        elif record.kind == "begin":
+            step = record.data["what"]
+        elif record.kind == "represented" or (
+            record.kind == "done" and step["type"] == "Explore" and step["trial"]
+        ):
+            felt.add(step["trial"]["number"])
+        elif record.kind == "done" and step.get("name") == "estimate":
+            found += [step["trial"]["number"]] if step["trial"]["number"] not in felt else []
+    return found
+
+
+def test_a_window_that_is_killed_anywhere_loses_no_answer(start, tmp_path):
+    """One moment in CI; all of them with SLIPSCALE_WINDOW_KILLS=1."""
+    moments = list(MOMENTS.values()) if CAMPAIGN else [MOMENTS["between trials"]]
+    (tmp_path / "killed.toml").write_text(KILLED)
+    words = ("run", "killed.toml", "--participant", "01", "--windowed", "--out", ".")
+    hand = Hand(start(*words, folder=tmp_path), tmp_path)
+    while step := hand.step():
+        left = [each for each in moments if each[0] in (step["type"], step.get("name"))]
+        if not left:
+            hand.answer(step)
+            continue
+        moments.remove(left[0])
+        _, keys, kind = left[0]
+        if keys:
+            hand.press("key", *keys)
+        while kind and read_plan(hand.journal)[1][-1].number <= hand.answered:
+            time.sleep(0.005)
+        before = read_plan(hand.journal)[1]
+        hand.process.send_signal(signal.SIGKILL)
+        hand.process.communicate()
+        hand.process = start("resume", JOURNAL, "--windowed", folder=tmp_path)
+        while len(read_plan(hand.journal)[1]) <= len(before):
+            assert hand.process.poll() is None, hand.process.communicate()
+            time.sleep(0.05)
+        assert read_plan(hand.journal)[1][: len(before)] == before
+    _, err = hand.process.communicate(timeout=PATIENCE_S)
+    assert (hand.process.returncode, err.count("Traceback")) == (0, 0), err
+    assert not moments
+    assert verify(tmp_path) == []
+    assert unfelt(read_plan(hand.journal)[1]) == []
+    table = tmp_path / "sub-01/beh/sub-01_task-magnitudeestimation_run-01_beh.tsv"
+    rows = pd.read_csv(table, sep="\t", keep_default_na=False)
+    assert list(rows["trial"]) == list(range(1, 9))
+    assert list(rows["estimate"]) == [12.5] * 8

@@ -1,0 +1,183 @@
+"""A laboratory's day in one process: sessions over the emulated board, one after another.
+
+Use: ``make soak`` (200 sessions), ``make soak ARGS="--hours 8"``.
+
+What must not grow with the day: memory, open files and threads of this process, memory of the
+board's, and how long a session takes of the processor (of the clock it takes longer where others
+work on the machine). Prints a line for each tenth of the day; exit status 1 where
+the last tenth is above the second (the first loads what is loaded late).
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import sys
+import tempfile
+import threading
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import TYPE_CHECKING
+
+from experiments.dataset.bids import build_dataset
+from experiments.journal.journal import Journal
+from experiments.participants.scripted import ScriptedParticipant
+from experiments.protocols.steps import ChoiceQuestion, NumberQuestion, TextQuestion, YesNoQuestion
+from experiments.running.run import run_plan
+from experiments.session.operator import UnattendedOperator
+from hardware.clock import VirtualClock
+from hardware.emulator.process import EmulatorProcess
+from hardware.registry import open_plate
+from tools.torture.pilots import plans_of
+
+if TYPE_CHECKING:
+    from experiments.protocols.steps import Ask, Value
+    from experiments.study.run_plan import RunPlan
+
+# A data set of so many participants, then a new one: it is built anew after each session.
+PARTICIPANTS = 12
+TENTHS = 10
+# Growth from the second tenth to the last that counts.
+MEMORY_GROWS, MEMORY_MIB, SLOWER = 1.03, 4.0, 1.25
+MIB = 2**20
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Level:
+    """What the process holds after a tenth of the day, and how long its sessions took."""
+
+    sessions: int
+    memory_mib: float
+    board_mib: float
+    files: int
+    threads: int
+    cpu_s: float
+    median_s: float
+    longest_s: float
+
+
+def answer(step: Ask) -> Value:
+    """Return an answer to any question."""
+    question = step.question
+    if isinstance(question, ChoiceQuestion):
+        return question.options[0][0]
+    if isinstance(question, YesNoQuestion):
+        return True
+    if isinstance(question, TextQuestion):
+        return "less slippery"
+    return 50.0 if isinstance(question, NumberQuestion) else 30.0
+
+
+def session(dataset: Path, plan: RunPlan, port: str) -> tuple[float, float]:
+    """Run one session over the board and build its data set.
+
+    Returns
+    -------
+    tuple of float
+        The seconds that it took, of the clock and of the processor.
+    """
+    began_s, began_cpu_s = time.monotonic(), time.process_time()
+    clock, spec = VirtualClock(), f"serial:{port}"
+    with (
+        Journal.create(plan.journal_path(dataset), clock) as journal,
+        open_plate(spec, clock=clock) as plate,
+    ):
+        outcome = run_plan(
+            plan,
+            spec=spec,
+            plate=plate,
+            participant=ScriptedParticipant(answer, clock),
+            journal=journal,
+            clock=clock,
+            operator=UnattendedOperator(),
+        )
+    if outcome != "complete" or build_dataset(dataset):
+        raise RuntimeError(f"session of participant {plan.participant}: {outcome}")
+    return time.monotonic() - began_s, time.process_time() - began_cpu_s
+
+
+def level(sessions: int, board: int, took_s: list[tuple[float, float]]) -> Level:
+    """Return what this process and the board's hold now."""
+    return Level(
+        sessions=sessions,
+        memory_mib=_resident_mib("self"),
+        board_mib=_resident_mib(str(board)),
+        files=sum(1 for _ in Path("/proc/self/fd").iterdir()),
+        threads=threading.active_count(),
+        cpu_s=median(cpu_s for _, cpu_s in took_s),
+        median_s=median(whole_s for whole_s, _ in took_s),
+        longest_s=max(whole_s for whole_s, _ in took_s),
+    )
+
+
+def _resident_mib(process: str) -> float:
+    pages = Path("/proc", process, "statm").read_text().split()[1]
+    return int(pages) * 4096 / MIB
+
+
+def grown(levels: list[Level]) -> list[str]:
+    """Return what the last tenth has more of than the second, in words."""
+    before, after = levels[1], levels[-1]
+    most_mib = before.memory_mib * MEMORY_GROWS + MEMORY_MIB
+    most_board_mib = before.board_mib * MEMORY_GROWS + MEMORY_MIB
+    wrong = (
+        (after.memory_mib > most_mib, "memory"),
+        (after.board_mib > most_board_mib, "the board's memory"),
+        (after.files > before.files, "open files"),
+        (after.threads > before.threads, "threads"),
+        (after.cpu_s > SLOWER * before.cpu_s, "time of a session"),
+    )
+    return [what for more, what in wrong if more]
+
+
+def day(sessions: int, seconds: float | None) -> list[Level]:
+    """Run sessions until there are so many, or the time is over; return a level each tenth."""
+    began_s, levels = time.monotonic(), list[Level]()
+    took_s: list[tuple[float, float]] = []
+    plans = plans_of("biet2007", PARTICIPANTS)
+    with EmulatorProcess("--noise", "0") as board, tempfile.TemporaryDirectory() as place:
+        for number in itertools.count(1):
+            dataset = Path(place, f"{(number - 1) // PARTICIPANTS}")
+            took_s.append(session(dataset, plans[(number - 1) % PARTICIPANTS], board.port))
+            elapsed_s = time.monotonic() - began_s
+            share = elapsed_s / seconds if seconds else number / sessions
+            if share * TENTHS >= len(levels) + 1 or share >= 1:
+                levels.append(level(number, board.process_id, took_s))
+                print(_line(levels[-1], elapsed_s), flush=True)
+                took_s = []
+            if share >= 1:
+                break
+    return levels
+
+
+def _line(found: Level, elapsed_s: float) -> str:
+    return (
+        f"| {elapsed_s / 3600:.2f} | {found.sessions} | {found.memory_mib:.0f} | "
+        f"{found.board_mib:.0f} | {found.files} | {found.threads} | {found.cpu_s:.2f} | "
+        f"{found.median_s:.2f} | {found.longest_s:.2f} |"
+    )
+
+
+def main(words: list[str] | None = None) -> int:
+    """Run a day; return 1 where something grew."""
+    parser = argparse.ArgumentParser(prog="soak", description="sessions in one process")
+    parser.add_argument("--sessions", type=int, default=200, metavar="N", help="(default: 200)")
+    parser.add_argument("--hours", type=float, metavar="H", help="instead of a number of sessions")
+    args = parser.parse_args(words)
+    if args.sessions < 2 * TENTHS:
+        parser.error(f"--sessions {args.sessions}: expected {2 * TENTHS} or more")
+    heads = (
+        *("hours", "sessions", "memory MiB", "board MiB", "files", "threads"),
+        *("processor s", "median s", "longest s"),
+    )
+    print(f"| {' | '.join(heads)} |\n|{' --- |' * len(heads)}")
+    levels = day(args.sessions, 3600 * args.hours if args.hours else None)
+    worse = grown(levels)
+    print(f"grown: {', '.join(worse) or 'nothing'}", file=sys.stderr)
+    return 1 if worse else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
