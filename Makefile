@@ -43,7 +43,7 @@ coverage: setup
 docs: setup
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict $(ARGS)
 
-# Kills and disk faults; docs/reliability.md. Long: make torture ARGS="--every 1 --write"
+# Kills and disk faults; docs/reliability.md. 10,000 cases: make torture ARGS="--places 45 --write"
 torture: setup
 	$(BIN)/python -m tools.torture $(ARGS)
 

@@ -1,16 +1,17 @@
 """The campaign of kills and faults: whatever happens, no answer is lost or changed.
 
-Use: ``make torture`` (some minutes), ``make torture ARGS="--every 1 --write"`` (an hour or so).
+Use: ``make torture`` (some minutes), ``make torture ARGS="--places 45 --write"`` (10,000 cases).
 
 A pilot of each study is run undisturbed. Then it is run again and again, each time disturbed at
 another place; it is resumed as often as it takes, and the data set that comes out is compared with
 the undisturbed one, file by file and row by row:
 
-- `tools.torture.disk_faults`: a file layer below the journal, at each so many-th record;
-- `tools.torture.system_calls`: real processes and SIGKILL, at each so many-th system call;
+- `tools.torture.disk_faults`: a file layer below the journal, at so many records;
+- `tools.torture.system_calls`: real processes and SIGKILL, at four times as many system calls;
 - `tools.torture.writers`: processes that open one journal at once.
 
-Prints a row for each fault. Exit status 1 where one set of data differs.
+Prints a row for each fault; Ctrl-C ends it with what was done until then. Exit status 1 where one
+set of data differs.
 """
 
 from __future__ import annotations
@@ -18,11 +19,12 @@ from __future__ import annotations
 import argparse
 import sys
 import time
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from tools.torture.pilots import Outcome, disk_campaign, looked_up_once, studies
+from tools.torture.pilots import Outcome, disk_campaign, looked_up_once, plans_of, studies
 from tools.torture.system_calls import kill_campaign
 from tools.torture.writers import writer_campaign
 
@@ -31,35 +33,30 @@ if TYPE_CHECKING:
 
 PAGE = Path(__file__).parents[2] / "docs" / "reliability.md"
 BEGIN, END = "<!-- figures: make torture -->\n", "<!-- end of figures -->\n"
-ROUNDS = 1000  # of writers, at every 1
+ROUNDS = 10  # of writers, for each place
 
 
-def table(outcomes: Sequence[Outcome]) -> list[str]:
+def table(outcome: Outcome) -> list[str]:
     """Return the figures as lines of a table: a row for each fault, a column for each study."""
-    counts = {key: count for outcome in outcomes for key, count in outcome.counts.items()}
-    names = list(dict.fromkeys(study for _, study in counts))
-    faults = list(dict.fromkeys(fault for fault, _ in counts))
-    bad = [fault for outcome in outcomes for fault, _ in outcome.bad]
+    names = list(dict.fromkeys(study for _, study in outcome.counts))
+    faults = list(dict.fromkeys(fault for fault, _ in outcome.counts))
+    bad = [fault for fault, _ in outcome.bad]
     heads = ["fault", *(f"`{name}`" for name in names), "data lost, doubled or changed"]
     lines = [f"| {' | '.join(heads)} |", f"|{' --- |' * len(heads)}"]
     for fault in faults:
-        row = [counts.get((fault, name), 0) for name in names]
+        row = [outcome.counts[fault, name] for name in names]
         cells = [fault, *(f"{count:,}" if count else "" for count in row), bad.count(fault)]
         lines.append(f"| {' | '.join(map(str, cells))} |")
     return lines
 
 
-def figures(outcomes: Sequence[Outcome], every: int, participants: int) -> str:
+def figures(outcome: Outcome, words: str) -> str:
     """Return what the page says of a campaign."""
-    cases = sum(sum(outcome.counts.values()) for outcome in outcomes)
-    bad = sum(len(outcome.bad) for outcome in outcomes)
-    people = "one participant" if participants == 1 else f"{participants} participants"
-    where = "every record and call" if every == 1 else f"each {every}th record and call"
     said = (
-        f"Last figures ({datetime.now(UTC).date()}; {people} of each study, {where}): "
-        f"{cases:,} cases, {bad} with other data."
+        f"Last figures ({datetime.now(UTC).date()}, `make torture{words}`): "
+        f"{outcome.counts.total():,} cases, {len(outcome.bad)} with other data."
     )
-    return "\n".join([said, "", *table(outcomes), ""])
+    return "\n".join([said, "", *table(outcome), ""])
 
 
 def write(text: str) -> None:
@@ -70,11 +67,24 @@ def write(text: str) -> None:
     PAGE.write_text(f"{before}{BEGIN}{text}{END}{after}", encoding="utf-8")
 
 
+def campaign(names: Sequence[str], places: int, participants: int, outcome: Outcome) -> None:
+    """Do everything to every study; what was done until an interruption is in the outcome."""
+    plans = [plan for name in names for plan in plans_of(name, participants)]
+    with looked_up_once():
+        writer_campaign(plans[0], ROUNDS * (places or 100), outcome)
+        for plan in plans:
+            began_s = time.monotonic()
+            disk_campaign(plan, places, outcome)
+            kill_campaign(plan, places, outcome)
+            who = f"{Path(plan.study_name).stem}, participant {plan.participant} {plan.session}"
+            print(f"{who}: {time.monotonic() - began_s:.0f} s", file=sys.stderr, flush=True)
+
+
 def main(words: list[str] | None = None) -> int:
     """Run the campaign; return 1 where any data differed."""
     parser = argparse.ArgumentParser(prog="torture", description="kills and disk faults")
     parser.add_argument(
-        "--every", type=int, default=14, metavar="N", help="disturb at each N-th (default: 14)"
+        "--places", type=int, default=4, metavar="N", help="of each run (default: 4; 0: all)"
     )
     parser.add_argument(
         "--participants", type=int, default=1, metavar="N", help="of each study (default: 1)"
@@ -84,22 +94,17 @@ def main(words: list[str] | None = None) -> int:
     )
     parser.add_argument("--write", action="store_true", help="put the figures into the page")
     args = parser.parse_args(words)
-    names = args.study or studies()
-    began_s = time.monotonic()
-    with looked_up_once():
-        outcomes = [
-            disk_campaign(names, args.every, args.participants),
-            kill_campaign(names, args.every, args.participants),
-            writer_campaign(names[0], max(ROUNDS // args.every, 1)),
-        ]
-    text = figures(outcomes, args.every, args.participants)
+    outcome = Outcome()
+    with suppress(KeyboardInterrupt):
+        campaign(args.study or studies(), args.places, args.participants, outcome)
+    given = "" if args.places == parser.get_default("places") else f' ARGS="--places {args.places}"'
+    text = figures(outcome, given)
     print(text)
-    for _, sentence in (line for outcome in outcomes for line in outcome.bad):
+    for _, sentence in outcome.bad:
         print(sentence, file=sys.stderr)
-    print(f"{time.monotonic() - began_s:.0f} s", file=sys.stderr)
     if args.write:
         write(text)
-    return 1 if any(outcome.bad for outcome in outcomes) else 0
+    return 1 if outcome.bad else 0
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from hardware import registry
 from tools.torture.disk_faults import FAULTS, GONE, Disk, Killed, below_the_journal
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
     from experiments.study.run_plan import RunPlan
 
@@ -132,21 +132,27 @@ def disturbed(dataset: Path, plan: RunPlan, disk: Disk, kept: list[Path]) -> Pat
     return kept[0] if disk.fault in GONE and disk.struck else dataset
 
 
-def disk_campaign(names: Sequence[str], every: int, participants: int) -> Outcome:
-    """Do everything to the disk under each study's pilot, at each so many-th record."""
-    outcome = Outcome()
-    for plan in (plan for name in names for plan in plans_of(name, participants)):
-        expected, writes = undisturbed(plan)
-        for offset, fault in enumerate(FAULTS):
-            for at in range(offset % every, writes, every):
-                disk = Disk(fault, at)
-                with folder() as made:
-                    try:
-                        found = disturbed(made / "a", plan, disk, [made / "kept"])
-                        problem = difference(found, expected)
-                    except Exception as error:  # noqa: BLE001 - what is looked for
-                        problem = repr(error)
-                outcome.judge(
-                    fault, plan, f"at write {at}", problem or ("" if disk.struck else "no fault")
-                )
-    return outcome
+def spread(length: int, places: int, turn: int) -> range:
+    """Return so many places of a run, evenly spread; all of them where ``places`` is 0.
+
+    Each ``turn`` (each fault) has others, so that together they are spread more finely.
+    """
+    stride = max(length // places, 1) if places else 1
+    return range(turn % stride, length, stride)
+
+
+def disk_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
+    """Do everything to the disk under a pilot, at so many of its records."""
+    expected, writes = undisturbed(plan)
+    for turn, fault in enumerate(FAULTS):
+        for at in spread(writes, places, turn):
+            disk = Disk(fault, at)
+            with folder() as made:
+                try:
+                    found = disturbed(made / "a", plan, disk, [made / "kept"])
+                    problem = difference(found, expected)
+                except Exception as error:  # noqa: BLE001 - what is looked for
+                    problem = repr(error)
+            outcome.judge(
+                fault, plan, f"at write {at}", problem or ("" if disk.struck else "no fault")
+            )

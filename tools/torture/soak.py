@@ -24,7 +24,13 @@ from typing import TYPE_CHECKING
 from experiments.dataset.bids import build_dataset
 from experiments.journal.journal import Journal
 from experiments.participants.scripted import ScriptedParticipant
-from experiments.protocols.steps import ChoiceQuestion, NumberQuestion, TextQuestion, YesNoQuestion
+from experiments.protocols.steps import (
+    Ask,
+    ChoiceQuestion,
+    NumberQuestion,
+    TextQuestion,
+    YesNoQuestion,
+)
 from experiments.running.run import run_plan
 from experiments.session.operator import UnattendedOperator
 from hardware.clock import VirtualClock
@@ -33,7 +39,7 @@ from hardware.registry import open_plate
 from tools.torture.pilots import plans_of
 
 if TYPE_CHECKING:
-    from experiments.protocols.steps import Ask, Value
+    from experiments.protocols.steps import Adjust, Value
     from experiments.study.run_plan import RunPlan
 
 # A data set of so many participants, then a new one: it is built anew after each session.
@@ -58,9 +64,9 @@ class Level:
     longest_s: float
 
 
-def answer(step: Ask) -> Value:
+def answer(step: Ask | Adjust) -> Value:
     """Return an answer to any question."""
-    question = step.question
+    question = step.question if isinstance(step, Ask) else None
     if isinstance(question, ChoiceQuestion):
         return question.options[0][0]
     if isinstance(question, YesNoQuestion):

@@ -19,12 +19,13 @@ from experiments.dataset.bids import build_dataset
 from experiments.journal.journal import Journal
 from experiments.running.pilot import run_simulated
 from tools.torture.disk_faults import Stream
-from tools.torture.pilots import Outcome, difference, folder, plans_of, undisturbed
+from tools.torture.pilots import difference, folder, spread, undisturbed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from experiments.study.run_plan import RunPlan
+    from tools.torture.pilots import Outcome
 
 FIRST, RESUMED = "SIGKILL in a run", "SIGKILL in a resumed run"
 KINDS = (FIRST, RESUMED)
@@ -32,6 +33,8 @@ KINDS = (FIRST, RESUMED)
 EVENTS = ("open", "os.mkdir", "os.remove", "os.rename", "os.rmdir", "os.utime")
 LOCKS = ("fcntl.flock", "fcntl.fcntl")
 NEVER = -1
+# A record takes some five calls: killed at more places than records are disturbed at.
+CALLS = 4
 
 
 class Calls:
@@ -129,32 +132,29 @@ def cut(whole: Path, dataset: Path, plan: RunPlan) -> None:
     path.write_bytes(journal[: len(journal) // 2])
 
 
-def kill_campaign(names: Sequence[str], every: int, participants: int) -> Outcome:
-    """Kill each study's pilot before each so many-th call, from its beginning and when resumed."""
-    outcome = Outcome()
-    for plan in (plan for name in names for plan in plans_of(name, participants)):
-        expected, _ = undisturbed(plan)
-        with folder() as place:
-            whole, base = place / "whole", place / "base"
-            all_calls = in_a_process(whole, plan, NEVER)
-            cut(whole, base, plan)
-            for offset, kind in enumerate(KINDS):
-                calls = all_calls if kind == FIRST else _resumed_calls(base, place / "r", plan)
-                for at in range(offset % every, calls or 0, every):
-                    made = place / "a"
-                    if kind == RESUMED:
-                        shutil.copytree(base, made)
-                    killed = in_a_process(made, plan, at) is None
-                    try:
-                        run_simulated(made, plan, "mock")
-                        problem = difference(made, expected)
-                    except Exception as error:  # noqa: BLE001 - what is looked for
-                        problem = repr(error)
-                    outcome.judge(
-                        kind, plan, f"at call {at}", problem or ("" if killed else "not killed")
-                    )
-                    shutil.rmtree(made, ignore_errors=True)
-    return outcome
+def kill_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
+    """Kill a pilot before so many of its calls, from its beginning and when resumed."""
+    expected, _ = undisturbed(plan)
+    with folder() as place:
+        whole, base = place / "whole", place / "base"
+        all_calls = in_a_process(whole, plan, NEVER)
+        cut(whole, base, plan)
+        for turn, kind in enumerate(KINDS):
+            calls = all_calls if kind == FIRST else _resumed_calls(base, place / "r", plan)
+            for at in spread(calls or 0, CALLS * places, turn):
+                made = place / "a"
+                if kind == RESUMED:
+                    shutil.copytree(base, made)
+                killed = in_a_process(made, plan, at) is None
+                try:
+                    run_simulated(made, plan, "mock")
+                    problem = difference(made, expected)
+                except Exception as error:  # noqa: BLE001 - what is looked for
+                    problem = repr(error)
+                outcome.judge(
+                    kind, plan, f"at call {at}", problem or ("" if killed else "not killed")
+                )
+                shutil.rmtree(made, ignore_errors=True)
 
 
 def _resumed_calls(base: Path, dataset: Path, plan: RunPlan) -> int | None:

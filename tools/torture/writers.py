@@ -16,27 +16,27 @@ from experiments.journal.journal import Journal
 from experiments.journal.reading import read_whole
 from faults import UserError
 from hardware.clock import VirtualClock
-from tools.torture.pilots import Outcome, folder, plans_of
+from tools.torture.pilots import folder
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from experiments.study.run_plan import RunPlan
+    from tools.torture.pilots import Outcome
 
 
 WRITERS = 4
 KINDS = ("two writers, system's locks", "two writers, lock files alone")
 
 
-def writer_campaign(study: str, rounds: int) -> Outcome:
+def writer_campaign(plan: RunPlan, rounds: int, outcome: Outcome) -> None:
     """Have so many rounds of writers race for one journal, of each kind of lock."""
-    outcome = Outcome()
-    plan = plans_of(study, 1)[0]
     for kind in KINDS:
         with folder() as dataset:
             path = plan.journal_path(dataset)
             for turn in range(rounds):
                 problem = race(path, system_locks=kind == KINDS[0])
                 outcome.judge(kind, plan, f"in round {turn}", problem)
-    return outcome
 
 
 def race(path: Path, *, system_locks: bool) -> str:
