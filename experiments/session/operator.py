@@ -46,6 +46,8 @@ class SessionStatus:
     plate : str
         What the plate does by its own reading: "silent", "as commanded", "not measured" (it has no
         sensor, or none that answered), "lost".
+    temperature_c : float or None
+        The plate's, by its last reading; None where it tells none.
     message : str
         A fault's or a refusal's sentence.
     amplitude_um_pp : float or None
@@ -67,6 +69,7 @@ class SessionStatus:
     voided: int = 0
     noise: NoiseState = "absent"
     plate: PlateState = "silent"
+    temperature_c: float | None = None
     message: str = ""
     amplitude_um_pp: float | None = None
 

@@ -139,6 +139,7 @@ class Progress:
             answered=self.answered,
             noise=self._noise.state,
             plate=self._surface.state,
+            temperature_c=self._surface.temperature_c,
             elapsed_s=elapsed_s,
             time_left_s=elapsed_s / done * left if done else None,
             amplitude_um_pp=amplitude_um_pp,

@@ -76,6 +76,7 @@ class SurfaceState:
         self._standard_made: Presented | None = None
         self._commanded_um_pp = 0.0
         self._measured = False
+        self._temperature_c: float | None = None
 
     @property
     def state(self) -> PlateState:
@@ -85,6 +86,11 @@ class SurfaceState:
         if not self._held:
             return "lost"
         return "as commanded" if self._measured else "not measured"
+
+    @property
+    def temperature_c(self) -> float | None:
+        """The plate's temperature by its last reading; None where it tells none."""
+        return self._temperature_c
 
     @property
     def amplitude_um_pp(self) -> float | None:
@@ -196,6 +202,7 @@ class SurfaceState:
         self._plate.check()
         self._following.settle()
         told = self._plate.read_back()
+        self._temperature_c = told.temperature_c
         self._measured = told.kind in MEASURED and told.amplitude_um_pp is not None
         if told.kind in MEASURED and told.amplitude_um_pp is not None:
             self._plate.limits.check_reached(self._commanded_um_pp, told.amplitude_um_pp)

@@ -226,6 +226,8 @@ class TerminalOperator:
         if status.amplitude_um_pp is not None:
             text.append(f"  {status.amplitude_um_pp:g} µm p-p", style="magenta")
         text.append(f"\n  plate {status.plate}", "red" if status.plate == "lost" else "dim")
+        if status.temperature_c is not None:
+            text.append(f"  {status.temperature_c:.1f} °C", style="dim")
         text.append(f"  noise {status.noise}", style="dim")
         if status.faults:
             text.append(f"  faults {status.faults}", style="red")

@@ -8,7 +8,7 @@ import pytest
 from rich.console import Console
 
 from experiments.protocols.steps import Ask, NumberQuestion, Trial
-from experiments.session.operator import Request, SessionStatus
+from experiments.session.operator import Request, SessionStatus, UnattendedOperator
 from experiments.session.terminal import Keys, TerminalOperator
 
 GLISSE = "glissé"
@@ -250,3 +250,23 @@ def test_what_a_board_or_a_study_says_does_not_move_the_terminals_cursor():
     assert "age\\x1b[2J" in who.lines().plain
     assert not set("\x1b\x9b\u202e") & set(who.lines().plain)
     assert "\x1b[2J" not in shown.getvalue()
+
+
+def test_the_plates_temperature_is_told_where_it_is_known():
+    who, _ = operator()
+    who.tell(SessionStatus(state="waiting", plate="as commanded", temperature_c=23.46))
+    assert "plate as commanded  23.5 °C" in who.lines().plain
+    who.tell(SessionStatus(state="waiting", plate="as commanded"))
+    assert "°C" not in who.lines().plain
+
+
+def test_a_session_tells_the_operator_the_temperature_that_the_plate_reads(laboratory):
+    class Noting(UnattendedOperator):
+        def tell(self, status):
+            super().tell(status)
+            told.append(status.temperature_c)
+
+    told = []
+    laboratory.run(operator=Noting())
+    assert told[0] is None  # nothing was read yet
+    assert 15 < told[-1] < 35
