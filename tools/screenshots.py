@@ -19,9 +19,11 @@ from experiments.participants.psychopy_window.display import Display
 from experiments.participants.psychopy_window.screens import Stopping, screen_for
 from experiments.protocols.repeating import part_over
 from experiments.protocols.steps import (
+    Adjust,
     Ask,
     ChoiceQuestion,
     Explore,
+    Feedback,
     Instruct,
     NumberQuestion,
     Rest,
@@ -29,7 +31,9 @@ from experiments.protocols.steps import (
     WholeNumberQuestion,
     YesNoQuestion,
 )
-from experiments.study.file import read_study
+from experiments.running.dry_run import dry_run
+from experiments.running.pilot import pilot_plans
+from experiments.study.file import read_study, shipped_studies
 from hardware.clock import SystemClock
 
 if TYPE_CHECKING:
@@ -132,6 +136,24 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
     }
 
 
+def of_studies(language: str) -> dict[str, Scene]:
+    """Return every further screen of the shipped studies: each instruction, question, turning."""
+    found: dict[str, Scene] = {}
+    seen: set[tuple[str, ...]] = set()
+    for study in shipped_studies():
+        plan = pilot_plans(study, participants=1, seed=None, language=language)[0]
+        for step in dry_run(plan):
+            if not isinstance(step, Instruct | Explore | Ask | Adjust | Feedback):
+                continue
+            words = step.question.prompt if isinstance(step, Ask) else step.text
+            if (type(step).__name__, words) in seen:
+                continue
+            seen.add((type(step).__name__, words))
+            name = f"{study}-{len(found) + 1:02d}-{type(step).__name__.lower()}"
+            found[name] = screen_for(step, plan.texts()).scene(3.4)
+    return found
+
+
 def main() -> int:
     """Draw all scenes and save them; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
@@ -148,7 +170,7 @@ def main() -> int:
         for language in options.language or languages():
             texts = load_texts(language)
             banner = scene.pilot_banner(texts["window.pilot"]) if options.pilot else ()
-            for name, shown in scenes(language, texts).items():
+            for name, shown in (scenes(language, texts) | of_studies(language)).items():
                 if options.only in (None, name):
                     display.draw((*shown, *banner))
                     display.save(options.folder / f"{name}-{language}.png")

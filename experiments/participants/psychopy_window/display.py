@@ -13,7 +13,14 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from experiments.participants.psychopy_window.scene import Box, Colour, Scene, Text
+from experiments.participants.psychopy_window.scene import (
+    Arrow,
+    Box,
+    Colour,
+    Item,
+    Scene,
+    Text,
+)
 from faults import UserError
 from hardware.contact.source import Touch
 
@@ -160,7 +167,7 @@ class Display:
         self._screen = screen
         self._size = size
         self._window: Any = None
-        self._shown: dict[Text | Box, Any] = {}
+        self._shown: dict[Item, Any] = {}
         self._frame_s = -FRAME_S
         self.pointer = Pointer()
 
@@ -234,8 +241,28 @@ class Display:
         width, height = self._window.size
         return float(min(height, width / DESIGN_WIDTH))
 
-    def _build(self, item: Text | Box) -> tuple[Any, ...]:
+    def _build(self, item: Item) -> tuple[Any, ...]:
+        if isinstance(item, Arrow):
+            return self._build_arrow(item)
         return self._build_box(item) if isinstance(item, Box) else self._build_text(item)
+
+    def _build_arrow(self, arrow: Arrow) -> tuple[Any, ...]:
+        half = arrow.size / 2 * self._unit
+        tip = half if arrow.up else -half
+        stem, head = 0.24 * half, 0.8 * half
+        right = [(stem, -tip), (stem, 0), (head, 0)]
+        outline = [*right, (0, tip), *((-x, y) for x, y in reversed(right))]
+        return (
+            self._visual.ShapeStim(
+                self._window,
+                vertices=outline,
+                pos=(arrow.x * self._unit, arrow.y * self._unit),
+                fillColor=COLOURS[arrow.colour],
+                lineWidth=0,
+                colorSpace="rgb255",
+                autoLog=False,
+            ),
+        )
 
     def _build_box(self, box: Box) -> tuple[Any, ...]:
         unit = self._unit

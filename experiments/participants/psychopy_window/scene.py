@@ -13,6 +13,7 @@ from typing import Literal
 
 Colour = Literal["ground", "field", "text", "quiet", "accent"]
 
+UP, DOWN = "up", "down"  # labels of the keys with arrows
 TITLE, BODY, HINT, DIGITS = 0.062, 0.042, 0.036, 0.13
 WIDTH = 1.3  # of a text's lines; the narrowest monitors (5:4) are 1.25 wide, see `display`
 
@@ -48,7 +49,19 @@ class Box:
     colour: Colour
 
 
-Scene = tuple[Text | Box, ...]
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Arrow:
+    """An arrow up or down, ``size`` high, about ``x``, ``y``: the font has no sign for it."""
+
+    x: float
+    y: float
+    size: float
+    up: bool
+    colour: Colour = "text"
+
+
+Item = Text | Box | Arrow
+Scene = tuple[Item, ...]
 
 
 def bar(fraction: float, *, y: float, width: float = 0.8, height: float = 0.018) -> Scene:
@@ -62,12 +75,14 @@ def bar(fraction: float, *, y: float, width: float = 0.8, height: float = 0.018)
 
 
 def key_cap(label: str, *, x: float, y: float, size: float = 0.14) -> Scene:
-    """Return a key as it is drawn on a keyboard."""
+    """Return a key as it is drawn on a keyboard; `UP` and `DOWN` are the keys with arrows."""
     rim = 0.01 * size / 0.14
+    arrow = Arrow(x=x, y=y, size=0.45 * size, up=label == UP)
+    letter = Text(content=label.upper(), x=x, y=y, size=0.45 * size, bold=True, width=size)
     return (
         Box(x=x, y=y, width=size + rim, height=size + rim, colour="accent"),
         Box(x=x, y=y, width=size, height=size, colour="field"),
-        Text(content=label.upper(), x=x, y=y, size=0.45 * size, bold=True, width=size),
+        arrow if label in (UP, DOWN) else letter,
     )
 
 
@@ -80,7 +95,7 @@ def key_row(keys: tuple[str, ...], meanings: tuple[str, ...], *, y: float) -> Sc
         for n, (key, meaning) in enumerate(zip(keys, meanings, strict=True))
         for item in (
             *key_cap(key, x=left + n * pitch, y=y),
-            Text(content=meaning, x=left + n * pitch, y=y - 0.12, width=0.9 * pitch),
+            Text(content=meaning, x=left + n * pitch, y=y - 0.093, width=0.9 * pitch, anchor="top"),
         )
     )
 

@@ -33,7 +33,6 @@ from experiments.protocols.steps import (
 Texts = Mapping[str, str]
 SPACE = " "
 CARET = "|"
-UP, DOWN = "↑", "↓"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -201,7 +200,7 @@ class Adjusting(Waiting):
         task = Text(content=self._step.text.strip(), y=0.24, size=0.06, width=1.2, height=0.26)
         meanings = (self._texts["window.turn_up"], self._texts["window.turn_down"])
         left = remaining(self._maximum_s, elapsed_s, self._texts, y=-0.26)
-        keys = scene.key_row((UP, DOWN), meanings, y=0.0)
+        keys = scene.key_row((scene.UP, scene.DOWN), meanings, y=0.0)
         return (task, *keys, *left, scene.hint(self._texts["window.turned"]))
 
 
