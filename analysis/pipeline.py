@@ -63,7 +63,7 @@ def analyse(
     tell = progress or (lambda _: None)
     tell("reading the data")
     data = dataset if isinstance(dataset, Dataset) else load(dataset)
-    if not len(data.estimates) and not len(data.differences):
+    if not any(map(len, (data.estimates, data.differences, data.forced_choices))):
         raise UserError(f"{data.name}: {data_warnings.nothing(data)}")
     absences = data_warnings.absent(data)
     data, changes = _with_ratio(data, equivalence_ratio)
@@ -153,6 +153,7 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
             answers=keep(data.answers),
             differences=keep(data.differences),
             textures=keep(data.textures),
+            forced_choices=keep(data.forced_choices),
         ),
         why,
     )

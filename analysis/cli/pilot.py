@@ -75,9 +75,11 @@ def run(args: Namespace) -> int:
         raise
     console.print("\n[bold]Simulated study: no person took part.[/]")
     print_table3(analysis, console)
-    console.print(
-        f"figure  {report.parent}/fig15.svg\nreport  {report}", highlight=False, markup=False
-    )
+    written = [("report", report)]
+    if analysis.prepared is not None:
+        written.insert(0, ("figure", report.parent / "fig15.svg"))
+    for name, path in written:
+        console.print(f"{name}  {path}", highlight=False, markup=False, soft_wrap=True)
     return DONE
 
 

@@ -73,12 +73,17 @@ LEFT_OUT = {
     "textures": "of textures, which are described on the scale of plain surfaces",
     "unanswered": "without a usable answer",
     "difference_unanswered": "steps without a usable answer",
+    "choice_practice": "practice trials of forced choice",
+    "choice_voided": "voided trials of forced choice",
+    "choice_unanswered": "trials of forced choice without a usable answer",
 }
 
 
 def nothing(data: Dataset) -> str:
     """Say why there is nothing to analyse."""
-    rows = data.counts.get("estimation_rows", 0) + data.counts.get("difference_rows", 0)
+    rows = sum(
+        data.counts.get(f"{task}_rows", 0) for task in ("estimation", "difference", "choice")
+    )
     parts = [
         f"{data.counts[key]} {words}" for key, words in LEFT_OUT.items() if data.counts.get(key)
     ]
@@ -92,7 +97,7 @@ def too_few_data(cells: pd.DataFrame) -> list[str]:
     notes = []
     participants, amplitudes = cells.shape
     if not participants:
-        return ["No magnitude estimates: only the descending difference is analysed."]
+        return []  # the other tasks speak for themselves
     if participants == 1:
         notes.append(
             "One participant: means are shown; standard deviations need at least two, intervals "

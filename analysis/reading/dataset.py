@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from analysis.reading.delimited import Source, digest
+from analysis.reading.forced_choice import empty_choices
 from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from experiments.dataset.schema import PARTICIPANT
 from experiments.study.analysis_choices import AnalysisChoices
@@ -37,6 +38,8 @@ class Dataset:
         their ``texture``.
     differences : DataFrame
         Steps of the descending difference, answered ones.
+    forced_choices : DataFrame
+        Trials of forced choice, answered ones: see `analysis.reading.forced_choice`.
     participants : DataFrame
         ``participants.tsv``, where there is one.
     mode : {"pilot", "participant", "unknown"}
@@ -78,13 +81,14 @@ class Dataset:
     folder: Path | None = None
     quantity: Quantity = PLATE_AMPLITUDE
     textures: pd.DataFrame = field(default_factory=pd.DataFrame)
+    forced_choices: pd.DataFrame = field(default_factory=empty_choices)
 
     @property
     def people(self) -> set[str]:
-        """Everybody who has trials of either task, answered or not."""
+        """Everybody who has trials of any task, answered or not."""
         return {
             str(who)
-            for rows in (self.answers, self.differences)
+            for rows in (self.answers, self.differences, self.forced_choices)
             for who in rows[PARTICIPANT].unique()
         }
 

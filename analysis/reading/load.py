@@ -24,6 +24,7 @@ from analysis.reading.cleaning import (
 )
 from analysis.reading.dataset import Dataset
 from analysis.reading.delimited import Problems, Source, read_tables
+from analysis.reading.forced_choice import header_of, is_choice, read_choices
 from analysis.reading.foreign import ForeignTable, read_foreign
 from analysis.reading.mapping import beside
 from analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
@@ -86,6 +87,7 @@ def _load_folder(folder: Path) -> Dataset:
     files: dict[str, list[tuple[Path, re.Match[str]]]] = {
         table.task: [] for table in (ESTIMATION, DIFFERENCE)
     }
+    forced: list[tuple[Path, re.Match[str]]] = []
     problems = Problems()
     for path in sorted(folder.glob("sub-*/**/beh/*_beh.tsv")):
         match = TABLE_NAME.fullmatch(path.name)
@@ -93,19 +95,21 @@ def _load_folder(folder: Path) -> Dataset:
             problems.add(f"{path.relative_to(folder)}: in another participant's folder; not read")
         elif match and match["task"] in files:
             files[match["task"]].append((path, match))
+        elif match and is_choice(header_of(path)):
+            forced.append((path, match))
         elif match is None:
             problems.add(f"{path.relative_to(folder)}: not a name of the BIDS form; not read")
-    if not any(files.values()) and journals(folder):
+    if not any(files.values()) and not forced and journals(folder):
         raise UserError(
             f"{folder}: holds journals and no tables; slipscale data build {folder} makes them"
         )
-    if not any(files.values()):
+    if not any(files.values()) and not forced:
         raise UserError(
             f"{folder}: no data found; expected files like "
             f"sub-01/beh/sub-01_task-{ESTIMATION.task}_run-01_beh.tsv, or one table (CSV or TSV) "
             "with participant_id, amplitude_um_pp, estimate"
         )
-    everyone = [entry for entries in files.values() for entry in entries]
+    everyone = [*(entry for entries in files.values() for entry in entries), *forced]
     details, modes, sources = metadata.sidecars([path for path, _ in everyone], folder, problems)
     metadata.refuse_mixture(modes, folder)
     counts: dict[str, int] = {}
@@ -114,6 +118,8 @@ def _load_folder(folder: Path) -> Dataset:
         frame, read_sources = _read_task(table, files[table.task], folder, problems)
         sources += read_sources
         read[table.task] = frame
+    forced_choices, read_sources = read_choices(forced, folder, problems, counts)
+    sources += read_sources
     # What the journals say and the tables do not: rows edited by hand, runs without tables.
     differences = [str(problem) for problem in verify(folder)] if journals(folder) else []
     problems.add_many(differences, "slipscale data verify tells all")
@@ -127,6 +133,7 @@ def _load_folder(folder: Path) -> Dataset:
         estimates=_answered(answers, counts),
         answers=answers,
         differences=_keep_steps(read[DIFFERENCE.task], counts),
+        forced_choices=forced_choices,
         participants=participants,
         mode=modes[0][0] if modes else "unknown",
         counts=counts,

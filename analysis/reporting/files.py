@@ -10,7 +10,14 @@ from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 import figure_style
-from analysis.figures import estimates, exponents, growth, measured_friction, yes_no
+from analysis.figures import (
+    estimates,
+    exponents,
+    growth,
+    measured_friction,
+    thresholds,
+    yes_no,
+)
 from analysis.figures.shared import with_tips
 from analysis.preprocessing import normalisation
 from analysis.published import biet2007
@@ -176,4 +183,11 @@ def draw(analysis: Analysis) -> dict[str, Figure]:
             confidence=level,
             quantity=analysis.dataset.quantity,
         )
+    found_thresholds = analysis.inference.thresholds
+    for task in () if isinstance(found_thresholds, NotComputed) else found_thresholds:
+        trials = analysis.dataset.forced_choices
+        trials = trials[trials["task"] == task.task]
+        found[f"thresholds_{task.task}"] = thresholds.functions(task, trials)
+        if trials["track"].notna().any():
+            found[f"tracks_{task.task}"] = thresholds.tracks(task, trials)
     return found

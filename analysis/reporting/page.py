@@ -10,7 +10,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from analysis.reading.own_words import in_own_words
-from analysis.reporting import apa, apa_difference, apa_groups, html
+from analysis.reporting import apa, apa_difference, apa_groups, apa_thresholds, html
 from analysis.reporting.numbers import grouped
 from analysis.reporting.sections.assumptions import assumptions
 from analysis.reporting.sections.comparisons import comparisons
@@ -23,6 +23,7 @@ from analysis.reporting.sections.methods import methods, normalisations
 from analysis.reporting.sections.multiplicity import tests_made
 from analysis.reporting.sections.quality import quality
 from analysis.reporting.sections.summary import summary
+from analysis.reporting.sections.thresholds import thresholds
 from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -142,6 +143,7 @@ def sections(
         growth(analysis, svgs),
         measured_friction(analysis, svgs),
         difference(analysis, svgs),
+        thresholds(analysis, svgs),
         tests_made(analysis),
         assumptions(analysis, svgs),
         quality(analysis),
@@ -165,6 +167,9 @@ def results(analysis: Analysis) -> html.ReportSection:
         analysis.inference.difference,
         choices.confidence,
         of_plate=analysis.dataset.quantity.of_plate,
+    )
+    texts_of["Thresholds"] = apa_thresholds.sentences(
+        analysis.inference.thresholds, choices.confidence
     )
     for title, texts in texts_of.items():
         if texts:

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from analysis.statistics.descending_difference.yes_no import StepAnswers
     from analysis.statistics.measured_friction import ParticipantLine
     from analysis.statistics.pairwise import PairComparison
+    from analysis.statistics.psychometrics.forced_choice import TaskThresholds
 
 
 def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
@@ -47,7 +48,42 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
     difference = analysis.inference.difference
     if not isinstance(difference, NotComputed) and difference.steps:
         found["difference"] = flat(difference.steps)
+    if not isinstance(analysis.inference.thresholds, NotComputed):
+        found["thresholds"] = threshold_table(analysis.inference.thresholds)
     return found
+
+
+def threshold_table(tasks: Sequence[TaskThresholds]) -> pd.DataFrame:
+    """Return one row a participant and task; missing numbers where nothing was fitted."""
+    rows: list[JsonObject] = []
+    for task in tasks:
+        for each in task.participants:
+            row: JsonObject = {
+                "task": task.task,
+                "participant_id": each.participant,
+                "standard_um_pp": task.standard_um_pp,
+                "trials": each.trials,
+                "correct": each.correct,
+                "catch_trials": each.catch_trials,
+                "catch_correct": each.catch_correct,
+            }
+            if isinstance(each.function, NotComputed):
+                rows.append(row | {"reason": each.function.reason})
+                continue
+            low, high = each.function.threshold_um_pp.interval
+            row |= {
+                "threshold_um_pp": each.function.threshold_um_pp.value,
+                "threshold_ci_low": low,
+                "threshold_ci_high": high,
+                "slope": each.function.slope_value,
+                "lapse": each.function.lapse,
+            }
+            if not isinstance(each.weber_fraction, NotComputed):
+                row["weber_fraction"] = each.weber_fraction.value
+            if not isinstance(each.fit, NotComputed):
+                row |= {"deviance": each.fit.deviance, "fit_p": each.fit.p}
+            rows.append(row)
+    return pd.DataFrame(rows)
 
 
 def flat(rows: Sequence[PairComparison | StepAnswers | ParticipantLine]) -> pd.DataFrame:

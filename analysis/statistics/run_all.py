@@ -19,6 +19,7 @@ from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.order_effects import order_effects
 from analysis.statistics.pairwise import pairwise
 from analysis.statistics.power_law import power_law
+from analysis.statistics.psychometrics.forced_choice import thresholds
 from analysis.statistics.reliability import reliability
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from analysis.statistics.order_effects import OrderEffects
     from analysis.statistics.pairwise import PairComparison
     from analysis.statistics.power_law import PowerLaw
+    from analysis.statistics.psychometrics.forced_choice import TaskThresholds
     from analysis.statistics.reliability import Reliability
     from experiments.study.analysis_choices import SdConvention, Test, ZeroRule
 
@@ -84,6 +86,7 @@ class Inference:
     groups: GroupComparison | NotComputed
     normalisation: NormalisationUsed
     difference: DescendingDifference | NotComputed
+    thresholds: tuple[TaskThresholds, ...] | NotComputed
 
 
 def conclude(
@@ -135,6 +138,9 @@ def conclude(
         difference=NotComputed("not chosen in the study file")
         if chosen is not None and "difference" not in chosen
         else difference(data),
+        thresholds=NotComputed("not chosen in the study file")
+        if chosen is not None and "thresholds" not in chosen
+        else thresholds(data.forced_choices, data.choices.confidence),
     )
 
 

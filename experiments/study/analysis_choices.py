@@ -48,6 +48,7 @@ Test = Literal[
     "reliability",
     "groups",
     "difference",
+    "thresholds",
 ]
 Primary = Literal["ranks", "logarithms"]
 Share = Annotated[float, Field(ge=0, le=1)]

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from analysis.figures.shared import LINES_AT_MOST
 from analysis.preprocessing import normalisation
-from analysis.reporting import apa, apa_difference, html
+from analysis.reporting import apa, apa_difference, apa_thresholds, html
 from analysis.reporting.html import ReportSection
 from analysis.reporting.numbers import counted, grouped
 from analysis.statistics.not_computed import NotComputed
@@ -46,6 +46,9 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         answers += apa_difference.answer(
             felt, choices.confidence, of_plate=analysis.dataset.quantity.of_plate
         )
+    found = analysis.inference.thresholds
+    if not isinstance(found, NotComputed):
+        answers += [apa_thresholds.answer(task, choices.confidence) for task in found]
     section.blocks.append(html.labelled("Answer", " ".join(answers)))
     if "fig15" in svgs and analysis.prepared is not None:
         section.blocks.append(_figure(analysis, svgs["fig15"]))
@@ -80,6 +83,8 @@ def _question(analysis: Analysis) -> str:
         parts.append("Does perceived slipperiness change with vibration amplitude, and how?")
     if not isinstance(analysis.inference.difference, NotComputed):
         parts.append("Do participants feel a step down in amplitude, and what do they say of it?")
+    if not isinstance(analysis.inference.thresholds, NotComputed):
+        parts.append("How small an amplitude, or a change of it, is felt?")
     return " ".join(parts)
 
 
@@ -97,6 +102,9 @@ def _design(analysis: Analysis) -> str:
             f"{counted(steps, 'step', 'steps')} down and "
             f"{counted(felt.catch.n, 'catch step', 'catch steps')}"
         )
+    chosen = len(analysis.dataset.forced_choices)
+    if chosen:
+        parts.append(f"{counted(chosen, 'trial', 'trials')} of forced choice")
     return "; ".join(parts) + "."
 
 

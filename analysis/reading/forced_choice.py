@@ -1,0 +1,180 @@
+"""Trials of forced choice and of constant stimuli, read from a data set.
+
+Which tables these are their columns say: a study may give its tasks labels of their own.
+"""
+
+from __future__ import annotations
+
+import csv
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from analysis.reading.cleaning import FALSE, TRUE, labels, numbers
+from analysis.reading.delimited import Problems, Source, read_tables
+from analysis.reading.quantity import AMPLITUDE_DECIMALS
+from analysis.reading.trial_tables import IDENTITY
+from experiments.dataset.schema import (
+    DAMAGED,
+    FLAG_SEPARATOR,
+    INTERVAL,
+    PARTICIPANT,
+    PRACTICE,
+    VOIDED,
+)
+
+if TYPE_CHECKING:
+    import re
+    from collections.abc import Sequence
+    from pathlib import Path
+
+#: Columns that make a table one of these: the level, and the answer to it.
+FORCED_CHOICE = ("level_um_pp", "correct")
+COMPARISON = ("comparison_um_pp", "comparison_more")
+NUMBERS = ("trial", "track", "level_um_pp", "standard_um_pp", "response_time")
+COLUMNS = (
+    *IDENTITY,
+    *("task", "method", "trial", "track", "catch", "standard_um_pp", "level_um_pp"),
+    *("correct", "response_time", "flag"),
+)
+
+
+def empty_choices() -> pd.DataFrame:
+    """Return the columns of `read_choices`, without a row."""
+    return pd.DataFrame({name: pd.Series(dtype=object) for name in COLUMNS}).astype(
+        dict.fromkeys(("level_um_pp", "standard_um_pp", "track", "response_time"), float)
+    )
+
+
+def header_of(path: Path) -> list[str]:
+    """Return the names of a table's columns."""
+    with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
+        return next(csv.reader(stream, delimiter="\t"), [])
+
+
+def is_choice(header: Sequence[str]) -> bool:
+    """Tell by its header whether a table holds trials of forced choice or constant stimuli."""
+    return any(set(marks) <= set(header) for marks in (FORCED_CHOICE, COMPARISON))
+
+
+def read_choices(
+    entries: Sequence[tuple[Path, re.Match[str]]],
+    folder: Path,
+    problems: Problems,
+    counts: dict[str, int],
+) -> tuple[pd.DataFrame, list[Source]]:
+    """Return the answered main trials, in order of presentation.
+
+    Parameters
+    ----------
+    entries : sequence of (Path, Match)
+        Tables, each with its name's parts (`experiments.dataset.schema.TABLE_NAME`).
+    counts : dict
+        Gets the rows read and left out, by reason.
+
+    Returns
+    -------
+    DataFrame, list of Source
+        Columns `COLUMNS`: ``method`` is a key of
+        `analysis.statistics.psychometrics.psychometric_function.METHODS`; ``catch`` is bool and
+        so is ``correct``, which of a comparison says whether it was called the more slippery one.
+    """
+    frames, sources = [], []
+    for marks in (FORCED_CHOICE, COMPARISON):
+        own = [entry for entry in entries if set(marks) <= set(header_of(entry[0]))]
+        if own:
+            frame, read = _read(own, marks, folder, problems, counts)
+            frames.append(frame)
+            sources += read
+    if not frames:
+        return empty_choices(), []
+    everything = pd.concat(frames, ignore_index=True)
+    people = pd.Categorical(everything[PARTICIPANT].astype(str))
+    return everything.assign(**{PARTICIPANT: people}), sources
+
+
+def _read(
+    entries: Sequence[tuple[Path, re.Match[str]]],
+    marks: tuple[str, str],
+    folder: Path,
+    problems: Problems,
+    counts: dict[str, int],
+) -> tuple[pd.DataFrame, list[Source]]:
+    """Read tables of one shape."""
+    frame, sources = read_tables(
+        [path for path, _ in entries],
+        folder,
+        required=marks,
+        columns=(
+            *("trial", "track", "catch", "phase", "standard_um_pp", *marks),
+            *("response", "response_time", "flag", f"{INTERVAL}3_surface"),
+        ),
+        problems=problems,
+    )
+    level, answer = marks
+    place = frame["file"].to_numpy()
+    for name, group in (
+        (PARTICIPANT, "sub"),
+        ("session", "ses"),
+        ("task", "task"),
+        ("run", "run"),
+    ):
+        values = np.array([match[group] or "" for _, match in entries], dtype=object)
+        frame[name] = values[place]
+    frame[PARTICIPANT] = "sub-" + frame[PARTICIPANT].astype(str)
+    for name in NUMBERS:
+        read = level if name == FORCED_CHOICE[0] else name
+        frame[name] = (
+            numbers(frame, read, sources, problems, minimum=0.0) if read in frame else np.nan
+        )
+    correct = frame[answer].astype("object").map(lambda value: str(value).strip().lower())
+    frame["correct"] = correct.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
+    frame["catch"] = labels(frame, "catch", "false").astype(str).str.lower().isin(TRUE)
+    third = f"{INTERVAL}3_surface"
+    if marks == FORCED_CHOICE:
+        has_third = frame[third].notna() if third in frame else pd.Series(False, frame.index)
+        three = has_third.groupby(frame["task"]).transform("any")
+        frame["method"] = three.map({True: "three_interval", False: "two_interval"})
+    else:
+        frame["method"] = frame["task"].map(_methods(frame))
+        _one_sided(frame)
+    frame["flag"] = labels(frame, "flag", "").astype(str)
+    flags = frame["flag"].str.split(FLAG_SEPARATOR)
+    voided = flags.map(lambda found: bool({VOIDED, DAMAGED} & set(found)))
+    practice = labels(frame, "phase", "").astype(str) == PRACTICE
+    answered = frame["correct"].notna() & frame["level_um_pp"].notna()
+    for name, count in (
+        ("rows", len(frame)),
+        ("practice", practice.sum()),
+        ("voided", (voided & ~practice).sum()),
+        ("unanswered", (~answered & ~voided & ~practice).sum()),
+    ):
+        counts[f"choice_{name}"] = counts.get(f"choice_{name}", 0) + int(count)
+    kept = frame[answered & ~voided & ~practice]
+    counts["choice_analysed"] = counts.get("choice_analysed", 0) + len(kept)
+    return kept.astype({"correct": bool})[list(COLUMNS)].reset_index(drop=True), sources
+
+
+def _methods(frame: pd.DataFrame) -> dict[str, str]:
+    """Return how each task of constant stimuli is to be read.
+
+    With comparisons on one side of the standard and intervals to choose from, the one with more is
+    known, so that an answer is right or wrong; else a comparison lies below or above.
+    """
+    found = {}
+    for task, rows in frame.groupby("task"):
+        apart = rows["level_um_pp"] - rows["standard_um_pp"]
+        chosen = rows["response"].dropna().astype(str).isin(["1", "2"]).all()
+        one_side = bool((apart.dropna() > 0).all() or (apart.dropna() < 0).all())
+        found[str(task)] = "two_interval" if chosen and one_side else "comparison"
+    return found
+
+
+def _one_sided(frame: pd.DataFrame) -> None:
+    """Make levels of differences, and answers right or wrong, where a task is read so."""
+    rows = frame["method"] == "two_interval"
+    apart = (frame["level_um_pp"] - frame["standard_um_pp"])[rows]
+    right = frame.loc[rows, "correct"].where(apart > 0, 1 - frame.loc[rows, "correct"])
+    frame.loc[rows, "correct"] = right
+    frame.loc[rows, "level_um_pp"] = apart.abs().round(AMPLITUDE_DECIMALS)

@@ -1,0 +1,103 @@
+"""Thresholds from trials of forced choice: recovered, and honest where there are too few."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from analysis.reading.forced_choice import COLUMNS
+from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.psychometrics.forced_choice import thresholds
+from experiments.protocols.adaptive.curves import CURVES
+
+LEVELS = (0.02, 0.05, 0.1, 0.2, 0.4)
+SLOPE, LAPSE = 2.0, 0.02
+
+
+def trials(
+    people, *, method="two_interval", task="t", standard=1.2, seed=3, each=40, levels=LEVELS
+):
+    """Return answers of observers: {name: threshold at half-way, µm peak to peak}."""
+    rng = np.random.default_rng(seed)
+    guess = {"two_interval": 1 / 2, "three_interval": 1 / 3}[method]
+    curve = CURVES["weibull"]
+    rows = []
+    for who, threshold in people.items():
+        for level in np.repeat(levels, each):
+            z = float(curve.inverse(np.array(0.5))) + SLOPE * np.log(level / threshold)
+            p = guess + (1 - guess - LAPSE) * float(curve.distribution(np.array(z)))
+            rows.append(
+                {
+                    "participant_id": who,
+                    "task": task,
+                    "method": method,
+                    "trial": len(rows) + 1,
+                    "catch": False,
+                    "standard_um_pp": standard,
+                    "level_um_pp": float(level),
+                    "correct": bool(rng.random() < p),
+                }
+            )
+    frame = pd.DataFrame(rows).reindex(columns=list(COLUMNS))
+    return frame.assign(participant_id=pd.Categorical(frame["participant_id"]))
+
+
+@pytest.mark.parametrize("method", ["two_interval", "three_interval"])
+def test_the_populations_threshold_and_weber_fraction_are_recovered(method):
+    rng = np.random.default_rng(11)
+    truth = np.exp(rng.normal(np.log(0.1), 0.25, 12))
+    people = {f"sub-{number:02d}": value for number, value in enumerate(truth)}
+    (found,) = thresholds(trials(people, method=method))
+    own = np.array([each.function.threshold_um_pp.value for each in found.participants])
+    error = np.log(own) - np.log(truth)
+    assert abs(error.mean()) < 3 * error.std(ddof=1) / np.sqrt(12)
+    assert found.population.n == 12
+    assert found.weber_fraction.value == pytest.approx(
+        found.population.threshold_um_pp.value / 1.2, rel=1e-9
+    )
+    low, high = found.weber_fraction.interval
+    assert low < np.exp(np.log(truth).mean()) / 1.2 < high
+
+
+def test_catch_trials_are_counted_and_take_no_part_in_the_fit():
+    plain = trials({"sub-01": 0.1})
+    catches = plain.head(6).assign(level_um_pp=5.0, correct=[False] * 5 + [True], catch=True)
+    (found,) = thresholds(pd.concat([plain, catches], ignore_index=True))
+    (alone,) = thresholds(plain)
+    (one,), (other,) = found.participants, alone.participants
+    assert (one.catch_trials, one.catch_correct) == (6, 1)
+    assert (one.trials, one.function) == (other.trials, other.function)
+
+
+def test_a_participant_without_a_threshold_is_named_and_the_others_counted():
+    people = {"sub-01": 0.1, "sub-02": 0.12, "sub-03": 0.09, "sub-04": 1e-6}
+    frame = trials(people)
+    frame.loc[frame["participant_id"] == "sub-04", "correct"] = True
+    (found,) = thresholds(frame)
+    assert isinstance(found.participants[3].function, NotComputed)
+    assert (found.population.n, found.population.left_out) == (3, 1)
+
+
+def test_two_participants_have_thresholds_and_no_population():
+    (found,) = thresholds(trials({"sub-01": 0.1, "sub-02": 0.1}))
+    assert isinstance(found.population, NotComputed)
+    assert isinstance(found.weber_fraction, NotComputed)
+    assert found.participants[0].function.threshold_um_pp.value > 0
+
+
+def test_detection_has_no_standard_and_no_weber_fraction():
+    (found,) = thresholds(trials({"sub-01": 0.1}, standard=np.nan))
+    assert found.standard_um_pp is None
+    assert "standard" in found.participants[0].weber_fraction.reason
+
+
+def test_each_task_is_analysed_by_itself():
+    both = [trials({"sub-01": 0.1}, task="a"), trials({"sub-01": 0.3}, task="b")]
+    first, second = thresholds(pd.concat(both, ignore_index=True))
+    assert (first.task, second.task) == ("a", "b")
+    a, b = (each.participants[0].function.threshold_um_pp.value for each in (first, second))
+    assert a < b
+
+
+def test_without_trials_it_is_said():
+    empty = trials({"sub-01": 0.1}).head(0)
+    assert thresholds(empty) == NotComputed("no trials of forced choice")
