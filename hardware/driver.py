@@ -286,6 +286,11 @@ class PlateDriver(ABC):
             with suppress(PlateFault):
                 self._close()
 
+    @property
+    def unfelt(self) -> bool:
+        """Whether a finger would feel nothing: the plate is simulated, or the board emulated."""
+        return self.simulated or (self.identity is not None and self.identity.emulated)
+
     def describe(self) -> dict[str, Any]:
         """Return what a record of the session should say of the plate, ready for JSON."""
         file = {"plate_file": self.plate_file.summary()} if self.plate_file else {}

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+# What an emulated board has for the beginning of its serial number.
+EMULATED = "EMULATED"
+
 ReadbackKind = Literal["measured", "applied", "commanded", "none"]
 
 
@@ -16,6 +19,11 @@ class PlateIdentity:
     model: str
     serial: str
     firmware: str
+
+    @property
+    def emulated(self) -> bool:
+        """Whether a program answers in a board's place: a finger would feel nothing."""
+        return self.serial.startswith(EMULATED)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis.cli.progress_line import telling
+from experiments.lab.defaults import dataset_default, here, say
 from faults import DONE, UserError, harmless
 
 if TYPE_CHECKING:
@@ -53,7 +54,10 @@ def add_analyse(parser: ArgumentParser) -> None:
 
     rules = get_args(Normalisation)
     parser.add_argument(
-        "dataset", metavar="DATASET", help="a data set's folder, or a table: CSV, TSV, Excel, SPSS"
+        "dataset",
+        metavar="DATASET",
+        help="a data set's folder, or a table: CSV, TSV, Excel, SPSS",
+        **dataset_default(),
     )
     parser.add_argument(
         "--out", metavar="DIR", help="for the results (default: DATASET/derivatives/slipscale)"
@@ -122,6 +126,7 @@ def run_analyse(args: Namespace) -> int:
 
     if args.bayesian:
         import_module("numpyro")  # a missing extra is told before anything is computed
+    say(here())
     with telling() as progress:
         progress("reading the data")
         mapping = mapping_from(args)

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from experiments.cli.sessions import add_contact, add_study, contact_specs
+from experiments.lab.defaults import here, say
 from faults import DONE
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-PILOTS = Path("pilots")
 PLATE = "mock"
 
 
@@ -25,13 +25,22 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--seed", type=int, metavar="N", help="of orders and answers (default: the study's)"
     )
-    parser.add_argument("--language", metavar="CODE", help="of the screens (default: the study's)")
+    default = here()
+    parser.add_argument(
+        "--language",
+        metavar="CODE",
+        default=default.language,
+        help="of the screens (default: the study's)",
+    )
     parser.add_argument(
         "--plate", default=PLATE, metavar="SPEC", help="mock, with options (default: mock)"
     )
     add_contact(parser)
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="the data set (default: a new folder in pilots/)"
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help=f"the data set (default: a new folder in {default.pilots}/)",
     )
 
 
@@ -42,10 +51,12 @@ def run(args: Namespace) -> int:
 
     from experiments.running.pilot import next_folder, pilot_plans, run_pilot  # noqa: PLC0415
 
+    defaults = here()
+    say(defaults)
     plans = pilot_plans(
         args.study, participants=args.participants, seed=args.seed, language=args.language
     )
-    folder = args.out or next_folder(PILOTS)
+    folder = args.out or next_folder(defaults.pilots)
     console = Console()
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     try:

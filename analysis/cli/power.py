@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from analysis.cli.progress_line import telling
+from experiments.lab.defaults import here, say
 from faults import ANSWER_IS_NO, DONE
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ def add_power(parser: ArgumentParser) -> None:
         "study",
         metavar="STUDY",
         nargs="?",
-        default="biet2007",
+        default=here().study,
         help="a TOML file or a shipped study's name, for its amplitudes and repetitions",
     )
     parser.add_argument(
@@ -92,6 +93,7 @@ def run_power(args: Namespace) -> int:
     from faults import UserError  # noqa: PLC0415
 
     refuse_nonsense(args)
+    say(here())
     study, _ = read_study(args.study)
     estimation = [task for task in study.tasks if task.protocol == "magnitude_estimation"]
     if not estimation:

@@ -14,6 +14,9 @@ from pathlib import Path
 
 from analysis.reconstruction.rounding import Printed
 
+#: The name of the shipped study, which repeats the paper's.
+STUDY = "biet2007"
+
 #: Participants in the paper's Section IV-B: nine men, three women, aged between 18 and 25.
 PARTICIPANTS = 12
 

@@ -20,9 +20,9 @@ TITLES = {"mean": "mean", "maximum_deviation": "max. dev.", "standard_deviation"
 
 
 def table3_table(analysis: Analysis) -> Table:
-    """Return Table III of an analysis beside the paper's, as a rich table."""
+    """Return Table III of an analysis as a rich table; of the paper's study beside the paper's."""
     quantity = analysis.dataset.quantity
-    beside = quantity.of_plate
+    beside = biet2007.STUDY in analysis.dataset.details.get("study", ())
     paper = biet2007.BY_AMPLITUDE if beside else {}
     table = Table(
         title=f"Table III: normalised estimates ({analysis.rule}), here and in the paper"
@@ -33,7 +33,9 @@ def table3_table(analysis: Analysis) -> Table:
         box=box.SIMPLE_HEAD,
     )
     table.add_column(
-        "amplitude\nµm p-p" if beside else escape(harmless(f"{quantity.name}\n{quantity.unit}")),
+        "amplitude\nµm p-p"
+        if quantity.of_plate
+        else escape(harmless(f"{quantity.name}\n{quantity.unit}")),
         justify="right",
     )
     table.add_column("n", justify="right")
@@ -53,7 +55,7 @@ def table3_table(analysis: Analysis) -> Table:
 
 
 def print_table3(analysis: Analysis, console: Console | None = None) -> None:
-    """Print Table III of an analysis beside the paper's; nothing where nobody estimated."""
+    """Print Table III of an analysis, see `table3_table`; nothing where nobody estimated."""
     if analysis.prepared is None:
         return
     (console or Console()).print(table3_table(analysis))

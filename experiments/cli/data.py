@@ -1,4 +1,4 @@
-"""The command ``slipscale data``: build a data set, verify it, withdraw from it."""
+"""The command ``slipscale data``: build a data set, verify it, withdraw from it, merge two."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from experiments.lab.defaults import dataset_default, here, say
 from faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 def add_data(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale data``."""
     commands = parser.add_subparsers(
-        dest="what", metavar="build | verify | withdraw", required=True
+        dest="what", metavar="build | verify | withdraw | merge", required=True
     )
     build = commands.add_parser("build", help="write all tables anew from the journals")
     verify = commands.add_parser(
@@ -27,22 +28,34 @@ def add_data(parser: ArgumentParser) -> None:
     withdraw = commands.add_parser(
         "withdraw", help="remove a participant's data for good; the number is not used again"
     )
-    withdraw.add_argument("dataset", type=Path, metavar="DATASET", help="a data set's folder")
     withdraw.add_argument("--participant", required=True, metavar="01", help="who withdraws")
     withdraw.add_argument(
         "--yes", action="store_true", help="remove; without it only say what would be removed"
     )
+    merge = commands.add_parser(
+        "merge", help="join the data sets of two computers into a new one; contradictions are told"
+    )
+    for name in ("one", "other"):
+        merge.add_argument(name, type=Path, metavar="DATASET", help="a data set's folder")
+    merge.add_argument("--out", type=Path, required=True, metavar="DIR", help="a new folder")
+    optional = dataset_default()
+    for command in (build, verify, withdraw):
+        command.add_argument(
+            "dataset", type=Path, metavar="DATASET", help="a data set's folder", **optional
+        )
     for command in (build, verify):
-        command.add_argument("dataset", type=Path, metavar="DATASET", help="a data set's folder")
         command.add_argument("--json", action="store_true", help="print the problems as JSON")
 
 
 def run_data(args: Namespace) -> int:
-    """Build, verify or withdraw; 1 where something is damaged or differs."""
+    """Build, verify, withdraw or merge; 1 where something is damaged or differs."""
     from experiments.dataset.bids import build_dataset  # noqa: PLC0415
     from experiments.dataset.runs import journals  # noqa: PLC0415
     from experiments.dataset.verification import verify  # noqa: PLC0415
 
+    if args.what == "merge":
+        return _merge(args.one, args.other, args.out)
+    say(here())
     if args.what == "withdraw":
         return _withdraw(args.dataset, args.participant, remove=args.yes)
     found = journals(args.dataset)
@@ -53,6 +66,18 @@ def run_data(args: Namespace) -> int:
         )
     actions = {"build": build_dataset, "verify": verify}
     return _tell(args, actions[args.what](args.dataset), len(found))
+
+
+def _merge(one: Path, other: Path, out: Path) -> int:
+    from experiments.dataset.merging import merge  # noqa: PLC0415
+
+    merged = merge(one, other, out)
+    for sentence in merged.notes:
+        print(f"note: {sentence}", file=sys.stderr)
+    for problem in merged.problems:
+        print(problem, file=sys.stderr)
+    print(f"{out}: {merged.runs} runs, of {one} and {other}, which stay as they are")
+    return ANSWER_IS_NO if merged.problems else DONE
 
 
 def _withdraw(dataset: Path, participant: str, *, remove: bool) -> int:

@@ -9,36 +9,56 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from experiments.lab.defaults import here, say
 from faults import ANSWER_IS_NO, DONE, INTERRUPTED, harmless
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
+    from experiments.lab.defaults import Defaults
     from experiments.running.contact import ContactSpecs
+    from experiments.running.lab_session import Setting
     from experiments.running.preflight import Finding
+    from experiments.study.run_plan import RunPlan
 
 
-def add_setting(
-    parser: ArgumentParser,
-    plate: str | None = "mock",
-    default: str = "mock, which makes the run a pilot",
-) -> None:
-    """Add what says where a session takes place."""
+def add_plate(parser: ArgumentParser) -> None:
+    """Add what says which plate."""
+    default = here()
+    whence = "the laboratory folder's" if default.file else "mock, which makes the run a pilot"
     parser.add_argument(
         "--plate",
         metavar="SPEC",
-        default=plate,
-        help=f"mock, serial:PORT or scpi:RESOURCE (default: {default})",
+        default=default.plate,
+        help=f"mock, serial:PORT or scpi:RESOURCE (default: {whence})",
     )
+
+
+def add_setting(parser: ArgumentParser) -> None:
+    """Add what says where a session takes place, but for the plate."""
+    default = here()
     add_contact(parser)
-    parser.add_argument("--windowed", action="store_true", help="not full screen")
     parser.add_argument(
-        "--screen", type=int, default=0, metavar="N", help="the participant's monitor (default: 0)"
+        "--windowed", action="store_true", default=default.windowed, help="not full screen"
+    )
+    parser.add_argument(
+        "--screen",
+        type=int,
+        default=default.screen,
+        metavar="N",
+        help=f"the participant's monitor (default: {default.screen})",
+    )
+
+    parser.add_argument(
+        "--backup",
+        type=Path,
+        default=default.backup,
+        metavar="DIR",
+        help="a folder on another disk: the journal is copied there at the end, and compared",
     )
     parser.add_argument(
         "--markers",
         action="append",
-        default=[],
         metavar="SPEC",
         help="tell recorders what happens: lsl, lsl:NAME, serial:PORT or parallel:ADDRESS; "
         "may be given several times",
@@ -47,15 +67,18 @@ def add_setting(
 
 def add_contact(parser: ArgumentParser) -> None:
     """Add what says what measures the finger."""
+    default = here()
     parser.add_argument(
         "--position",
         metavar="SPEC",
+        default=default.position,
         help="what tells where the finger is: mouse:mm_per_pixel=X, lasers:PORT, scripted:FILE, "
         "simulated or none (default: the study's)",
     )
     parser.add_argument(
         "--force",
         metavar="SPEC",
+        default=default.force,
         help="what measures its forces: load_cells:PORT, daq:..., simulated or none "
         "(default: the study's)",
     )
@@ -70,12 +93,13 @@ def contact_specs(args: Namespace) -> ContactSpecs:
 
 def add_study(parser: ArgumentParser) -> None:
     """Add what says which study."""
+    default = here().study
     parser.add_argument(
         "study",
         metavar="STUDY",
         nargs="?",
-        default="biet2007",
-        help="a TOML file or a shipped study's name (default: biet2007)",
+        default=default,
+        help=f"a TOML file or a shipped study's name (default: {default})",
     )
 
 
@@ -92,30 +116,48 @@ def add_participant(parser: ArgumentParser, *, required: bool) -> None:
         "--session", default="", metavar="01", help="of which visit, where there are several"
     )
     parser.add_argument("--run", default="01", metavar="01", help="number of the run (default: 01)")
+    default = here()
     parser.add_argument(
-        "--out", type=Path, default=Path("data"), metavar="DIR", help="the data set (default: data)"
+        "--out",
+        type=Path,
+        metavar="DIR",
+        help=f"the data set (default: {default.out(pilot=False)}; of a pilot "
+        f"{default.out(pilot=True)})",
     )
 
 
 def add_run(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale run``."""
     add_participant(parser, required=True)
+    add_plate(parser)
     add_setting(parser)
     parser.add_argument(
-        "--language", metavar="CODE", help="what the participant reads (default: the study's)"
+        "--language",
+        metavar="CODE",
+        default=here().language,
+        help="what the participant reads (default: the study's)",
     )
     parser.add_argument(
         "--seed", type=int, metavar="N", help="of the orders (default: the study's)"
     )
     parser.add_argument("--pilot", action="store_true", help="mark the run as a pilot")
+    parser.add_argument(
+        "--add-study",
+        action="store_true",
+        help="record into a folder that holds another study already",
+    )
     parser.add_argument("--unblind", action="store_true", help="show the operator the amplitude")
 
 
 def run_run(args: Namespace) -> int:
     """Run a participant's session."""
     from experiments.journal.run_record import is_mock  # noqa: PLC0415
-    from experiments.running.lab_session import Setting, begin, make_plan  # noqa: PLC0415
+    from experiments.running.lab_session import make_plan  # noqa: PLC0415
 
+    defaults = here()
+    say(defaults)
+    # Nobody feels anything on a mock plate: what is answered there is no participant's data.
+    pilot = args.pilot or is_mock(args.plate)
     plan = make_plan(
         args.study,
         participant=args.participant,
@@ -123,19 +165,66 @@ def run_run(args: Namespace) -> int:
         run=args.run,
         seed=args.seed,
         language=args.language,
-        # Nobody feels anything on a mock plate: what is answered there is no participant's data.
-        pilot=args.pilot or is_mock(args.plate),
+        pilot=pilot,
+    )
+    out = args.out or defaults.out(pilot=pilot)
+    return _begin(
+        out, plan, _setting(args, args.plate, markers=_markers(args)), add_study=args.add_study
+    )
+
+
+def run_session(
+    defaults: Defaults, *, participant: str, session: str, run: str, pilot: bool
+) -> int:
+    """Run a participant's session as a laboratory folder has it."""
+    from experiments.running.contact import ContactSpecs  # noqa: PLC0415
+    from experiments.running.lab_session import Setting, make_plan  # noqa: PLC0415
+
+    plan = make_plan(
+        defaults.study,
+        participant=participant,
+        session=session,
+        run=run,
+        language=defaults.language,
+        pilot=pilot,
     )
     setting = Setting(
-        plate=args.plate,
+        plate=defaults.plate,
+        full_screen=not defaults.windowed,
+        screen=defaults.screen,
+        markers=defaults.markers,
+        contact=ContactSpecs(position=defaults.position, force=defaults.force),
+        sound_required=defaults.sound_required,
+        backup=defaults.backup,
+    )
+    return _begin(defaults.out(pilot=pilot), plan, setting)
+
+
+def _begin(out: Path, plan: RunPlan, setting: Setting, *, add_study: bool = False) -> int:
+    from experiments.running.lab_session import begin  # noqa: PLC0415
+
+    return _end(begin(out, plan, setting, add_study=add_study), plan.journal_path(out))
+
+
+def _setting(args: Namespace, plate: str, *, markers: tuple[str, ...]) -> Setting:
+    """Return where a session takes place, as the command line has it."""
+    from experiments.running.lab_session import Setting  # noqa: PLC0415
+
+    return Setting(
+        plate=plate,
         full_screen=not args.windowed,
         screen=args.screen,
         unblind=args.unblind,
-        markers=tuple(args.markers),
+        markers=markers,
         contact=contact_specs(args),
+        sound_required=here().sound_required,
+        backup=args.backup,
     )
-    outcome = begin(args.out, plan, setting)
-    return _end(outcome, plan.journal_path(args.out))
+
+
+def _markers(args: Namespace) -> tuple[str, ...]:
+    """Return where markers go: as the command line says, else the laboratory folder."""
+    return tuple(args.markers) if args.markers else here().markers
 
 
 def add_resume(parser: ArgumentParser) -> None:
@@ -143,7 +232,12 @@ def add_resume(parser: ArgumentParser) -> None:
     parser.add_argument(
         "journal", type=Path, metavar="RUN_JOURNAL", help="the journal of an interrupted run"
     )
-    add_setting(parser, plate=None, default="the one that the run was on")
+    parser.add_argument(
+        "--plate",
+        metavar="SPEC",
+        help="mock, serial:PORT or scpi:RESOURCE (default: the one that the run was on)",
+    )
+    add_setting(parser)
     parser.add_argument("--unblind", action="store_true", help="show the operator the amplitude")
 
 
@@ -175,17 +269,11 @@ def run_resume(args: Namespace) -> int:
         for problem in build_dataset(folder):
             print(f"the data set: {problem}", file=sys.stderr)
         return _end("complete", args.journal)
-    from experiments.running.lab_session import Setting, go_on  # noqa: PLC0415
+    from experiments.running.lab_session import go_on  # noqa: PLC0415
 
-    setting = Setting(
-        plate=plate,
-        full_screen=not args.windowed,
-        screen=args.screen,
-        unblind=args.unblind,
-        markers=tuple(args.markers) or last_markers(records),
-        contact=contact_specs(args),
-    )
-    return _end(go_on(args.journal, setting), args.journal)
+    say(here())
+    markers = tuple(args.markers or ()) or last_markers(records)
+    return _end(go_on(args.journal, _setting(args, plate, markers=markers)), args.journal)
 
 
 def _end(outcome: str, journal: Path) -> int:
@@ -202,9 +290,13 @@ def _end(outcome: str, journal: Path) -> int:
 def add_check(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale check``."""
     add_participant(parser, required=False)
+    add_plate(parser)
     add_setting(parser)
     parser.add_argument(
-        "--language", metavar="CODE", help="what the participant will read (default: the study's)"
+        "--language",
+        metavar="CODE",
+        default=here().language,
+        help="what the participant will read (default: the study's)",
     )
     parser.add_argument("--pilot", action="store_true", help="the run will be marked as a pilot")
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
@@ -212,12 +304,15 @@ def add_check(parser: ArgumentParser) -> None:
 
 def run_check(args: Namespace) -> int:
     """Go through the checklist."""
+    from experiments.journal.run_record import is_mock  # noqa: PLC0415
     from experiments.running.preflight import PlannedSession, check  # noqa: PLC0415
 
+    defaults = here()
+    say(defaults)
     planned = PlannedSession(
         study=args.study,
         plate=args.plate,
-        out=args.out,
+        out=args.out or defaults.out(pilot=args.pilot or is_mock(args.plate)),
         participant=args.participant,
         session=args.session,
         run=args.run,
@@ -225,8 +320,10 @@ def run_check(args: Namespace) -> int:
         full_screen=not args.windowed,
         language=args.language,
         pilot=args.pilot,
-        markers=tuple(args.markers),
+        markers=_markers(args),
         contact=contact_specs(args),
+        sound_required=defaults.sound_required,
+        backup=args.backup,
     )
     findings = check(planned, (lambda _: None) if args.json else _print_finding)
     if args.json:

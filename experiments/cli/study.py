@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from experiments.lab.defaults import here, say
 from faults import DONE, harmless
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-NEW_STUDY = "biet2007"
+NEW_STUDY = "biet2007"  # what a new file begins as
 WHICH = "a TOML file or a shipped study's name"
 
 
@@ -21,8 +23,13 @@ def add_study(parser: ArgumentParser) -> None:
     )
     new = commands.add_parser("new", help="write a study file to begin with")
     new.add_argument("path", type=Path, metavar="FILE", help="a new TOML file")
+    new.add_argument("--title", metavar="TEXT", help="of the study and its data set; else asked")
+    new.add_argument(
+        "--author", metavar="NAME", action="append", help="one of the authors; may be repeated"
+    )
     show = commands.add_parser("show", help="say what a study does, and a participant's orders")
-    show.add_argument("study", metavar="STUDY", nargs="?", default="biet2007", help=WHICH)
+    default = here()
+    show.add_argument("study", metavar="STUDY", nargs="?", default=default.study, help=WHICH)
     show.add_argument(
         "--participant", default="01", metavar="01", help="whose orders (default: 01)"
     )
@@ -33,7 +40,9 @@ def add_study(parser: ArgumentParser) -> None:
     validate = commands.add_parser(
         "validate", help="tell every fault of a study file, and how balanced its orders are"
     )
-    validate.add_argument("study", metavar="STUDY", help=WHICH)
+    # Outside a laboratory folder there is no study of one's own to take for granted.
+    optional: dict[str, Any] = {"nargs": "?", "default": default.study} if default.file else {}
+    validate.add_argument("study", metavar="STUDY", help=WHICH, **optional)
     commands.add_parser("schema", help="print the JSON Schema of study files, for editors")
 
 
@@ -41,14 +50,29 @@ def run_study(args: Namespace) -> int:
     """Write, show or validate a study file, or print the schema of all."""
     from experiments.running import study_commands  # noqa: PLC0415
 
+    if args.what in ("show", "validate"):
+        say(here())
     actions = {
-        "new": lambda: study_commands.new(args.path, NEW_STUDY),
+        "new": lambda: study_commands.new(args.path, NEW_STUDY, *_title_and_authors(args)),
         "show": lambda: study_commands.show(args.study, args.participant, args.session, args.run),
         "validate": lambda: study_commands.validate(args.study),
         "schema": study_commands.schema,
     }
     print(harmless(actions[args.what]()))
     return DONE
+
+
+def _title_and_authors(args: Namespace) -> tuple[str, tuple[str, ...]]:
+    """Return what the command line says of title and authors; what it does not say is asked."""
+    title, authors = args.title or "", tuple(args.author or ())
+    if args.path.exists():
+        return title, authors  # refused anyway: nobody types for nothing
+    if not title and sys.stdin.isatty():
+        title = input(f"Title of the study [{args.path.stem}]: ").strip()
+    if not authors and sys.stdin.isatty():
+        named = input("Authors, with commas between [none yet]: ").split(",")
+        authors = tuple(name.strip() for name in named if name.strip())
+    return title or args.path.stem, authors
 
 
 COMMANDS = {"study": (add_study, run_study)}

@@ -79,7 +79,8 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
         for task in protocols:
             measured.setdefault(task, set()).update(run.gathered.measured(task))
     if studies:
-        files.update(_top(people, list(studies.values()), tasks, measured))
+        simulated = {run.records[0].data["answered_by"] for run in runs} == {"simulated"}
+        files.update(_top(people, list(studies.values()), tasks, measured, simulated=simulated))
     return files, problems
 
 
@@ -133,7 +134,12 @@ def _run_files(
         if person
         else MISSING,
     }
-    yield path.with_suffix(".json"), {SIDECAR: notes}
+    said = [
+        {"time_s": record.time_s, "text": record.data["text"]}
+        for record in records
+        if record.kind == "note"
+    ]
+    yield path.with_suffix(".json"), {SIDECAR: notes | ({"notes": said} if said else {})}
 
 
 def _resumes(run: Run) -> list[dict[str, Any]]:
@@ -158,11 +164,13 @@ def _top(
     plans: list[RunPlan],
     tasks: dict[str, Protocol],
     measured: Mapping[str, Collection[str]],
+    *,
+    simulated: bool,
 ) -> Iterator[tuple[PurePosixPath, Content]]:
     """Yield what belongs to the whole data set."""
     first = plans[0]
     study = first.study
-    pilot = first.mode == "pilot"
+    pilot = " (simulated pilot)" if simulated else " (pilot)"
     described = person_columns(_questions(people, plans))
     rows = [
         [label, *(cell(row.get(name)) for name in described)]
@@ -171,7 +179,7 @@ def _top(
     yield PurePosixPath("participants.tsv"), table([PARTICIPANT, *described], rows)
     yield PurePosixPath("participants.json"), sidecar(described)
     description = {
-        "Name": f"{study.title} (simulated pilot)" if pilot else study.title,
+        "Name": study.title + (pilot if first.mode == "pilot" else ""),
         "BIDSVersion": BIDS_VERSION,
         "DatasetType": "raw",
         "License": study.license,
@@ -191,7 +199,7 @@ def _top(
     for plan in plans:
         name = "study.toml" if plan is first else f"study_{study_hash(plan.study_text)[:8]}.toml"
         yield PurePosixPath("code", name), plan.study_text
-    yield README, _readme(first)
+    yield README, _readme(first, simulated=simulated)
 
 
 def _questions(
@@ -210,13 +218,18 @@ def _questions(
     return asked
 
 
-def _readme(plan: RunPlan) -> str:
-    """Return a data set's README."""
+def _readme(plan: RunPlan, *, simulated: bool) -> str:
+    """Return a data set's README. Who answered is one fact, what the plate was another."""
     study = plan.study
+    kinds = {
+        "pilot": "**Pilot.** People answered to try the study out: these are not data. The JSON "
+        "file beside a table says who answered (`answered_by`) and what plate it was (`plate`).",
+        "participant": "Recorded from participants.",
+    }
     kind = (
         "**Simulated.** No person took part: a pilot run of the protocol."
-        if plan.mode == "pilot"
-        else "Recorded from participants."
+        if simulated
+        else kinds[plan.mode]
     )
     amplitudes = ", ".join(f"{amplitude:g}" for amplitude in study.amplitudes_um_pp)
     names = ", ".join(texture.name for texture in study.textures)

@@ -52,10 +52,10 @@ NOTES: Mapping[str, str] = {
     "protocol": "name of the protocol, where the study gives the task a label of its own",
     "study_hash": "SHA-256 of the study file's text",
     "seed": "seed of all orders",
-    "mode": "participant, or pilot: nobody took part",
+    "mode": "participant, or pilot: the study was tried out, these are not data",
     "language": "what the participant read",
     "complete": "whether the run came to its end",
-    "answered_by": "person, simulated or scripted",
+    "answered_by": "person, simulated or scripted; what plate it was is another entry",
     "masking_noise": "on, or absent",
     "plate_spec": "the plate as it was named on the command line",
     "plate": "what the plate says of itself, its calibration included",
@@ -65,6 +65,7 @@ NOTES: Mapping[str, str] = {
     "started_utc": "when the run began; n/a for a pilot",
     "resumes": "each time the run was gone on with: when, plate, noise, software; n/a for a pilot",
     "voided": "each voided trial and the operator's reason",
+    "notes": "what the operator noted during the run, and when; left out where there is nothing",
     "damaged": "what of the journal could not be used, by line",
     "journal": "the journal's number of records and their running hash; n/a for a pilot",
 }
@@ -286,8 +287,11 @@ def person_columns(questions: Mapping[str, Mapping[str, str]] | None = None) -> 
         MODE: Column(
             value=lambda _: None,
             kind="label",
-            description="Who answered",
-            levels={"participant": "a person", "pilot": "a simulated participant on a pilot run"},
+            description="Whether these are data",
+            levels={
+                "participant": "a person's answers, to be analysed",
+                "pilot": "a pilot run: simulated, or a person who tried the study out",
+            },
         ),
         COMPLETE: Column(
             value=lambda _: None,

@@ -13,6 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from experiments.dataset.backup import KNOWN, backups
 from experiments.dataset.bids import build_dataset, write_file
 from experiments.dataset.runs import journals, read_runs
 from experiments.journal.journal import FALLBACK
@@ -53,24 +54,46 @@ def theirs(dataset: Path, participant: str) -> list[Path]:
     """Return all files and folders that hold something of a participant.
 
     What was derived from all participants holds them too. Journals that were written in a fallback
-    folder are looked for by their label and study.
+    folder are looked for by their label and study; in backups, by their label.
 
     Raises
     ------
     UserError
-        The data set has no such participant, or one of their sessions runs now.
+        The data set has no such participant, one of their sessions runs now, or a backup is not
+        there.
     """
     own = [path for path in journals(dataset) if path.parent.name == f"sub-{participant}"]
     if not own and not (dataset / f"sub-{participant}").exists():
         raise UserError(f"--participant {participant}: {dataset} holds nothing of them")
     if any(is_being_written(path) for path in own):
         raise UserError(f"--participant {participant}: a session of theirs runs now; end it first")
-    places = (
+    here = [path for path in _places(dataset, participant) if path.exists()]
+    return [*here, *_backed_up(dataset, participant), *_kept_elsewhere(own)]
+
+
+def _places(dataset: Path, participant: str) -> tuple[Path, ...]:
+    return (
         dataset / "sourcedata" / f"sub-{participant}",
         dataset / f"sub-{participant}",
         dataset / "derivatives" / "slipscale",
     )
-    return [*(path for path in places if path.exists()), *_kept_elsewhere(own)]
+
+
+def _backed_up(dataset: Path, participant: str) -> Iterator[Path]:
+    """Yield what the data set's backups hold of a participant: journals, tables, results.
+
+    Raises
+    ------
+    UserError
+        A backup is not there: what it holds would stay.
+    """
+    for backup in backups(dataset):
+        if not backup.is_dir():
+            raise UserError(
+                f"the backup {backup} is not there, and holds data of the participant: connect its "
+                f"disk; if it is gone for good, take its line out of {dataset / KNOWN}"
+            )
+        yield from (place for place in _places(backup, participant) if place.exists())
 
 
 def _kept_elsewhere(own: list[Path]) -> Iterator[Path]:
@@ -106,9 +129,15 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
             shutil.rmtree(path)
         except OSError as error:
             raise UserError(f"{path}: cannot be removed ({error.strerror})") from None
-    runs, _ = read_runs(dataset)
-    if not runs:
-        for name in ("participants.tsv", "participants.json"):
-            (dataset / name).unlink(missing_ok=True)
-    build_dataset(dataset)
+    for folder in (dataset, *(each for each in backups(dataset) if _is_built(each))):
+        runs, _ = read_runs(folder)
+        if not runs:
+            for name in ("participants.tsv", "participants.json"):
+                (folder / name).unlink(missing_ok=True)
+        build_dataset(folder)
     return gone
+
+
+def _is_built(backup: Path) -> bool:
+    """Return whether somebody had a backup's tables made, which list all participants."""
+    return (backup / "participants.tsv").exists()

@@ -75,6 +75,10 @@ class _Void(_Shape):
     reason: str
 
 
+class _Note(_Shape):
+    text: str
+
+
 class _Resume(_Shape):
     plate_spec: str
     plate: Text
@@ -155,6 +159,7 @@ RECORDS: dict[str, Any] = {
     "begin": _Begin,
     "done": _Done,
     "void": _Void,
+    "note": _Note,
     "resume": _Resume,
     "take_up": _TakeUp,
     "answered_again": _AnsweredAgain,

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
+from experiments.dataset.backup import back_up
 from experiments.dataset.bids import build_dataset
-from experiments.dataset.runs import mode_of
 from experiments.journal.journal import Journal
 from experiments.journal.run_record import (
     dataset_of,
@@ -32,9 +32,18 @@ from experiments.running.contact import (
 )
 from experiments.running.dry_run import check_supported
 from experiments.running.run import plate_for, run_plan
-from experiments.running.run_state import check_alike, how_to_resume, remedy, run_state
+from experiments.running.run_state import (
+    check_alike,
+    check_mode,
+    check_same_study,
+    how_to_resume,
+    remedy,
+    run_state,
+)
+from experiments.session.mailbox import Mailbox, mailbox_of
 from experiments.session.marker_outputs import open_markers
 from experiments.session.masking_output import MaskingNoise, check_device
+from experiments.session.operator import Operators
 from experiments.session.terminal import Keys, TerminalOperator
 from experiments.study.file import read_study
 from experiments.study.run_plan import RunPlan
@@ -49,6 +58,7 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from experiments.session.session import RunOutcome
+    from hardware.driver import PlateDriver
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,6 +77,10 @@ class Setting:
         Where markers go: SPECs of `experiments.session.marker_outputs`.
     contact : ContactSpecs
         What measures the finger, where the command says so.
+    sound_required : bool
+        Whether the study's masking noise must be heard, even where the study could do without.
+    backup : Path or None
+        A folder elsewhere: at the run's end its journal is copied there and compared.
     """
 
     plate: str
@@ -75,6 +89,8 @@ class Setting:
     unblind: bool = False
     markers: tuple[str, ...] = ()
     contact: ContactSpecs = NOT_NAMED
+    sound_required: bool = False
+    backup: Path | None = None
 
 
 def make_plan(
@@ -111,21 +127,27 @@ def make_plan(
     return plan
 
 
-def begin(dataset: Path, plan: RunPlan, setting: Setting) -> RunOutcome:
+def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = False) -> RunOutcome:
     """Run a participant's session from the welcome on.
+
+    Parameters
+    ----------
+    add_study : bool
+        Whether the study may come beside another one that the data set holds.
 
     Raises
     ------
     UserError
         The participant's run exists already, or one under a label that means the same; the data
-        set holds the other mode; the window cannot be opened.
+        set holds the other mode, or another study; nobody could feel the plate, and the run is
+        not marked as a pilot; the window cannot be opened.
     PlateFault
         The rig failed; the journal can be resumed.
     """
-    held = mode_of(dataset)
-    if held and held != plan.mode:
-        raise UserError(f"--out {dataset}: holds {held} data; a {plan.mode}'s must not be mixed in")
+    check_mode(dataset, plan.mode)
     check_alike(dataset, plan.participant)
+    if not add_study:
+        check_same_study(dataset, plan.study.name)
     path = plan.journal_path(dataset)
     state = run_state(path)
     if state != "free":
@@ -190,12 +212,13 @@ def _conduct(
     """
     with ExitStack() as stack:
         stack.enter_context(signals_raise())
-        stack.push(partial(_leave, dataset, journal))
+        stack.push(partial(_leave, dataset, journal, setting))
         stack.enter_context(journal)
         spec = with_plate_file(setting.plate, plan.study.plate.file)
         plate = stack.enter_context(plate_for(plan, spec, clock))
+        check_felt(plan, plate, begun=bool(journal.records))
         check_supported(plan, plate)
-        noise = _noise(plan)
+        noise = _noise(plan, required=setting.sound_required)
         markers = stack.enter_context(open_markers(setting.markers))
         person = PsychoPyWindow(
             texts=plan.texts(),
@@ -208,7 +231,9 @@ def _conduct(
         sources = open_sources(setting.contact, surroundings, stack)
         stack.enter_context(person)
         keys = stack.enter_context(Keys())
-        operator = stack.enter_context(TerminalOperator(Console(), keys))
+        heading = plan.heading(spec)
+        terminal = stack.enter_context(TerminalOperator(Console(), keys, heading=heading))
+        mailbox = stack.enter_context(Mailbox(mailbox_of(journal.path), heading))
         return run_plan(
             plan,
             spec=spec,
@@ -216,7 +241,7 @@ def _conduct(
             participant=person,
             journal=journal,
             clock=clock,
-            operator=operator,
+            operator=Operators(terminal, mailbox),
             noise=noise,
             markers=markers,
             unblind=setting.unblind,
@@ -224,9 +249,25 @@ def _conduct(
         )
 
 
+def check_felt(plan: RunPlan, plate: PlateDriver, *, begun: bool) -> None:
+    """Raise `UserError` where a participant's run is to be on a plate that nobody feels.
+
+    The plate says who it is: an emulated board answers on a port like any other.
+    """
+    if plan.mode == "participant" and plate.unfelt:
+        who = plate.identity
+        pilot = "; or say --pilot: the run is then recorded as a pilot, in a folder of its own"
+        raise UserError(
+            f"plate {f'{who.model} {who.serial}' if who else plate.name}: it is only computed, and "
+            "this is a participant's run; connect the plate (slipscale plate list)"
+            + ("" if begun else pilot)
+        )
+
+
 def _leave(
     dataset: Path,
     journal: Journal,
+    setting: Setting,
     _kind: type[BaseException] | None,
     error: BaseException | None,
     _trace: TracebackType | None,
@@ -247,11 +288,17 @@ def _leave(
         if error is None:
             raise
         print(harmless(f"the data set was not built: {fault}"), file=sys.stderr)
+    if setting.backup:
+        try:
+            copy = back_up(dataset, journal.path, setting.backup)
+            print(harmless(f"backup: {copy}"), file=sys.stderr)
+        except UserError as fault:
+            print(harmless(f"NO BACKUP of this run: {fault}"), file=sys.stderr)
     if error is not None:
         print(f"All answers until now are kept. {how_to_resume(journal.path)}", file=sys.stderr)
 
 
-def _noise(plan: RunPlan) -> MaskingNoise | None:
+def _noise(plan: RunPlan, *, required: bool) -> MaskingNoise | None:
     """Return the study's masking noise, or none where there is no device and it is not required."""
     wanted = plan.study.masking_noise
     if wanted is None:
@@ -259,7 +306,8 @@ def _noise(plan: RunPlan) -> MaskingNoise | None:
     missing = check_device()
     if missing is None:
         return MaskingNoise(level_db=wanted.level_db, fade_s=wanted.fade_s, seed=plan.study.seed)
-    if wanted.required:
-        raise UserError(f"masking noise is required by the study: {missing}")
+    if wanted.required or required:
+        who = "the study" if wanted.required else "the laboratory folder"
+        raise UserError(f"masking noise is required by {who}: {missing}")
     print(f"no masking noise: {missing}", file=sys.stderr)
     return None

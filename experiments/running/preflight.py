@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 from statistics import stdev
 from typing import TYPE_CHECKING
 
-from experiments.dataset.runs import mode_of, read_runs
+from experiments.dataset.backup import check_folder as check_backup
+from experiments.dataset.runs import read_runs
 from experiments.journal.locks import has_locks
 from experiments.journal.run_record import is_mock
 from experiments.languages.texts import load_texts
@@ -27,7 +28,14 @@ from experiments.running.contact import (
 from experiments.running.disk_space import why_not_taken
 from experiments.running.dry_run import check_supported, surfaces
 from experiments.running.run import plate_for
-from experiments.running.run_state import check_alike, participants, remedy, run_state
+from experiments.running.run_state import (
+    check_alike,
+    check_mode,
+    check_same_study,
+    participants,
+    remedy,
+    run_state,
+)
 from experiments.session.marker_outputs import open_markers
 from experiments.session.markers import Event
 from experiments.study.file import read_study
@@ -65,6 +73,8 @@ class PlannedSession:
     pilot: bool = False
     markers: tuple[str, ...] = ()
     contact: ContactSpecs = NOT_NAMED
+    sound_required: bool = False  # even where the study could do without
+    backup: Path | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,15 +156,9 @@ def check_folder(planned: PlannedSession) -> Finding:
             detail=f"{folder}: {free_mb} MB are free, but {ENOUGH_MB} MB cannot be taken ({full})",
             remedy="have the quota or the limit of file sizes raised, or choose another disk",
         )
-    held = mode_of(folder)
-    wanted = "pilot" if planned.pilot or is_mock(planned.plate) else "participant"
-    if held and held != wanted:
-        return Finding(
-            name="folder",
-            passed=False,
-            detail=f"{folder}: holds {held} data, and this would be a {wanted}'s",
-            remedy="choose another folder with --out",
-        )
+    check_mode(folder, "pilot" if planned.pilot or is_mock(planned.plate) else "participant")
+    if planned.backup:
+        check_backup(folder, planned.backup)
     notes = list(_notes(planned, locked=locked))
     return Finding(
         name="folder",
@@ -179,6 +183,10 @@ def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
         study, text = read_study(planned.study)
     except UserError:
         return  # the check of the study says it
+    try:
+        check_same_study(planned.out, study.name)
+    except UserError as error:
+        yield str(error)
     changed = sorted(
         {
             run.plan.stem
@@ -241,6 +249,7 @@ def check_plate(planned: PlannedSession) -> Finding:
         plate.silence()
         who = plate.identity
         textures = "plays textures" if plate.modulator else "plays no textures"
+        unfelt = plate.unfelt
     reading = made.readback.amplitude_um_pp
     told = "no readback" if reading is None else f"reads {reading:.2f} of {largest:g} µm p-p"
     name = f"{who.manufacturer} {who.model} {who.serial}" if who else planned.plate
@@ -248,7 +257,8 @@ def check_plate(planned: PlannedSession) -> Finding:
         name="plate",
         # A note (an old calibration, say) is no reason not to begin, but must be read.
         passed=None if notes else True,
-        detail=f"{name}; {told}; {made.settle_time_s * 1000:.0f} ms; {textures}",
+        detail=f"{name}; {told}; {made.settle_time_s * 1000:.0f} ms; {textures}"
+        + ("; only computed: nobody feels it, a run on it is a pilot" if unfelt else ""),
         remedy="; ".join(notes),
     )
 
@@ -338,13 +348,14 @@ def check_sound(planned: PlannedSession) -> Finding:
     # Raises where its peaks would clip: the very noise that a session plays.
     MaskingNoise(level_db=noise.level_db, fade_s=noise.fade_s, seed=study.seed)
     remedy = check_device()
+    required = noise.required or planned.sound_required
     if remedy is None:
         return Finding(name="sound", passed=True, detail=f"pink noise at {noise.level_db:g} dB FS")
     return Finding(
         name="sound",
-        passed=False if noise.required else None,
+        passed=False if required else None,
         detail="no audio device"
-        + ("" if noise.required else "; the study allows a session without masking noise"),
+        + ("" if required else "; the study allows a session without masking noise"),
         remedy=remedy,
     )
 

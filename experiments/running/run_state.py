@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import shlex
+from contextlib import suppress
 from typing import TYPE_CHECKING, Literal
 
+from experiments.dataset.runs import journals, mode_of
 from experiments.dataset.withdrawal import replacement, withdrawn
 from experiments.journal.locks import is_being_written
 from experiments.journal.reading import has_begun
@@ -13,6 +15,8 @@ from faults import UserError
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from experiments.study.run_plan import Mode
 
 RunState = Literal["free", "running now", "interrupted", "complete", "damaged"]
 
@@ -59,6 +63,42 @@ def check_alike(dataset: Path, participant: str) -> None:
                 f"--participant {participant}: there is a participant {label} already in "
                 f"{dataset}; expected that label for the same person, another number for another"
             )
+
+
+# Where a mode belongs when nobody says: pilots and participants never share a folder.
+FOLDERS: dict[Mode, str] = {"participant": "data", "pilot": "pilots/rehearsals"}
+
+
+def check_mode(dataset: Path, mode: Mode) -> None:
+    """Raise `UserError` where a data set holds the other mode."""
+    held = mode_of(dataset)
+    if held and held != mode:
+        raise UserError(
+            f"--out {dataset}: holds {held} data; a {mode}'s must not be mixed in. Name another "
+            f"folder (--out {FOLDERS[mode]}), or, if this is to be a {held}'s run, "
+            + ("add --pilot" if held == "pilot" else "name the real plate and leave --pilot out")
+        )
+
+
+def studies(dataset: Path) -> list[str]:
+    """Return the names of the studies that a data set holds, in the order of their first runs."""
+    found: dict[str, None] = {}
+    for path in journals(dataset):
+        with suppress(UserError):
+            plan, _ = read_usable(path, most=1)
+            if plan:
+                found[plan.study.name] = None
+    return list(found)
+
+
+def check_same_study(dataset: Path, study: str) -> None:
+    """Raise `UserError` where a data set holds only other studies."""
+    held = studies(dataset)
+    if held and study not in held:
+        raise UserError(
+            f"--out {dataset}: holds the study {', '.join(held)}, and this is '{study}'; name "
+            "another folder with --out, or say --add-study if both are meant to lie there"
+        )
 
 
 def remedy(path: Path, state: RunState) -> str:

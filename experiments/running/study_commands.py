@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import re
 import shlex
 import tomllib
 from dataclasses import replace
 from typing import TYPE_CHECKING
+
+import tomlkit
 
 from experiments.dataset.bids import write_file
 from experiments.protocols.magnitude_estimation import MagnitudeEstimation
@@ -30,8 +33,10 @@ if TYPE_CHECKING:
 SCHEMA_FILE = "study.schema.json"
 
 
-def new(path: Path, template: str) -> str:
+def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) -> str:
     """Write a shipped study to a new file, to be edited; return what to say.
+
+    Title and authors are its own, not the shipped study's; its name is the file's.
 
     The schema is written beside it, and the file's first line names it: an editor that knows TOML
     schemas (Even Better TOML, Taplo) completes and checks the file. A schema that is there already
@@ -39,9 +44,24 @@ def new(path: Path, template: str) -> str:
     """
     if path.exists():
         raise UserError(f"{path} exists already; name a new file")
-    write_file(path, f"#:schema {SCHEMA_FILE}\n{study_text(template)}")
+    document = tomlkit.parse(study_text(template))
+    document["name"] = _label(path.stem)
+    document["title"] = title
+    document["authors"] = list(authors)
+    began = f"# Begun from the study '{template}':\n"
+    write_file(path, f"#:schema {SCHEMA_FILE}\n{began}{tomlkit.dumps(document)}")
     write_file(path.with_name(SCHEMA_FILE), schema())
     return f"wrote {path}: edit it, then slipscale study validate {shlex.quote(str(path))}"
+
+
+def _label(stem: str) -> str:
+    """Return a file's name as a study's: letters, digits and _, beginning with a letter.
+
+    >>> _label("mon étude"), _label("2nd")
+    ('mon_tude', 'study_2nd')
+    """
+    plain = re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")
+    return plain if re.match("[A-Za-z]", plain) else f"study_{plain}".rstrip("_")
 
 
 def schema() -> str:

@@ -112,6 +112,8 @@ class Interruptions:
             self._void(request)
         elif request.what == "ask_again":
             self._ask_again(request)
+        elif request.what == "note":
+            self._note(request)
         elif request.what == "pause":
             raise _Paused
         elif request.what == "stop":
@@ -161,6 +163,11 @@ class Interruptions:
         elif question not in self._questions:
             self._questions.append(question)
             self._progress.say(f"'{question.name}' will be asked again after the trial")
+
+    def _note(self, request: Request) -> None:
+        """Write the operator's words down."""
+        self._journal.write("note", text=request.reason)
+        self._progress.say("the note is in the journal")
 
     def _voided(self) -> list[tuple[str, int]]:
         """Return all trials voided in this run, by task and number."""
@@ -212,6 +219,8 @@ class Interruptions:
                 self._void(request)
             if request is not None and request.what == "ask_again":
                 self._ask_again(request)
+            if request is not None and request.what == "note":
+                self._note(request)
             return request is not None and request.what == wanted
 
         if not answered():

@@ -78,12 +78,14 @@ class SessionStatus:
 class Request:
     """What the operator asks for: to pause or go on, void a trial, ask again, retry, or stop.
 
+    "note" has the session write the operator's words, ``reason``, into the journal.
+
     ``trial`` is the one to be voided, None the one that is `SessionStatus.voidable` now: while a
     reason is typed the session may have come to the next. ``question`` is the one to be asked
     again, of `SessionStatus.asked`.
     """
 
-    what: Literal["pause", "go_on", "void", "ask_again", "retry", "stop"]
+    what: Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note"]
     reason: str = ""
     trial: Trial | None = None
     question: Ask | None = None
@@ -101,6 +103,27 @@ class Operator(Protocol):
 
     def poll(self) -> Request | None:
         """Return what the operator asks for now, if anything. Never waits."""
+
+
+class Operators:
+    """Several operators of one session: all are told, and the first who asks is heard."""
+
+    def __init__(self, *operators: Operator) -> None:
+        self._operators = operators
+
+    @property
+    def busy(self) -> bool:
+        """Whether one of them types a request."""
+        return any(operator.busy for operator in self._operators)
+
+    def tell(self, status: SessionStatus) -> None:
+        """Show all of them the state."""
+        for operator in self._operators:
+            operator.tell(status)
+
+    def poll(self) -> Request | None:
+        """Return what one of them asks for."""
+        return next((asked for each in self._operators if (asked := each.poll())), None)
 
 
 class UnattendedOperator:

@@ -156,12 +156,21 @@ class TerminalOperator:
         Returns the key that was pressed, or "" at once.
     retries : int
         Faults that are retried without asking: a plug that was touched should not cost a click.
+    heading : tuple of str
+        What the session is: participant, study, plate; shown above the state.
     """
 
-    def __init__(self, console: Console, read_key: Callable[[], str], retries: int = 1) -> None:
+    def __init__(
+        self,
+        console: Console,
+        read_key: Callable[[], str],
+        retries: int = 1,
+        heading: tuple[str, ...] = (),
+    ) -> None:
         self._console = console
         self._read_key = read_key
         self._retries = retries
+        self._heading = heading
         self._status = SessionStatus(state="showing")
         self._prompt: Prompt | None = None  # being typed
         self._live = Live(console=console, auto_refresh=False, transient=False)
@@ -217,6 +226,8 @@ class TerminalOperator:
         status = self._status
         word, style = STATES[status.state]
         text = Text()
+        if self._heading:
+            text.append(f"  {' · '.join(self._heading)}\n", "bold")
         text.append(f" {word:<10} ", style=style)
         if status.trial:
             text.append(f"{status.task}  trial {status.trial} of {status.total}")

@@ -142,6 +142,17 @@ class RunPlan:
             dataset, participant=self.participant, session=self.session, run=self.run
         )
 
+    def heading(self, plate: str) -> tuple[str, ...]:
+        """Return what a session's operator must see at a glance: who, which study, which plate."""
+        session = f", session {self.session}" if self.session else ""
+        pilot = ("PILOT",) if self.mode == "pilot" else ()
+        return (
+            f"participant {self.participant}{session}, run {self.run}",
+            f"study {self.study.name}",
+            f"plate {plate}",
+            *pilot,
+        )
+
     def texts(self) -> Texts:
         """Return what the participant reads.
 

@@ -52,6 +52,28 @@ def test_the_official_validator_finds_no_error(dataset):
     assert done.returncode == 0
 
 
+def said_of(folder):
+    name = json.loads((folder / "dataset_description.json").read_text(encoding="utf-8"))["Name"]
+    return name.rpartition(" (")[2], (folder / "README.md").read_text(encoding="utf-8")
+
+
+def test_a_person_who_answers_on_the_mock_is_not_called_simulated(dataset):
+    name, readme = said_of(dataset)
+    assert name == "pilot)"
+    assert "People answered" in readme
+    assert "imulated" not in readme
+    levels = json.loads((dataset / "participants.json").read_text(encoding="utf-8"))["mode"]
+    assert "a person who tried the study out" in levels["Levels"]["pilot"]
+
+
+def test_simulated_participants_are_called_so(laboratory):
+    laboratory.run()
+    build_dataset(laboratory.folder)
+    name, readme = said_of(laboratory.folder)
+    assert name == "simulated pilot)"
+    assert "**Simulated.** No person took part" in readme
+
+
 def test_every_column_is_described_and_every_description_is_a_column(dataset):
     for table in dataset.glob("sub-*/beh/*.tsv"):
         task = table.name.split("_task-")[1].split("_")[0]

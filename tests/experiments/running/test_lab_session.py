@@ -12,15 +12,30 @@ from experiments.participants.base import StopRequested
 from experiments.participants.scripted import ScriptedParticipant
 from experiments.running import lab_session, preflight
 from experiments.running.lab_session import Setting, begin, go_on, make_plan
-from experiments.running.preflight import PlannedSession, check_participant, check_plate
+from experiments.running.preflight import (
+    PlannedSession,
+    check_participant,
+    check_plate,
+)
+from experiments.running.preflight import check_folder as whole_check_folder
+from experiments.running.run_state import studies
 from faults import UserError
 from hardware import address
+from hardware.backends.mock import MockPlate
 from hardware.clock import VirtualClock
 from hardware.errors import PlateFault
 from hardware.limits import PlateLimits
 from slipscale import main
 
 SETTING = Setting(plate="mock")
+
+
+def check_folder(planned):
+    """Return what a whole checklist says of the folder."""
+    try:
+        return whole_check_folder(planned)
+    except UserError as error:
+        return preflight.Finding(name="folder", passed=False, detail=str(error), remedy="")
 
 
 @pytest.fixture
@@ -169,9 +184,93 @@ def test_an_error_is_told_with_how_to_go_on_and_is_not_hidden(window, tmp_path, 
 def test_a_participants_run_never_goes_on_with_a_plate_that_nobody_feels(
     window, tmp_path, monkeypatch
 ):
-    path = stopped(tmp_path, window, plan=a_plan(pilot=False))
+    with monkeypatch.context() as real:
+        real.setattr(MockPlate, "simulated", False)
+        path = stopped(tmp_path, window, plan=a_plan(pilot=False))
     with pytest.raises(UserError, match="a participant's run cannot go on"):
         go_on(path, SETTING)
+
+
+def test_a_participants_run_on_an_emulated_board_is_refused_with_its_remedy(
+    no_window, tmp_path, emulate
+):
+    board = emulate()
+    setting = Setting(plate=f"serial:{board.port}")
+    with pytest.raises(UserError, match=r"EMULATED-1: it is only computed.*say --pilot"):
+        begin(tmp_path, a_plan(pilot=False), setting)
+    assert list((tmp_path / "sourcedata").iterdir()) == []
+
+
+def test_a_rehearsal_on_an_emulated_board_is_a_pilot(window, tmp_path, emulate):
+    board = emulate()
+    path = stopped(tmp_path, window, setting=Setting(plate=f"serial:{board.port}"))
+    assert read_plan(path)[0].mode == "pilot"
+
+
+def test_another_study_does_not_come_into_a_folder_unnoticed(window, tmp_path):
+    stopped(tmp_path, window)
+    other = make_plan("textures_demo", participant="02", pilot=True)
+    with pytest.raises(UserError, match=r"holds the study biet2007.*--add-study"):
+        begin(tmp_path, other, SETTING)
+    found = check_folder(PlannedSession(study="textures_demo", plate="mock", out=tmp_path))
+    assert (found.passed, "--add-study" in found.remedy) == (None, True)
+
+
+def test_another_study_comes_into_a_folder_where_it_is_said(window, tmp_path):
+    stopped(tmp_path, window)
+    other = make_plan("textures_demo", participant="02", pilot=True)
+    window[:] = [StopRequested("tired")]
+    assert begin(tmp_path, other, SETTING, add_study=True) == "stopped"
+    assert studies(tmp_path) == ["biet2007", "textures_demo"]
+
+
+def test_pilots_and_participants_lie_apart_unless_a_folder_is_named(window, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    window[:] = [StopRequested("tired")]
+    assert main(["run", "--participant", "01"]) == 130
+    assert studies(tmp_path / "pilots/rehearsals") == ["biet2007"]
+    assert not (tmp_path / "data").exists()
+
+
+def test_a_pilot_among_participants_is_refused_with_both_ways_out(window, tmp_path, monkeypatch):
+    stopped(tmp_path, window)
+    with pytest.raises(UserError, match=r"holds pilot data.*--out data\), or.*add --pilot"):
+        begin(tmp_path, a_plan(pilot=False), SETTING)
+
+
+def test_at_its_end_a_run_is_copied_and_the_copy_compared(window, tmp_path, capsys):
+    (tmp_path / "disk").mkdir()
+    setting = Setting(plate="mock", backup=tmp_path / "disk")
+    path = stopped(tmp_path / "data", window, setting=setting)
+    copy = tmp_path / "disk/data" / path.relative_to(tmp_path / "data")
+    assert copy.read_bytes() == path.read_bytes()
+    assert f"backup: {copy}" in capsys.readouterr().err
+
+
+def test_a_backup_that_is_not_there_costs_nothing_but_is_said_aloud(window, tmp_path, capsys):
+    setting = Setting(plate="mock", backup=tmp_path / "unplugged")
+    path = stopped(tmp_path / "data", window, setting=setting)
+    assert "NO BACKUP of this run" in capsys.readouterr().err
+    assert read_plan(path)[1][-1].kind == "stop"
+    found = check_folder(
+        PlannedSession(study="biet2007", plate="mock", out=tmp_path, backup=setting.backup)
+    )
+    assert found.passed is False
+
+
+def test_the_laboratory_can_require_sound_where_the_study_does_not(no_window, tmp_path):
+    setting = Setting(plate="mock", sound_required=True)
+    with pytest.raises(UserError, match="required by the laboratory folder: no headphones"):
+        begin(tmp_path, a_plan(), setting)
+
+
+def test_the_operator_sees_whose_session_on_which_plate_it_is():
+    assert a_plan().heading("mock") == (
+        "participant 01, run 01",
+        "study biet2007",
+        "plate mock",
+        "PILOT",
+    )
 
 
 def test_resume_takes_the_plate_that_the_run_was_on(window, tmp_path, monkeypatch, capsys):

@@ -1,0 +1,260 @@
+"""The commands of a laboratory folder: lab, next, participants, note. A few lines each."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from faults import ANSWER_IS_NO, DONE
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+    from experiments.lab.defaults import Defaults
+    from experiments.lab.roster import Person, Roster, Visit
+
+
+def add_lab(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale lab``."""
+    commands = parser.add_subparsers(dest="what", metavar="init", required=True)
+    init = commands.add_parser(
+        "init", help="make a laboratory folder: its slipscale.toml has every command's defaults"
+    )
+    init.add_argument(
+        "folder", type=Path, nargs="?", default=Path(), metavar="FOLDER", help="default: this one"
+    )
+    init.add_argument("--study", metavar="STUDY", help="a TOML file or a shipped study's name")
+    init.add_argument("--plate", metavar="SPEC", help="mock, serial:PORT or scpi:RESOURCE")
+    init.add_argument("--screen", metavar="N", help="the participant's monitor")
+    init.add_argument("--windowed", action="store_const", const="true", help="not full screen")
+    init.add_argument("--language", metavar="CODE", help="what participants read")
+    init.add_argument(
+        "--sound-required",
+        action="store_const",
+        const="true",
+        help="no session without a device for the study's masking noise",
+    )
+    init.add_argument("--data", metavar="DIR", help="for participants' data (default: data)")
+    init.add_argument("--pilots", metavar="DIR", help="for pilots (default: pilots)")
+    init.add_argument("--backup", metavar="DIR", help="each run's journal is copied there")
+
+
+def run_lab(args: Namespace) -> int:
+    """Make a laboratory folder."""
+    from experiments.lab.folder import FILE, LabFile, init  # noqa: PLC0415
+
+    given = {
+        key: value for key in LabFile.model_fields if (value := getattr(args, key)) is not None
+    }
+    lab = init(args.folder, given, _ask if sys.stdin.isatty() else None)
+    print(
+        f"wrote {args.folder / FILE}: study {lab.study}, plate {lab.plate}, data in {lab.data}\n"
+        f"In that folder every command knows them: slipscale check, then slipscale next"
+    )
+    return DONE
+
+
+def _ask(question: str, default: str) -> str:
+    return input(f"{question} [{default}]: ").strip() or default
+
+
+def add_next(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale next``."""
+    parser.add_argument(
+        "--participant", metavar="01", help="who returns for another session (default: a new one)"
+    )
+    parser.add_argument(
+        "--pilot", action="store_true", help="rehearse: a pilot, in the folder of rehearsals"
+    )
+    parser.add_argument("--yes", action="store_true", help="begin without asking")
+
+
+def run_next(args: Namespace) -> int:
+    """Say who is next, ask, and run their session."""
+    from experiments.cli.sessions import run_session  # noqa: PLC0415
+    from experiments.journal.run_record import is_mock  # noqa: PLC0415
+    from faults import UserError  # noqa: PLC0415
+
+    defaults, roster = _folder(pilot=args.pilot)
+    if is_mock(defaults.plate) and not args.pilot:
+        raise UserError(
+            f"{defaults.file}: the plate is '{defaults.plate}', which nobody feels; write the real "
+            "plate there (slipscale plate list), or rehearse: slipscale next --pilot"
+        )
+    label, visit = _whose(roster, args.participant)
+    which = f", {visit}" if visit else ""
+    for person in roster.of("interrupted"):
+        print(f"participant {person.label} was interrupted: {_how_to_resume(person)}")
+    print(
+        f"next: participant {label}{which}, study {defaults.study}, plate {defaults.plate}, "
+        f"data in {defaults.out(pilot=args.pilot)}{', PILOT' if args.pilot else ''}"
+    )
+    if not args.yes and not _agreed():
+        print("not begun")
+        return ANSWER_IS_NO
+    session = visit.session if visit else _first_session(defaults)
+    return run_session(
+        defaults,
+        participant=label,
+        session=session,
+        run=visit.run if visit else "01",
+        pilot=args.pilot,
+    )
+
+
+def _agreed() -> bool:
+    from faults import UserError  # noqa: PLC0415
+
+    if not sys.stdin.isatty():
+        raise UserError("nobody can be asked here; say --yes to begin at once")
+    return input("Begin? [y/N] ").strip().casefold() in ("y", "yes")
+
+
+def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
+    """Return the label of who is next, and which run; None for a new participant's first.
+
+    Raises
+    ------
+    UserError
+        A session runs now, nobody is left, or who was named has no run left.
+    """
+    from faults import UserError  # noqa: PLC0415
+
+    if roster.running:
+        raise UserError(f"a session runs now: {roster.running.path}; end it first")
+    if wanted is None and roster.new is None:
+        back = ", ".join(person.label for person in roster.of("returns"))
+        raise UserError(
+            f"all {roster.planned} planned participants have begun"
+            + (f"; who returns: {back} (slipscale next --participant ...)" if back else "")
+            + "; for one more: slipscale run --participant ..."
+        )
+    if wanted is None or (person := roster.person(wanted)) is None:
+        return wanted or str(roster.new), None
+    if person.next_visit is None:
+        raise UserError(f"participant {wanted}: no planned run is left ({person.state})")
+    return wanted, person.next_visit
+
+
+def add_participants(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale participants``."""
+    parser.add_argument("--json", action="store_true", help="print them as JSON")
+
+
+def run_participants(args: Namespace) -> int:
+    """List the participants, and who is next."""
+    _, roster = _folder()
+    if args.json:
+        import json  # noqa: PLC0415
+        from dataclasses import asdict  # noqa: PLC0415
+
+        print(json.dumps(asdict(roster), indent=2, ensure_ascii=False, default=str))
+        return DONE
+    from rich import box  # noqa: PLC0415
+    from rich.console import Console  # noqa: PLC0415
+    from rich.table import Table  # noqa: PLC0415
+
+    table = Table(box=box.SIMPLE_HEAD)
+    for title in ("participant", "state", "place", "tasks in order", "runs", "last began (UTC)"):
+        table.add_column(title)
+    for person in roster.people:
+        table.add_row(*_row(person))
+    console = Console()
+    if roster.people:
+        console.print(table)
+    begun = sum(person.state != "withdrew" for person in roster.people)
+    print(f"{begun} of {roster.planned} planned have begun, {len(roster.of('done'))} are done")
+    for person in roster.of("interrupted"):
+        print(f"participant {person.label}: {_how_to_resume(person)}")
+    for person in roster.of("returns"):
+        print(
+            f"participant {person.label} returns for {person.next_visit}: "
+            f"slipscale next --participant {person.label}"
+        )
+    print(f"next: participant {roster.new} (slipscale next)" if roster.new else "nobody is next")
+    return DONE
+
+
+def _row(person: Person) -> list[str]:
+    over = sum(visit.state == "complete" for visit in person.visits)
+    planned = sum(visit.planned for visit in person.visits)
+    last = person.last_begun
+    return [
+        person.label,
+        person.state,
+        str(person.place or ""),
+        ", ".join(person.order),
+        f"{over} of {planned}" if person.visits else "",
+        last.started_utc.replace("T", " ")[:16] if last else "",
+    ]
+
+
+def _how_to_resume(person: Person) -> str:
+    from experiments.running.run_state import how_to_resume  # noqa: PLC0415
+
+    return next(how_to_resume(v.path) for v in person.visits if v.state == "interrupted")
+
+
+def add_note(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale note``."""
+    parser.add_argument("words", nargs="+", metavar="WORDS", help="never a participant's name")
+
+
+def run_note(args: Namespace) -> int:
+    """Have the running session write the operator's words into its journal."""
+    from experiments.journal.locks import is_being_written  # noqa: PLC0415
+    from experiments.lab.defaults import here  # noqa: PLC0415
+    from experiments.session.mailbox import LiveRequest, post, read_status  # noqa: PLC0415
+    from faults import UserError  # noqa: PLC0415
+
+    defaults = here()
+    folders = (defaults.out(pilot=False), defaults.out(pilot=True))
+    live = [
+        path.with_name(path.name.removesuffix(".live"))
+        for folder in folders
+        for path in (folder / "sourcedata").glob("sub-*/*.live")
+    ]
+    for journal in live:
+        status = read_status(journal)
+        if status and is_being_written(journal):
+            post(journal, LiveRequest(token=status.token, what="note", reason=" ".join(args.words)))
+            print(f"noted in {journal}")
+            return DONE
+    searched = " and ".join(str(folder) for folder in folders)
+    raise UserError(f"no session runs in {searched}; a note goes into a running session's journal")
+
+
+def _folder(*, pilot: bool = False) -> tuple[Defaults, Roster]:
+    """Return the laboratory folder's defaults and roster, or that of its rehearsals.
+
+    Raises
+    ------
+    UserError
+        This is no laboratory folder.
+    """
+    from experiments.lab.defaults import FILE, here, say  # noqa: PLC0415
+    from experiments.lab.roster import read_roster  # noqa: PLC0415
+    from experiments.study.file import read_study  # noqa: PLC0415
+    from faults import UserError  # noqa: PLC0415
+
+    defaults = here()
+    if defaults.file is None:
+        raise UserError(f"there is no {FILE} here; make a laboratory folder: slipscale lab init")
+    say(defaults)
+    study, text = read_study(defaults.study)
+    return defaults, read_roster(defaults.out(pilot=pilot), study, text)
+
+
+def _first_session(defaults: Defaults) -> str:
+    from experiments.study.file import read_study  # noqa: PLC0415
+
+    return (*read_study(defaults.study)[0].sessions, "")[0]
+
+
+COMMANDS = {
+    "lab": (add_lab, run_lab),
+    "next": (add_next, run_next),
+    "participants": (add_participants, run_participants),
+    "note": (add_note, run_note),
+}

@@ -1,0 +1,102 @@
+"""Backups: a run's journal copied to another folder when the run is over, and compared.
+
+A backup has the form of a data set, so ``slipscale data build`` works there. The data set remembers
+its backups: who withdraws goes from them too.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from contextlib import suppress
+from hashlib import sha256
+from pathlib import Path
+
+from experiments.dataset.bids import write_file
+from faults import UserError
+
+KNOWN = Path("sourcedata", "backups.json")
+
+
+def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
+    """Copy a journal to a backup folder, and compare the copy; return it.
+
+    Parameters
+    ----------
+    dataset : Path
+        The data set; its copy has the same name.
+    journal : Path
+        Of a run that is over.
+    folder : Path
+        Exists, and lies outside the data set: a medium that is not there must not be taken for
+        an empty folder.
+
+    Raises
+    ------
+    UserError
+        The folder is not there or inside the data set, holds another run under that name, or the
+        copy cannot be written or is not the same.
+    """
+    check_folder(dataset, folder)
+    place = folder.resolve() / dataset.resolve().name
+    copy = place / "sourcedata" / journal.parent.name / journal.name
+    draft = copy.with_name(f".{copy.name}.tmp")
+    try:
+        content = journal.read_bytes()
+        # A journal only grows: what was copied before must be its beginning.
+        if copy.exists() and not content.startswith(copy.read_bytes()):
+            raise UserError(
+                f"{copy}: holds another run, or more of this one; expected a backup folder of "
+                "this data set's own"
+            )
+        copy.parent.mkdir(parents=True, exist_ok=True)
+        _remember(dataset, place)
+        with draft.open("wb") as stream:
+            shutil.copymode(journal, draft)
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.replace(draft, copy)  # noqa: PTH105 - Path.replace is the same call
+        same = sha256(copy.read_bytes()).digest() == sha256(content).digest()
+    except OSError as error:
+        with suppress(OSError):
+            draft.unlink()
+        raise UserError(f"{copy}: cannot be written ({error.strerror})") from None
+    if not same:
+        raise UserError(f"{copy}: is not what was written there; the medium may be faulty")
+    return copy
+
+
+def check_folder(dataset: Path, folder: Path) -> None:
+    """Raise `UserError` unless a folder can be a data set's backup."""
+    if not folder.is_dir():
+        raise UserError(f"--backup {folder}: no such folder; connect its disk, or make it")
+    if folder.resolve().is_relative_to(dataset.resolve()):
+        raise UserError(f"--backup {folder}: lies in the data set itself; name a folder elsewhere")
+
+
+def backups(dataset: Path) -> list[Path]:
+    """Return the backups that a data set knows of.
+
+    Raises
+    ------
+    UserError
+        Its list cannot be read.
+    """
+    path = dataset / KNOWN
+    try:
+        return [Path(str(entry)) for entry in json.loads(path.read_text(encoding="utf-8"))]
+    except (FileNotFoundError, NotADirectoryError):
+        return []
+    except (OSError, ValueError, TypeError) as error:
+        raise UserError(
+            f"{path}: cannot be read ({error}); expected the list that --backup writes"
+        ) from None
+
+
+def _remember(dataset: Path, place: Path) -> None:
+    """Note a backup before anything is in it."""
+    known = backups(dataset)
+    if place not in known:
+        write_file(dataset / KNOWN, json.dumps([str(each) for each in [*known, place]]) + "\n")

@@ -1,0 +1,187 @@
+"""Two data sets joined into a new one: those of two laboratory computers that share a study.
+
+Journals are copied as they are, and the tables made anew from them. Whatever contradicts itself is
+refused before anything is written, all of it at once.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from experiments.dataset.backup import KNOWN, backups
+from experiments.dataset.bids import build_dataset, write_file
+from experiments.dataset.rendering import README
+from experiments.dataset.runs import Problem, journals, mode_of, read_runs
+from experiments.dataset.withdrawal import RECORD, withdrawn
+from experiments.journal.locks import is_being_written
+from experiments.journal.run_record import read_usable
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from experiments.study.run_plan import RunPlan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Merged:
+    """What came of a merge.
+
+    Parameters
+    ----------
+    runs : int
+        How many runs the new data set holds.
+    notes : tuple of str
+        What should be known, and is no contradiction.
+    problems : tuple of Problem
+        What is damaged, as in the data sets that were joined.
+    """
+
+    runs: int
+    notes: tuple[str, ...]
+    problems: tuple[Problem, ...]
+
+
+def merge(one: Path, other: Path, out: Path) -> Merged:
+    """Join two data sets into a new one; they stay as they are.
+
+    Raises
+    ------
+    UserError
+        One of them is no data set or is being recorded to; ``out`` is not new; or they contradict
+        each other: another run under the same name, pilots and participants, a study that has
+        changed, the same participant under two labels, somebody who withdrew from one only. One
+        message tells all contradictions.
+    """
+    sources = (one, other)
+    for folder in sources:
+        _check_source(folder)
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise UserError(f"--out {out}: is not empty; expected a new folder")
+    chosen = _by_place(one)
+    for place, path in _by_place(other).items():
+        # Of the same run the longer: a copy was made before it went on.
+        if place not in chosen or path.stat().st_size > chosen[place].stat().st_size:
+            chosen[place] = path
+    told = [*_contradictions(one, other), *_own_files(one, other, chosen)]
+    if told:
+        many = "1 contradiction" if len(told) == 1 else f"{len(told)} contradictions"
+        lines = "".join(f"\n  {sentence}" for sentence in told)
+        raise UserError(f"{one} and {other} cannot be joined, {many}:{lines}")
+    try:
+        for place, path in chosen.items():
+            (out / place).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(path, out / place)
+    except OSError as error:
+        raise UserError(f"--out {out}: cannot be written ({error.strerror})") from None
+    _write_lists(one, other, out)
+    problems = build_dataset(out)
+    runs, _ = read_runs(out)
+    return Merged(runs=len(runs), notes=tuple(_in_both(one, other)), problems=tuple(problems))
+
+
+def _check_source(folder: Path) -> None:
+    found = journals(folder)
+    if not found:
+        raise UserError(f"{folder}: no journals; expected a data set's folder")
+    for path in found:
+        if is_being_written(path):
+            raise UserError(f"{path}: a session of it runs now; end it first")
+
+
+def _by_place(folder: Path) -> dict[Path, Path]:
+    return {path.relative_to(folder): path for path in journals(folder)}
+
+
+def _contradictions(one: Path, other: Path) -> Iterator[str]:
+    """Yield what two data sets say differently of the same thing."""
+    modes = {folder: mode_of(folder) for folder in (one, other)}
+    if None not in modes.values() and modes[one] != modes[other]:
+        yield f"{one} holds {modes[one]} data, {other} {modes[other]} data"
+    ours, theirs = _by_place(one), _by_place(other)
+    for place in sorted(set(ours) & set(theirs)):
+        shorter, longer = sorted((ours[place].read_bytes(), theirs[place].read_bytes()), key=len)
+        if not longer.startswith(shorter):
+            yield f"{place}: is another run in each (two people under one number?)"
+    plans = {folder: list(_plans(folder)) for folder in (one, other)}
+    names = [{plan.study.name for plan in plans[folder]} for folder in (one, other)]
+    if names[0] and names[1] and not names[0] & names[1]:
+        yield f"{one} holds the study {_listed(names[0])}, {other} {_listed(names[1])}"
+    for name in sorted(names[0] & names[1]):
+        texts = [
+            {plan.study_text for plan in plans[folder] if plan.study.name == name}
+            for folder in (one, other)
+        ]
+        if texts[0] != texts[1]:
+            yield f"study '{name}': its file is not the same in both"
+        seeds = {plan.seed for folder in plans for plan in plans[folder] if plan.study.name == name}
+        if len(seeds) > 1:
+            yield f"study '{name}': was run with seeds {', '.join(map(str, sorted(seeds)))}"
+    yield from _people(one, other, {plan.participant for each in plans.values() for plan in each})
+
+
+def _people(one: Path, other: Path, present: set[str]) -> Iterator[str]:
+    plain: dict[str, str] = {}
+    for label in sorted(present):
+        alike = plain.setdefault(label.casefold().lstrip("0"), label)
+        if alike != label:
+            yield f"participants {alike} and {label} would pass for one person"
+    for folder, rest in ((one, other), (other, one)):
+        there = {path.parent.name.removeprefix("sub-") for path in journals(rest)}
+        for label in sorted(set(withdrawn(folder)) & there):
+            yield (
+                f"participant {label} withdrew from {folder}, and {rest} holds data of theirs: "
+                f"slipscale data withdraw {rest} --participant {label}"
+            )
+
+
+def _plans(folder: Path) -> Iterator[RunPlan]:
+    for path in journals(folder):
+        plan, _ = read_usable(path, most=1)
+        if plan:
+            yield plan
+
+
+def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str]:
+    """Add the files that people wrote themselves to those chosen; yield which differ."""
+    code = {
+        path.relative_to(f) for f in (one, other) for path in f.glob("code/*") if path.is_file()
+    }
+    made = {place for place in code if re.fullmatch(r"study(_[0-9a-f]{8})?\.toml", place.name)}
+    for place in (Path(README), *sorted(code - made)):
+        found = [folder / place for folder in (one, other) if (folder / place).is_file()]
+        if len({path.read_bytes() for path in found}) > 1:
+            yield f"{place}: is not the same in both; make it so, it is yours"
+        elif found:
+            chosen[place] = found[0]
+
+
+def _write_lists(one: Path, other: Path, out: Path) -> None:
+    """Write who withdrew from either, and where either is backed up."""
+    gone: dict[str, object] = {}
+    for folder in (one, other):
+        if withdrawn(folder):
+            entries = json.loads((folder / RECORD).read_text(encoding="utf-8"))
+            gone |= {entry["participant"]: entry for entry in entries}
+    if gone:
+        write_file(out / RECORD, json.dumps(list(gone.values()), indent=2) + "\n")
+    if places := [*dict.fromkeys(str(each) for f in (one, other) for each in backups(f))]:
+        write_file(out / KNOWN, json.dumps(places) + "\n")
+
+
+def _in_both(one: Path, other: Path) -> Iterator[str]:
+    """Yield who has runs in both: one person, as far as anybody can tell."""
+    labels = [{path.parent.name.removeprefix("sub-") for path in journals(f)} for f in (one, other)]
+    own = set(_by_place(one)) ^ set(_by_place(other))
+    for label in sorted(labels[0] & labels[1]):
+        if any(place.parent.name == f"sub-{label}" for place in own):
+            yield f"participant {label} has runs in both; they are taken for one person's"
+
+
+def _listed(names: set[str]) -> str:
+    return ", ".join(sorted(names))

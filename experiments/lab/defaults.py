@@ -1,0 +1,85 @@
+"""What commands take where the command line says nothing: the laboratory folder's, or the house's.
+
+Loaded by every command's parser: what it needs beyond the standard library is loaded only where
+there is a ``slipscale.toml``.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+FILE = Path("slipscale.toml")
+REHEARSALS = "rehearsals"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Defaults:
+    """The defaults of commands; see `experiments.lab.folder.LabFile`.
+
+    ``file`` is None outside a laboratory folder.
+    """
+
+    file: Path | None = None
+    study: str = "biet2007"
+    plate: str = "mock"
+    screen: int = 0
+    windowed: bool = False
+    language: str | None = None
+    markers: tuple[str, ...] = ()
+    position: str | None = None
+    force: str | None = None
+    sound_required: bool = False
+    data: Path = Path("data")
+    pilots: Path = Path("pilots")
+    backup: Path | None = None
+
+    def out(self, *, pilot: bool) -> Path:
+        """Return where a run with a person goes: pilots and participants never meet."""
+        return self.pilots / REHEARSALS if pilot else self.data
+
+
+def here() -> Defaults:
+    """Return the defaults in the current folder. Only this one counts, not those above it.
+
+    Raises
+    ------
+    UserError
+        Its ``slipscale.toml`` has a fault.
+    """
+    if not FILE.exists():
+        return Defaults()
+    from experiments.lab.folder import read_lab  # noqa: PLC0415 - pydantic, when needed
+
+    lab = read_lab(Path())
+    if lab is None:  # gone in between
+        return Defaults()
+    return Defaults(
+        file=FILE.resolve(),
+        study=lab.study,
+        plate=lab.plate,
+        screen=lab.screen,
+        windowed=lab.windowed,
+        language=lab.language or None,
+        markers=lab.markers,
+        position=lab.position or None,
+        force=lab.force or None,
+        sound_required=lab.sound_required,
+        data=Path(lab.data),
+        pilots=Path(lab.pilots),
+        backup=Path(lab.backup) if lab.backup else None,
+    )
+
+
+def dataset_default() -> dict[str, Any]:
+    """Return what makes a command's data set optional, where a laboratory folder knows it."""
+    defaults = here()
+    return {"nargs": "?", "default": defaults.data} if defaults.file else {}
+
+
+def say(defaults: Defaults) -> None:
+    """Say on standard error which file the defaults are from, if there is one."""
+    if defaults.file:
+        print(f"defaults: {defaults.file}", file=sys.stderr)

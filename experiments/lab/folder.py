@@ -1,0 +1,180 @@
+"""The laboratory folder: ``slipscale.toml`` says what every command in it takes for granted."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
+
+from experiments.dataset.bids import write_file
+from experiments.languages.texts import languages
+from experiments.study.file import read_study
+from experiments.study.run_plan import RunPlan
+from faults import UserError
+from faults.toml_file import parse_toml, read_toml
+from hardware.registry import backend_names
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+FILE = "slipscale.toml"
+Text = Annotated[str, Field(min_length=1)]
+
+
+class LabFile(BaseModel):
+    """What ``slipscale.toml`` says. Paths in it are relative to its folder."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    study: Text = Field(default="biet2007", description="A TOML file, or a shipped study's name.")
+    plate: Text = Field(
+        default="mock",
+        description="The plate's SPEC, with its calibration: "
+        "serial:/dev/ttyACM0,calibration=plate.toml",
+    )
+    screen: Annotated[int, Field(strict=True, ge=0)] = Field(
+        default=0,
+        description="The participant's monitor, from 0.",
+        json_schema_extra={"unit": "none"},
+    )
+    windowed: Annotated[bool, Field(strict=True)] = Field(
+        default=False, description="Whether the participant's window is not full screen."
+    )
+    language: str = Field(
+        default="", description="What participants read; left out: the study's own."
+    )
+    markers: tuple[Text, ...] = Field(
+        default=(),
+        description="Where markers go, a SPEC each: lsl, serial:PORT, parallel:ADDRESS.",
+    )
+    position: str = Field(
+        default="", description="What tells where the finger is; left out: the study's own."
+    )
+    force: str = Field(
+        default="", description="What measures the finger's forces; left out: the study's own."
+    )
+    sound_required: Annotated[bool, Field(strict=True)] = Field(
+        default=False,
+        description="Whether a session of a study with masking noise is refused without a device "
+        "to hear it on, even where the study could do without.",
+    )
+    data: Text = Field(default="data", description="Folder of participants' data.")
+    pilots: Text = Field(
+        default="pilots", description="Folder of pilots; rehearsals with a person lie in it too."
+    )
+    backup: str = Field(
+        default="",
+        description="Folder on another disk, to which each run's journal is copied at its end.",
+    )
+
+    @field_validator("plate")
+    @classmethod
+    def _known(cls, value: str) -> str:
+        if value.partition(":")[0] not in backend_names():
+            raise ValueError(f"expected one of {', '.join(backend_names())} before the colon")
+        return value
+
+    @field_validator("language")
+    @classmethod
+    def _shipped(cls, value: str) -> str:
+        if value and value not in languages():
+            raise ValueError(f"expected one of {', '.join(languages())}")
+        return value
+
+    @field_validator("pilots")
+    @classmethod
+    def _apart(cls, value: str, info: ValidationInfo) -> str:
+        if Path(value) == Path(info.data.get("data", "")):
+            raise ValueError("expected another folder than that of participants' data")
+        return value
+
+
+def read_lab(folder: Path) -> LabFile | None:
+    """Return what a folder's ``slipscale.toml`` says; None where there is none.
+
+    Raises
+    ------
+    UserError
+        It has a fault.
+    """
+    path = folder / FILE
+    return read_toml(path, LabFile) if path.exists() else None
+
+
+def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] | None) -> LabFile:
+    """Write a laboratory folder's ``slipscale.toml``.
+
+    Parameters
+    ----------
+    folder : Path
+        New, or one without that file.
+    answers : dict
+        Values by key, as they were given on the command line.
+    ask : callable or None
+        Given a question and the value that an empty answer stands for, returns the answer; None
+        where nobody can be asked: the rest keeps its default.
+
+    Raises
+    ------
+    UserError
+        The file is there, cannot be written, or what was answered cannot be used.
+    """
+    path = folder / FILE
+    if path.exists():
+        raise UserError(f"{path} exists already; edit it, or name another folder")
+    given = dict(answers)
+    for key, question in QUESTIONS.items():
+        if ask and key not in given:
+            given[key] = ask(question, str(LabFile.model_fields[key].default))
+    text = rendered(given)
+    lab = parse_toml(text, FILE, LabFile)
+    own = folder / lab.study
+    study, study_text = read_study(str(own) if own.is_file() else lab.study)
+    # Raises where the study lacks words in that language.
+    RunPlan(
+        study_name=study.name,
+        study_text=study_text,
+        participant="01",
+        seed=study.seed,
+        language=lab.language or study.language,
+        mode="pilot",
+    ).person_questions()
+    write_file(path, text)
+    return lab
+
+
+QUESTIONS = {
+    "study": "Which study? A TOML file, or a shipped study's name",
+    "plate": "Which plate? mock, serial:PORT, ... with its calibration: "
+    "serial:/dev/ttyACM0,calibration=plate.toml",
+    "screen": "Which screen is the participant's? 0 is the first",
+    "language": "Which language do participants read? Empty: the study's own",
+    "data": "Where do participants' data go?",
+    "backup": "To which folder is each run copied? On another disk; empty: to none",
+}
+
+
+def rendered(given: dict[str, str]) -> str:
+    """Return the text of a ``slipscale.toml``, every key with what it means."""
+    import tomlkit  # noqa: PLC0415 - when a file is written
+
+    document = tomlkit.document()
+    document.add(tomlkit.comment("Every slipscale command that is started in this folder takes"))
+    document.add(tomlkit.comment("its defaults from here; what the command line says comes first."))
+    for key, field in LabFile.model_fields.items():
+        value = given.get(key)
+        document.add(tomlkit.nl())
+        document.add(tomlkit.comment(str(field.description)))
+        default = list(field.default) if isinstance(field.default, tuple) else field.default
+        document.add(key, default if value is None else _typed(value, default))
+    return tomlkit.dumps(document)
+
+
+def _typed(value: str, default: object) -> object:
+    """Return an answer as its key's kind of value; as it is where it is none, to be refused."""
+    if isinstance(default, bool):
+        return {"true": True, "false": False}.get(value, value)
+    if isinstance(default, int) and value.isdecimal():
+        return int(value)
+    return value

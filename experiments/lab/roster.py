@@ -1,0 +1,248 @@
+"""Who has taken part, how far each has come, and who comes next: read from the journals alone."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING, Literal
+
+from experiments.dataset.runs import journals
+from experiments.dataset.withdrawal import replacement, withdrawn
+from experiments.journal.locks import is_being_written
+from experiments.journal.run_record import read_usable
+from experiments.running.run_state import run_state
+from experiments.study.run_plan import RunPlan, journal_path
+from faults import UserError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from experiments.running.run_state import RunState
+    from experiments.study.model import Study
+
+PersonState = Literal["running now", "interrupted", "damaged", "returns", "done", "withdrew"]
+# The first of these that one of a person's runs is in is the person's own state.
+PRESSING: tuple[RunState, ...] = ("running now", "damaged", "interrupted")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Visit:
+    """A run of a participant's, planned or begun.
+
+    Parameters
+    ----------
+    started_utc : str
+        When it began, in ISO 8601; empty where it has not.
+    planned : bool
+        Whether the study plans it.
+    """
+
+    session: str
+    run: str
+    path: Path
+    state: RunState
+    started_utc: str = ""
+    planned: bool = True
+
+    def __str__(self) -> str:
+        """Return session and run as a person names them."""
+        return f"session {self.session}, run {self.run}" if self.session else f"run {self.run}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Person:
+    """A participant of a data set.
+
+    Parameters
+    ----------
+    state : str
+        "returns": a planned run has not begun; "done": all have come to their end.
+    place : int or None
+        In the counterbalancing, from 1; None for who withdrew.
+    order : tuple of str
+        The tasks in the order of the person's first run.
+    """
+
+    label: str
+    state: PersonState
+    place: int | None = None
+    order: tuple[str, ...] = ()
+    visits: tuple[Visit, ...] = ()
+
+    @property
+    def next_visit(self) -> Visit | None:
+        """The first planned run that has not begun."""
+        return next((visit for visit in self.visits if visit.state == "free"), None)
+
+    @property
+    def last_begun(self) -> Visit | None:
+        """The run that began last."""
+        begun = [visit for visit in self.visits if visit.started_utc]
+        return max(begun, key=lambda visit: visit.started_utc, default=None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Roster:
+    """The participants of a data set, and who comes next.
+
+    Parameters
+    ----------
+    planned : int
+        How many the study plans.
+    new : str or None
+        The label of who comes next for the first time; None once all planned have begun.
+    """
+
+    people: tuple[Person, ...]
+    planned: int
+    new: str | None
+
+    def of(self, state: PersonState) -> list[Person]:
+        """Return those in a state."""
+        return [person for person in self.people if person.state == state]
+
+    def person(self, label: str) -> Person | None:
+        """Return a participant, None where there is none of that label."""
+        return next((person for person in self.people if person.label == label), None)
+
+    @property
+    def running(self) -> Visit | None:
+        """A run that goes on now."""
+        visits = (visit for person in self.people for visit in person.visits)
+        return next((visit for visit in visits if visit.state == "running now"), None)
+
+
+def read_roster(dataset: Path, study: Study, study_text: str) -> Roster:
+    """Return the participants of a data set.
+
+    Raises
+    ------
+    UserError
+        The list of those who withdrew cannot be read.
+    """
+    gone = withdrawn(dataset)
+    begun: dict[str, list[Path]] = {}
+    for path in journals(dataset):
+        begun.setdefault(path.parent.name.removeprefix("sub-"), []).append(path)
+    people = [_person(dataset, study, study_text, label, paths) for label, paths in begun.items()]
+    people = [person for person in people if person.visits and person.label not in gone]
+    people += [Person(label=label, state="withdrew") for label in gone]
+    people.sort(key=lambda person: (_number(person.label), person.label))
+    return Roster(
+        people=tuple(people),
+        planned=study.participants,
+        new=_next_label([person.label for person in people], gone, study.participants),
+    )
+
+
+def _person(dataset: Path, study: Study, study_text: str, label: str, paths: list[Path]) -> Person:
+    """Return a participant: what the study plans of them, and what else there is."""
+    plans = [
+        RunPlan(
+            study_name=study.name,
+            study_text=study_text,
+            participant=label,
+            session=session,
+            run=f"{run:02d}",
+            seed=study.seed,
+            language=study.language,
+            mode="participant",
+        )
+        for session in study.sessions or ("",)
+        for run in range(1, study.runs + 1)
+    ]
+    planned = [
+        _visit(journal_path(dataset, participant=label, session=plan.session, run=plan.run), plan)
+        for plan in plans
+    ]
+    known = {visit.path for visit in planned}
+    others = [_visit(path, None) for path in paths if path not in known]
+    visits = (*planned, *(visit for visit in others if visit.state != "free"))
+    if all(visit.state == "free" for visit in visits):
+        return Person(label=label, state="returns")
+    return Person(
+        label=label,
+        state=_state(visits),
+        place=plans[0].row + 1,
+        order=tuple(protocol.task for protocol, _ in plans[0].tasks()),
+        visits=visits,
+    )
+
+
+def _state(visits: tuple[Visit, ...]) -> PersonState:
+    states = {visit.state for visit in visits}
+    for state in PRESSING:
+        if state in states:
+            return state  # type: ignore[return-value]  # PRESSING are both kinds of state
+    return "returns" if "free" in states else "done"
+
+
+def _visit(path: Path, plan: RunPlan | None) -> Visit:
+    session, run, started_utc = _header(path)
+    return Visit(
+        session=plan.session if plan else session,
+        run=plan.run if plan else run,
+        path=path,
+        state=_known_state(path),
+        started_utc=started_utc,
+        planned=plan is not None,
+    )
+
+
+def _header(path: Path) -> tuple[str, str, str]:
+    """Return a journal's session, run and beginning; empty where its header cannot be read."""
+    try:
+        stat = path.stat()
+        return _read_header(path, stat.st_ino)
+    except (OSError, UserError):
+        return "", "", ""
+
+
+@lru_cache(maxsize=4096)
+def _read_header(path: Path, _inode: int) -> tuple[str, str, str]:
+    plan, reading = read_usable(path, most=1)
+    if plan is None:
+        raise UserError(f"{path}: no header")  # not kept: it may be being written
+    return plan.session, plan.run, str(reading.records[0].data["started_utc"])
+
+
+def _known_state(path: Path) -> RunState:
+    """Return a run's state; a journal that has not changed is not read again."""
+    if is_being_written(path):
+        return "running now"
+    try:
+        stat = path.stat()
+    except OSError:
+        return "free"
+    try:
+        return _read_state(path, stat.st_ino, stat.st_mtime_ns, stat.st_size)
+    except UserError:
+        return "damaged"
+
+
+@lru_cache(maxsize=4096)
+def _read_state(path: Path, _inode: int, _changed_ns: int, _size: int) -> RunState:
+    return run_state(path)
+
+
+def _number(label: str) -> int:
+    found = re.search(r"[0-9]{1,18}$", label)
+    return int(found[0]) if found else 0
+
+
+def _next_label(labels: list[str], gone: list[str], planned: int) -> str | None:
+    """Return the label of the next new participant: first a replacement, then the next number.
+
+    Numbers are written as those before: P01, P02 are followed by P03.
+    """
+    for label in gone:
+        if (instead := replacement(label)) not in labels:
+            return instead
+    plain = [label for label in labels if not label.startswith(replacement("")) or label in gone]
+    shapes = {re.sub(r"[0-9]+$", "", label) for label in plain}
+    prefix = shapes.pop() if len(shapes) == 1 else ""
+    width = max((len(label) - len(prefix) for label in plain), default=len(str(planned)))
+    taken = {_number(label) for label in labels}
+    number = next((n for n in range(1, planned + 1) if n not in taken), None)
+    return None if number is None else f"{prefix}{number:0{max(width, 2)}d}"

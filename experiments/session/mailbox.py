@@ -1,0 +1,247 @@
+"""A running session's mailbox: what it tells other processes, and what they may ask of it.
+
+A folder beside the run's journal, for its owner alone: the session writes ``status.json`` there,
+and takes requests from files that others put there (a second terminal, the console). Neither side
+waits for the other: a console that dies, or never comes, changes nothing for the session. The
+folder goes with the session; what a crash leaves behind is cleared by the next.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+import time
+from contextlib import suppress
+from typing import TYPE_CHECKING, Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from experiments.session.operator import Request, SessionStatus, State
+from faults import UserError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+    from types import TracebackType
+
+    from experiments.protocols.steps import Ask, Trial
+
+# The folder is looked into this often at most: on a slow disk a look takes its time.
+LOOK_S = 0.05
+LONGEST_REQUEST = 20_000
+STATUS, REQUESTS = "status.json", "requests"
+
+Asked = Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note"]
+
+
+class TrialName(BaseModel):
+    """Which trial: numbers begin anew with each task."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    task: str
+    number: int
+
+
+class LiveStatus(BaseModel):
+    """What a session tells of itself; see `SessionStatus`, and `Mailbox` for the rest."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    token: str
+    process: int
+    heading: tuple[str, ...]
+    state: State
+    task: str
+    trial: int
+    total: int
+    voidable: TrialName | None
+    answered: TrialName | None
+    asked: tuple[str, ...]
+    done: int
+    planned: int
+    elapsed_s: float
+    time_left_s: float | None
+    faults: int
+    voided: int
+    noise: str
+    plate: str
+    message: str
+    amplitude_um_pp: float | None
+    refused: str
+
+
+class LiveRequest(BaseModel):
+    """What another process asks of a session. ``token`` says of which: none is taken twice."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    token: str
+    what: Asked
+    reason: Annotated[str, Field(max_length=2000)] = ""
+    trial: TrialName | None = None
+    question: str = ""
+
+
+def mailbox_of(journal: Path) -> Path:
+    """Return where the mailbox of a run lies."""
+    return journal.with_name(f"{journal.name}.live")
+
+
+class Mailbox:
+    """The session's side: an operator who may be anybody with a console, or nobody.
+
+    Parameters
+    ----------
+    folder : Path
+        See `mailbox_of`.
+    heading : tuple of str
+        What the session is: participant, study, plate.
+    """
+
+    busy = False
+
+    def __init__(self, folder: Path, heading: tuple[str, ...]) -> None:
+        self._folder = folder
+        self._heading = heading
+        self._token = secrets.token_hex(8)
+        self._status = SessionStatus(state="showing")
+        self._refused = ""
+        self._looked_s = 0.0
+        self._open = False
+
+    def tell(self, status: SessionStatus) -> None:
+        """Write the state down for whoever reads it."""
+        self._status = status
+        if self._open:
+            # A full disk is told by the journal, which must be written; this need not be.
+            with suppress(OSError):
+                _write(self._folder / STATUS, self._told().model_dump_json())
+
+    def poll(self) -> Request | None:
+        """Return what somebody asks for, if anything."""
+        now_s = time.monotonic()
+        if not self._open or now_s - self._looked_s < LOOK_S:
+            return None
+        self._looked_s = now_s
+        with suppress(OSError):
+            for path in sorted((self._folder / REQUESTS).glob("*.json")):
+                text = path.read_bytes()[:LONGEST_REQUEST]
+                path.unlink()
+                if request := self._request(text):
+                    return request
+        return None
+
+    def _request(self, text: bytes) -> Request | None:
+        """Return a request in the session's own terms; None, and say why, where it has none."""
+        try:
+            asked = LiveRequest.model_validate_json(text)
+        except ValidationError:
+            return None  # half a file, or not ours
+        if asked.token != self._token:
+            return None  # meant for a session before this one
+        trial = self._trial(asked.trial)
+        question = self._question(asked.question)
+        if asked.what == "void" and trial is None:
+            self._refuse("that trial can no longer be voided")
+        elif asked.what == "ask_again" and question is None:
+            self._refuse("that question was not asked in this run")
+        else:
+            self._refused = ""
+            return Request(what=asked.what, reason=asked.reason, trial=trial, question=question)
+        return None
+
+    def _trial(self, wanted: TrialName | None) -> Trial | None:
+        """Return the trial that is meant: while somebody typed, the session may have gone on."""
+        known = (self._status.voidable, self._status.answered)
+        return next((trial for trial in known if trial and wanted == _name(trial)), None)
+
+    def _question(self, name: str) -> Ask | None:
+        return next((ask for ask in self._status.asked if ask.name == name), None)
+
+    def _refuse(self, sentence: str) -> None:
+        self._refused = sentence
+        self.tell(self._status)
+
+    def _told(self) -> LiveStatus:
+        status = self._status
+        return LiveStatus(
+            token=self._token,
+            process=os.getpid(),
+            heading=self._heading,
+            state=status.state,
+            task=status.task,
+            trial=status.trial,
+            total=status.total,
+            voidable=_name(status.voidable),
+            answered=_name(status.answered),
+            asked=tuple(ask.name for ask in status.asked),
+            done=status.done,
+            planned=status.planned,
+            elapsed_s=status.elapsed_s,
+            time_left_s=status.time_left_s,
+            faults=status.faults,
+            voided=status.voided,
+            noise=status.noise,
+            plate=status.plate,
+            message=status.message,
+            amplitude_um_pp=status.amplitude_um_pp,
+            refused=self._refused,
+        )
+
+    def __enter__(self) -> Self:
+        # Whoever can write here can stop the session: nobody but its owner. A session without a
+        # mailbox is a session all the same.
+        with suppress(OSError):
+            if self._folder.is_symlink():
+                self._folder.unlink()
+            shutil.rmtree(self._folder, ignore_errors=True)
+            self._folder.mkdir(mode=0o700)
+            (self._folder / REQUESTS).mkdir(mode=0o700)
+            self._open = True
+        self.tell(self._status)
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._open = False
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+
+def read_status(journal: Path) -> LiveStatus | None:
+    """Return what the session of a journal tells; None where none does."""
+    try:
+        return LiveStatus.model_validate_json((mailbox_of(journal) / STATUS).read_bytes())
+    except (OSError, ValidationError):
+        return None
+
+
+def post(journal: Path, request: LiveRequest) -> None:
+    """Put a request into a session's mailbox.
+
+    Raises
+    ------
+    UserError
+        There is no mailbox: the session is over, or never had one.
+    """
+    folder = mailbox_of(journal) / REQUESTS
+    try:
+        # In the order of asking; two in the same instant both get there.
+        _write(folder / f"{time.time_ns()}-{secrets.token_hex(4)}.json", request.model_dump_json())
+    except OSError:
+        raise UserError(f"{journal.name}: no session of this run takes requests now") from None
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a small file whole or not at all; no need for it to outlive a power cut."""
+    draft = path.with_name(f".{path.name}.tmp")
+    draft.write_text(text, encoding="utf-8")
+    os.replace(draft, path)  # noqa: PTH105 - Path.replace is the same call
+
+
+def _name(trial: Trial | None) -> TrialName | None:
+    return TrialName(task=trial.task, number=trial.number) if trial else None
