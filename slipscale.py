@@ -62,7 +62,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "pilot": ("analysis.cli.pilot", "whole study, simulated: mock plate, no screen; then analyse"),
     "run": ("experiments.cli.sessions", "run a participant's session in PsychoPy"),
     "resume": ("experiments.cli.sessions", "go on with an interrupted run"),
-    "lab": ("experiments.cli.lab", "a laboratory folder: its study, its plate, its participants"),
+    "lab": ("experiments.cli.lab", "the console of a laboratory folder; lab init makes one"),
     "next": ("experiments.cli.lab", "in a laboratory folder: run the next participant's session"),
     "participants": ("experiments.cli.lab", "in a laboratory folder: who is done, who is next"),
     "note": ("experiments.cli.lab", "write the operator's words into the running journal"),

@@ -18,6 +18,8 @@ EXTRA_OF = {
     "serial": "plate",
     "skfem": "plate",
     "pylsl": "markers",
+    "starlette": "console",
+    "uvicorn": "console",
     "psychopy": "session",
     "sounddevice": "session",
 }

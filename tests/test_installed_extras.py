@@ -16,7 +16,7 @@ from tools import setup
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 #: Those of the extra "all"; "bayes" is too large to install for a test.
-EXTRAS = ("analysis", "plate", "session", "markers")
+EXTRAS = ("analysis", "plate", "session", "markers", "console")
 
 TIDY = "participant_id,amplitude_um_pp,estimate\n" + "".join(
     f"{person},{amplitude},{10 + 20 * amplitude + person}\n"
@@ -138,6 +138,7 @@ def test_the_wheel_works_on_the_other_pythons_that_are_here(tmp_path, wheel, pyt
     "extra, words, told",
     [
         ("analysis", ("analyse", "tidy.csv", "--out", "results"), "results"),
+        ("console", ("lab", "--help"), "--no-browser"),
         ("plate", ("plate", "list"), "mock"),
         ("session", ("run", "--help"), "--participant"),
     ],

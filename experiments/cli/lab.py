@@ -1,4 +1,4 @@
-"""The commands of a laboratory folder: lab, next, participants, note. A few lines each."""
+"""The commands of a laboratory folder: lab, next, participants, note."""
 
 from __future__ import annotations
 
@@ -15,9 +15,23 @@ if TYPE_CHECKING:
     from experiments.lab.roster import Person, Roster, Visit
 
 
+HIGHEST_PORT = 65535
+
+
 def add_lab(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale lab``."""
-    commands = parser.add_subparsers(dest="what", metavar="init", required=True)
+    parser.add_argument(
+        "--no-browser", action="store_true", help="only print the console's address"
+    )
+    parser.add_argument(
+        "--port", type=int, default=8470, metavar="N", help="of the console (default: 8470)"
+    )
+    parser.add_argument(
+        "--lan",
+        metavar="ADDRESS",
+        help="show the console at this computer's address in the network: with TLS, read-only",
+    )
+    commands = parser.add_subparsers(dest="what", metavar="[init]")
     init = commands.add_parser(
         "init", help="make a laboratory folder: its slipscale.toml has every command's defaults"
     )
@@ -41,7 +55,9 @@ def add_lab(parser: ArgumentParser) -> None:
 
 
 def run_lab(args: Namespace) -> int:
-    """Make a laboratory folder."""
+    """Make a laboratory folder, or open the console of this one."""
+    if args.what is None:
+        return _console(args)
     from experiments.lab.folder import FILE, LabFile, init  # noqa: PLC0415
 
     given = {
@@ -52,6 +68,17 @@ def run_lab(args: Namespace) -> int:
         f"wrote {args.folder / FILE}: study {lab.study}, plate {lab.plate}, data in {lab.data}\n"
         f"In that folder every command knows them: slipscale check, then slipscale next"
     )
+    return DONE
+
+
+def _console(args: Namespace) -> int:
+    from experiments.lab.console.serve import serve  # noqa: PLC0415 - Starlette and uvicorn
+    from faults import UserError  # noqa: PLC0415
+
+    if not 0 <= args.port <= HIGHEST_PORT:
+        raise UserError(f"--port {args.port}: expected a number from 0 to {HIGHEST_PORT}")
+    _folder()  # raises where this is no laboratory folder
+    serve(port=args.port, lan=args.lan, browser=not args.no_browser)
     return DONE
 
 

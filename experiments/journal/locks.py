@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 STALE_S = 900.0
 # Taking a lock is a matter of milliseconds; what is older was left by a crash in between.
 CLAIM_S = 10.0
+LOOKS, LOOK_S = 5, 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +46,15 @@ class Holder:
 def lock_file(journal: Path) -> Path:
     """Return where a journal's lock file lies."""
     return journal.with_name(f"{journal.name}.lock")
+
+
+def writer(journal: Path) -> Holder | None:
+    """Return whom a journal's lock file names, writing or not; None without such a file."""
+    try:
+        host, process = lock_file(journal).read_text(encoding="utf-8").split()
+        return Holder(host, int(process))
+    except (OSError, ValueError):
+        return None
 
 
 def has_locks(stream: IO[bytes]) -> bool:
@@ -72,6 +82,12 @@ def take(stream: FileIO, journal: Path) -> None:
         Another session writes it.
     """
     free = _lock(stream, portalocker.LOCK_EX)
+    for _ in range(LOOKS):
+        if free is not False:
+            break
+        # Whoever looks whether a session writes it (the console) holds it for an instant.
+        time.sleep(LOOK_S)
+        free = _lock(stream, portalocker.LOCK_EX)
     if free is False:
         raise UserError(f"journal {journal}: another session is writing it")
     _leave_lock_file(journal, system_locks=free is not None)
@@ -153,11 +169,12 @@ def _make_again(claim: Path, *, system_locks: bool) -> bool:
 
 def _believed(journal: Path, *, system_locks: bool, now_s: float) -> Holder | None:
     """Return who a lock file says is writing, as far as it can be believed."""
+    holder = writer(journal)
     try:
-        host, process = lock_file(journal).read_text(encoding="utf-8").split()
         age_s = now_s - lock_file(journal).stat().st_mtime
-        holder = Holder(host, int(process))
-    except (OSError, ValueError):
+    except OSError:
+        return None
+    if holder is None:
         return None
     if holder.host != socket.gethostname():
         return holder if age_s < STALE_S else None

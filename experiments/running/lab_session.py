@@ -215,6 +215,9 @@ def _conduct(
         stack.push(partial(_leave, dataset, journal, setting))
         stack.enter_context(journal)
         spec = with_plate_file(setting.plate, plan.study.plate.file)
+        heading = plan.heading(spec)
+        # Before the window, which takes seconds: nobody must ask a session that has crashed.
+        mailbox = stack.enter_context(Mailbox(mailbox_of(journal.path), heading))
         plate = stack.enter_context(plate_for(plan, spec, clock))
         check_felt(plan, plate, begun=bool(journal.records))
         check_supported(plan, plate)
@@ -231,9 +234,7 @@ def _conduct(
         sources = open_sources(setting.contact, surroundings, stack)
         stack.enter_context(person)
         keys = stack.enter_context(Keys())
-        heading = plan.heading(spec)
         terminal = stack.enter_context(TerminalOperator(Console(), keys, heading=heading))
-        mailbox = stack.enter_context(Mailbox(mailbox_of(journal.path), heading))
         return run_plan(
             plan,
             spec=spec,

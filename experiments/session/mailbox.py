@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
+from experiments.journal.locks import writer
 from experiments.session.operator import Request, SessionStatus, State
 from faults import UserError
 
@@ -213,11 +214,16 @@ class Mailbox:
 
 
 def read_status(journal: Path) -> LiveStatus | None:
-    """Return what the session of a journal tells; None where none does."""
+    """Return what the session of a journal tells; None where none does.
+
+    What a crashed session left is none: the one that goes on with the run has not cleared it yet.
+    """
     try:
-        return LiveStatus.model_validate_json((mailbox_of(journal) / STATUS).read_bytes())
+        status = LiveStatus.model_validate_json((mailbox_of(journal) / STATUS).read_bytes())
     except (OSError, ValidationError):
         return None
+    holder = writer(journal)
+    return None if holder and holder.process != status.process else status
 
 
 def post(journal: Path, request: LiveRequest) -> None:

@@ -1,12 +1,14 @@
 """A session's mailbox: other processes see its state, and ask for what a key would ask for."""
 
 import json
+import os
 import stat
 import sys
 
 import pytest
 
 from experiments.dataset.bids import build_dataset
+from experiments.journal.locks import lock_file
 from experiments.protocols.steps import Ask, NumberQuestion, Trial
 from experiments.session import mailbox as mailboxes
 from experiments.session.mailbox import (
@@ -132,6 +134,13 @@ def test_without_a_place_for_it_the_session_goes_on(tmp_path):
     with Mailbox(mailbox_of(tmp_path / "file" / "journal.jsonl"), ()) as box:
         box.tell(STATUS)
         assert box.poll() is None
+
+
+def test_what_a_crashed_session_told_is_not_taken_for_the_next_ones(mailbox, journal):
+    lock_file(journal).write_text("here\n1\n")
+    assert read_status(journal) is None
+    lock_file(journal).write_text(f"here\n{os.getpid()}\n")
+    assert read_status(journal) is not None
 
 
 def test_asking_a_session_that_is_over_is_refused(journal):

@@ -1,0 +1,298 @@
+"""What a page can ask for: a table of actions, each a function of its own.
+
+A page names people, runs and pilots by their labels, which are looked up among those there are; it
+never names a path. Each returns the sentence that the page shows.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from experiments.dataset.bids import write_file
+from experiments.journal.run_record import is_mock
+from experiments.lab.unblinding import unblind
+from experiments.running.run_state import studies
+from experiments.session.mailbox import LiveRequest, TrialName, post
+from experiments.study.file import parse_study, shipped_studies
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from experiments.lab.console.jobs import Jobs
+    from experiments.lab.console.state import Snapshot, State
+    from experiments.lab.roster import Person
+
+Label = Annotated[str, Field(pattern="^[A-Za-z0-9]{1,40}$")]
+Words = Annotated[str, Field(max_length=2000)]
+LARGEST_STUDY = 500_000
+
+
+class Form(BaseModel):
+    """What a page sends; anything else is refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Begin(Form):
+    """Begin a participant's session: ``participant`` is who the page said is next."""
+
+    participant: Label
+    pilot: bool = False
+
+
+class Resume(Form):
+    """Go on with an interrupted run."""
+
+    participant: Label
+    session: Annotated[str, Field(pattern="^[A-Za-z0-9]{0,40}$")]
+    run: Label
+    pilot: bool = False
+
+
+class Ask(Form):
+    """Ask the running session for what a key would."""
+
+    token: Annotated[str, Field(pattern="^[0-9a-f]{1,64}$")]
+    what: Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note"]
+    reason: Words = ""
+    task: Annotated[str, Field(max_length=100)] = ""
+    trial: Annotated[int, Field(ge=0)] = 0
+    question: Annotated[str, Field(max_length=100)] = ""
+
+
+class Nothing(Form):
+    """Nothing needs to be said."""
+
+
+class Unblind(Form):
+    """``word`` is typed by hand: a click by mistake does not unblind."""
+
+    word: str
+
+
+class Pilot(Form):
+    """Run a simulated pilot."""
+
+    participants: Annotated[int, Field(ge=1, le=500)]
+    seed: Annotated[int, Field(ge=0, le=2**31)]
+
+
+class Study(Form):
+    """A study's new text, and what the page was shown before it was edited."""
+
+    text: Annotated[str, Field(max_length=LARGEST_STUDY)]
+    before: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+
+
+class Copy(Form):
+    """A copy of the study under another name."""
+
+    name: Annotated[str, Field(pattern="^[A-Za-z][A-Za-z0-9_-]{0,60}$")]
+    text: Annotated[str, Field(max_length=LARGEST_STUDY)]
+
+
+def text_hash(text: str) -> str:
+    """Return what tells whether a text is still the one that was shown."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+class Actions:
+    """What the console does when it is asked.
+
+    Parameters
+    ----------
+    state : State
+    jobs : Jobs
+    """
+
+    def __init__(self, state: State, jobs: Jobs) -> None:
+        self._state = state
+        self._jobs = jobs
+        self._table: dict[str, tuple[type[Form], Callable[[Any], str]]] = {
+            "begin": (Begin, self._begin),
+            "resume": (Resume, self._resume),
+            "ask": (Ask, self._ask),
+            "check": (Nothing, self._check),
+            "unblind": (Unblind, self._unblind),
+            "analyse": (Nothing, self._analyse),
+            "pilot": (Pilot, self._pilot),
+            "validate": (Study, self._validate),
+            "save": (Study, self._save),
+            "copy": (Copy, self._copy),
+        }
+
+    def do(self, name: str, sent: bytes) -> str:
+        """Do what a page asks for; return what to tell.
+
+        Raises
+        ------
+        UserError
+            There is no such action, what was sent is not what it needs, or it cannot be done now.
+        """
+        if name not in self._table:
+            raise UserError("there is no such action")
+        form, action = self._table[name]
+        try:
+            asked = form.model_validate_json(sent)
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+            where = ".".join(str(part) for part in first["loc"])
+            raise UserError(f"{where}: {first['msg'].lower()}".removeprefix(": ")) from None
+        return action(asked)
+
+    def _now(self) -> Snapshot:
+        """Return the folder as it is this very moment; raise where it is unusable."""
+        found = self._state.now(fresh=True)
+        if found.problem:
+            raise UserError(found.problem)
+        return found
+
+    def _free(self) -> Snapshot:
+        """Return the folder where nothing uses the plate now."""
+        found = self._now()
+        if found.live:
+            raise UserError(f"a session of participant {found.live.label} runs now; end it first")
+        for kind in ("session", "check"):
+            job = self._jobs.last(kind)
+            if job and job.running:
+                raise UserError(f"{job.about}: still at work; wait until it is over")
+        return found
+
+    def _begin(self, asked: Begin) -> str:
+        found = self._free()
+        roster = found.rehearsals if asked.pilot else found.roster
+        person = roster.person(asked.participant) if roster else None
+        new = roster is not None and asked.participant == roster.new
+        if not new and not (person and person.next_visit):
+            raise UserError(
+                f"participant {asked.participant} is not next any more; look at the table again"
+            )
+        if is_mock(found.defaults.plate) and not asked.pilot:
+            raise UserError(
+                f"the plate is '{found.defaults.plate}', which nobody feels: write the real plate "
+                "into slipscale.toml, or rehearse"
+            )
+        pilot = ("--pilot",) if asked.pilot else ()
+        about = f"participant {asked.participant}"
+        self._jobs.start(
+            "session", about, "next", "--yes", "--participant", asked.participant, *pilot
+        )
+        return f"{about}: the session begins"
+
+    def _resume(self, asked: Resume) -> str:
+        found = self._free()
+        roster = found.rehearsals if asked.pilot else found.roster
+        person: Person | None = roster.person(asked.participant) if roster else None
+        wanted = (asked.session, asked.run, "interrupted")
+        for visit in person.visits if person else ():
+            if (visit.session, visit.run, visit.state) == wanted:
+                about = f"participant {asked.participant}"
+                self._jobs.start("session", about, "resume", str(visit.path))
+                return f"{about}: the session goes on"
+        raise UserError(f"participant {asked.participant} has no such interrupted run")
+
+    def _ask(self, asked: Ask) -> str:
+        live = self._now().live
+        if live is None or live.status is None or live.status.token != asked.token:
+            raise UserError("that session is over")
+        if asked.what in ("void", "note") and not asked.reason.strip():
+            raise UserError("expected words: why, or what is to be noted")
+        trial = TrialName(task=asked.task, number=asked.trial) if asked.what == "void" else None
+        post(
+            live.visit.path,
+            LiveRequest(
+                token=asked.token,
+                what=asked.what,
+                reason=asked.reason.strip(),
+                trial=trial,
+                question=asked.question,
+            ),
+        )
+        return f"the session was asked: {asked.what.replace('_', ' ')}"
+
+    def _check(self, _: Nothing) -> str:
+        self._free()
+        self._jobs.start("check", "the checklist", "check", "--json")
+        return "checking"
+
+    def _unblind(self, asked: Unblind) -> str:
+        found = self._now()
+        if asked.word.strip().casefold() not in CONFIRMING:
+            raise UserError(f"expected the word {' or '.join(sorted(CONFIRMING))}")
+        if found.roster is None:
+            raise UserError("there is nobody yet")
+        unblind(found.defaults.data, found.roster)
+        live = found.live
+        if live and live.status and not live.pilot:
+            words = "the operator asked the console to show results (unblinded)"
+            post(live.visit.path, LiveRequest(token=live.status.token, what="note", reason=words))
+        self._now()
+        return "written down: results are shown from now on"
+
+    def _analyse(self, _: Nothing) -> str:
+        found = self._now()
+        if not found.seen:
+            raise UserError("results would unblind you: unblind first, or wait for all planned")
+        self._jobs.start("analysis", "the analysis", "analyse", str(found.defaults.data))
+        return "analysing"
+
+    def _pilot(self, asked: Pilot) -> str:
+        self._now()
+        numbers = ("--participants", str(asked.participants), "--seed", str(asked.seed))
+        self._jobs.start("pilot", "the pilot", "pilot", *numbers)
+        return "the pilot runs"
+
+    def _validate(self, asked: Study) -> str:
+        parse_study(asked.text, "study")
+        return "no fault"
+
+    def _save(self, asked: Study) -> str:
+        found = self._now()
+        path = self._study_file(found)
+        if text_hash(found.study_text) != asked.before:
+            raise UserError(
+                f"{path}: was changed on disk since this page showed it; copy what you wrote, "
+                "reload the page, and edit it again"
+            )
+        parse_study(asked.text, path.name)
+        write_file(path, asked.text)
+        self._now()
+        return f"saved: {path.name}"
+
+    def _study_file(self, found: Snapshot) -> Path:
+        """Return the study's file; raise unless it may be edited."""
+        if why := why_not_edited(found):
+            raise UserError(why)
+        return Path(found.defaults.study)
+
+    def _copy(self, asked: Copy) -> str:
+        self._now()
+        path = Path(f"{asked.name}.toml")
+        if path.exists() or asked.name in shipped_studies():
+            raise UserError(f"{path}: there is one already; choose another name")
+        parse_study(asked.text, path.name)
+        label = re.sub("[^A-Za-z0-9]+", "_", asked.name)
+        text = re.sub(r"(?m)^name\s*=.*$", f'name = "{label}"', asked.text, count=1)
+        parse_study(text, path.name)
+        write_file(path, text)
+        return f'wrote {path}; write study = "{path}" into slipscale.toml to use it'
+
+
+# What is typed to unblind, in the console's languages.
+CONFIRMING = frozenset({"unblind", "voir"})
+
+
+def why_not_edited(found: Snapshot) -> str:
+    """Return why the study's file is not edited here; empty where it may be."""
+    name = found.defaults.study
+    if name in shipped_studies():
+        return f"'{name}' comes with Slipscale: make a copy, and edit that"
+    if found.study and found.study.name in studies(found.defaults.data):
+        return f"'{name}' has data: a changed study would no longer be theirs; make a copy"
+    return ""

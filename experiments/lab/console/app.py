@@ -1,0 +1,246 @@
+"""The console's pages and what they can ask for, as an ASGI application."""
+
+from __future__ import annotations
+
+import zipfile
+from contextlib import asynccontextmanager
+from functools import partial
+from importlib.resources import files
+from io import BytesIO
+from typing import TYPE_CHECKING, Any
+
+import anyio
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from starlette.applications import Starlette
+from starlette.concurrency import run_in_threadpool
+from starlette.middleware import Middleware
+from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
+from starlette.routing import Route
+
+from experiments.lab.console.actions import Actions
+from experiments.lab.console.jobs import KINDS
+from experiments.lab.console.pages import PAGES
+from experiments.lab.console.security import REPORT_POLICY, Guard
+from experiments.lab.console.state import RESULTS, State, pilots
+from experiments.lab.console.words import LANGUAGES, Words, preferred
+from faults import UserError, harmless
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Iterator
+    from pathlib import Path
+
+    from starlette.requests import Request
+
+    from experiments.lab.console.jobs import Jobs
+    from experiments.lab.console.security import Access
+
+PACKAGE = "experiments.lab.console"
+LOOK_S = 1.0
+STATIC = {
+    "console.css": "text/css",
+    "console.js": "text/javascript",
+    "icon.svg": "image/svg+xml",
+}
+NOT_THERE = 404
+CANNOT = 409
+
+
+class Console:
+    """The application's state: what it shows, what it started, and whether it is closing."""
+
+    def __init__(self, access: Access, jobs: Jobs) -> None:
+        self.access = access
+        self.jobs = jobs
+        self.state = State()
+        self.actions = Actions(self.state, jobs)
+        self.closing = anyio.Event()
+        self._environment = Environment(
+            loader=PackageLoader(PACKAGE),
+            autoescape=True,
+            undefined=StrictUndefined,
+            trim_blocks=True,
+            lstrip_blocks=True,
+        )
+
+    # Pages ------------------------------------------------------------------------------------
+
+    async def page(self, request: Request, name: str) -> Response:
+        """Return a page as it is now."""
+        return await run_in_threadpool(self._page, request, name, f"{name}.html", {})
+
+    def _page(self, request: Request, name: str, template: str, more: dict[str, Any]) -> Response:
+        """Return a page made from a template, in the reader's language."""
+        found = self.state.now()
+        chosen = request.query_params.get("lang", request.cookies.get("lang", ""))
+        t = Words(preferred(request.headers.get("accept-language", ""), chosen))
+        status = found.live.status if found.live else None
+        values: dict[str, Any] = {
+            "t": t,
+            "page": name,
+            "pages": tuple(PAGES),
+            "other": next(code for code in LANGUAGES if code != t.language),
+            "found": found,
+            "shown_state": status.state if status else "",
+            "read_only": self.access.read_only,
+            **more,
+        }
+        if template == f"{name}.html":
+            values |= PAGES[name](found, self.jobs, t)
+        response = HTMLResponse(self._environment.get_template(template).render(values))
+        if chosen in LANGUAGES:
+            response.set_cookie("lang", chosen, samesite="strict", secure=self.access.tls)
+        return response
+
+    async def events(self, _: Request) -> Response:
+        """Return a stream that says each time when something has changed."""
+        return StreamingResponse(
+            self._changes(), media_type="text/event-stream", headers={"x-accel-buffering": "no"}
+        )
+
+    async def _changes(self) -> AsyncIterator[str]:
+        before = ""
+        while not self.closing.is_set():
+            now = await run_in_threadpool(self._version)
+            # A comment keeps the line open, and finds out that nobody listens any more.
+            yield f"data: {now}\n\n" if now != before else ": there\n\n"
+            before = now
+            with anyio.move_on_after(LOOK_S):
+                await self.closing.wait()
+
+    def _version(self) -> str:
+        jobs = [self.jobs.last(kind) for kind in KINDS]
+        return self.state.version([(job.status, job.complained()) if job else None for job in jobs])
+
+    # Files: each is named here, none by the page ------------------------------------------------
+
+    async def static(self, request: Request) -> Response:
+        """Return a file of the console's own."""
+        name = request.path_params["name"]
+        if name not in STATIC:
+            return Response(status_code=NOT_THERE)
+        content = files(PACKAGE).joinpath("static", name).read_bytes()
+        return Response(content, media_type=STATIC[name])
+
+    async def report(self, request: Request) -> Response:
+        """Return the page that holds the data set's report."""
+        if not (await run_in_threadpool(self.state.now)).seen:
+            return Response(status_code=NOT_THERE)
+        more = {"source": "/data/report.html"}
+        return await run_in_threadpool(self._page, request, "data", "report.html", more)
+
+    async def report_file(self, _: Request) -> Response:
+        """Return the data set's report, where it may be seen."""
+        found = await run_in_threadpool(self.state.now)
+        return _result(found.defaults.data, "report.html") if found.seen else _result(None, "")
+
+    async def figure(self, _: Request) -> Response:
+        """Return Fig. 15, where it may be seen."""
+        found = await run_in_threadpool(self.state.now)
+        return _result(found.defaults.data, "fig15.svg") if found.seen else _result(None, "")
+
+    async def pilot_report(self, request: Request) -> Response:
+        """Return the page that holds a pilot's report."""
+        number = request.path_params["number"]
+        if self._pilot(number) is None:
+            return Response(status_code=NOT_THERE)
+        more = {"source": f"/pilot/{number}/report.html"}
+        return await run_in_threadpool(self._page, request, "pilot", "report.html", more)
+
+    async def pilot_report_file(self, request: Request) -> Response:
+        """Return a pilot's report."""
+        return _result(self._pilot(request.path_params["number"]), "report.html")
+
+    def _pilot(self, number: str) -> Path | None:
+        """Return the folder of the pilot of a number, among those there are."""
+        folders = pilots(self.state.now().defaults)
+        return next((folder for folder in folders if folder.name == number), None)
+
+    async def download(self, _: Request) -> Response:
+        """Return the data set as a zip, without locks and mailboxes."""
+        if self.access.read_only:
+            return Response(status_code=NOT_THERE)
+        found = await run_in_threadpool(self.state.now)
+        if not found.defaults.data.is_dir():
+            return Response(status_code=NOT_THERE)
+        content = await run_in_threadpool(zipped, found.defaults.data)
+        headers = {"content-disposition": 'attachment; filename="data-set.zip"'}
+        return Response(content, media_type="application/zip", headers=headers)
+
+    # What is asked for --------------------------------------------------------------------------
+
+    async def do(self, request: Request) -> Response:
+        """Do what a page asks for; say what came of it."""
+        sent = await request.body()
+        try:
+            said = await run_in_threadpool(self.actions.do, request.path_params["action"], sent)
+        except UserError as error:
+            return JSONResponse({"said": harmless(str(error))}, status_code=CANNOT)
+        return JSONResponse({"said": said})
+
+
+def make_app(access: Access, jobs: Jobs) -> tuple[Starlette, Console]:
+    """Return the application, and the console behind it.
+
+    Parameters
+    ----------
+    access : Access
+        Who may see it, and where.
+    jobs : Jobs
+        Starts processes in the laboratory folder, which is the current one.
+    """
+    console = Console(access, jobs)
+
+    @asynccontextmanager
+    async def lifespan(_: Starlette) -> AsyncIterator[None]:
+        yield
+        console.closing.set()
+
+    paths = {name: "/" if name == "today" else f"/{name}" for name in PAGES}
+    routes = [
+        *(Route(path, _page_of(console, name)) for name, path in paths.items()),
+        Route("/events", console.events),
+        Route("/static/{name}", console.static),
+        Route("/data/report", console.report),
+        Route("/data/report.html", console.report_file),
+        Route("/data/fig15.svg", console.figure),
+        Route("/data/download", console.download),
+        Route("/pilot/{number}/report", console.pilot_report),
+        Route("/pilot/{number}/report.html", console.pilot_report_file),
+        Route("/do/{action}", console.do, methods=["POST"]),
+    ]
+    guarded = [Middleware(Guard, access=access)]
+    return Starlette(routes=routes, middleware=guarded, lifespan=lifespan), console
+
+
+def _page_of(console: Console, name: str) -> Any:
+    return partial(console.page, name=name)
+
+
+def _result(dataset: Path | None, name: str) -> Response:
+    """Return a file of a data set's results; not there where it is not."""
+    kinds = {"report.html": "text/html", "fig15.svg": "image/svg+xml"}
+    try:
+        content = (dataset / RESULTS / name).read_bytes() if dataset else None
+    except OSError:
+        content = None
+    if content is None:
+        return Response(status_code=NOT_THERE)
+    headers = {"content-security-policy": REPORT_POLICY}
+    return Response(content, media_type=kinds[name], headers=headers)
+
+
+def zipped(dataset: Path) -> bytes:
+    """Return a data set as a zip: all its files but locks, mailboxes and drafts."""
+    content = BytesIO()
+    with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in _files(dataset):
+            archive.write(path, path.relative_to(dataset.parent))
+    return content.getvalue()
+
+
+def _files(dataset: Path) -> Iterator[Path]:
+    for path in sorted(dataset.rglob("*")):
+        parts = path.relative_to(dataset).parts
+        passing = any(part.endswith((".live", ".lock")) or part.startswith(".") for part in parts)
+        if path.is_file() and not path.is_symlink() and not passing:
+            yield path

@@ -1,0 +1,148 @@
+"""Serves the console: the address, the browser, and in a laboratory's network TLS."""
+
+from __future__ import annotations
+
+import ipaddress
+import shutil
+import socket
+import subprocess
+import sys
+import webbrowser
+from contextlib import suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+import uvicorn
+
+from experiments.lab.console.app import make_app
+from experiments.lab.console.jobs import Jobs
+from experiments.lab.console.security import Access
+from faults import UserError
+
+if TYPE_CHECKING:
+    from starlette.applications import Starlette
+
+    from experiments.lab.console.app import Console
+
+PORT = 8470
+CERTIFICATE_DAYS = "30"
+
+
+def serve(*, port: int, lan: str | None, browser: bool) -> None:
+    """Serve the console of the current folder until Ctrl-C.
+
+    Parameters
+    ----------
+    port : int
+        0: any that is free.
+    lan : str or None
+        An address of this computer in the laboratory's network: there the console speaks TLS and
+        only shows. None: this computer alone.
+    browser : bool
+        Whether to open it.
+
+    Raises
+    ------
+    UserError
+        The port is taken, or the address is not this computer's.
+    """
+    if lan:
+        _check_address(lan)
+    listening = _listen(lan or "127.0.0.1", port)
+    access = Access(
+        host=lan or "127.0.0.1",
+        port=listening.getsockname()[1],
+        tls=bool(lan),
+        read_only=bool(lan),
+    )
+    app, console = make_app(access, Jobs(Path.cwd()))
+    with TemporaryDirectory() as place, listening:
+        config = _configuration(app, access, Path(place))
+        print(f"the console: {access.address}")
+        only = "only shows, to whoever has this address" if lan else "on this computer alone"
+        print(f"{only}; Ctrl-C ends it, and no session")
+        sys.stdout.flush()
+        if browser:
+            _open(access.address)
+        server = _Server(config, console)
+        with suppress(KeyboardInterrupt):
+            server.run(sockets=[listening])
+
+
+class _Server(uvicorn.Server):
+    """Ends its streams before it waits for what is still being answered."""
+
+    def __init__(self, config: uvicorn.Config, console: Console) -> None:
+        super().__init__(config)
+        self._console = console
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        self._console.closing.set()
+        await super().shutdown(sockets)
+
+
+def _configuration(app: Starlette, access: Access, place: Path) -> uvicorn.Config:
+    certificate = _certificate(access.host, place) if access.tls else None
+    return uvicorn.Config(
+        app,
+        log_level="error",
+        access_log=False,
+        server_header=False,
+        timeout_graceful_shutdown=3,
+        ssl_certfile=certificate[0] if certificate else None,
+        ssl_keyfile=certificate[1] if certificate else None,
+    )
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    try:
+        return socket.create_server((host, port))
+    except OSError as error:
+        raise UserError(
+            f"port {port} at {host}: {error.strerror}; is another console open there? Name another "
+            "with --port, or 0 for any that is free"
+        ) from None
+
+
+def _check_address(lan: str) -> None:
+    """Raise `UserError` unless this is one address: all at once would be nobody's choice."""
+    try:
+        address = ipaddress.ip_address(lan)
+    except ValueError:
+        address = None
+    if address is None or address.version != 4 or address.is_unspecified or address.is_global:  # noqa: PLR2004
+        raise UserError(
+            f"--lan {lan}: expected this computer's own address in the laboratory's network, such "
+            "as 192.168.0.12"
+        )
+
+
+def _certificate(host: str, place: Path) -> tuple[Path, Path]:
+    """Return a certificate that this console signs itself, and its key, for some days."""
+    openssl = shutil.which("openssl")
+    if not openssl:
+        raise UserError(
+            "--lan needs openssl, to make a certificate; install it, or look from another room "
+            f"through an ssh tunnel: ssh -L {PORT}:127.0.0.1:{PORT} THIS-COMPUTER"
+        )
+    certificate, key = place / "certificate.pem", place / "key.pem"
+    command = [openssl, "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:P-256"]
+    command += ["-nodes", "-days", CERTIFICATE_DAYS, "-subj", f"/CN={host}"]
+    command += ["-addext", f"subjectAltName=IP:{host}", "-out", str(certificate)]
+    made = subprocess.run(  # noqa: S603 - its words are ours, and an address that was checked
+        [*command, "-keyout", str(key)], capture_output=True, text=True, check=False
+    )
+    if made.returncode:
+        raise UserError(f"openssl makes no certificate: {made.stderr.strip().splitlines()[-1]}")
+    return certificate, key
+
+
+def _open(address: str) -> None:
+    """Open a browser, where there is one; the address is on the terminal in any case."""
+    try:
+        opened = webbrowser.open(address)
+    except webbrowser.Error:
+        opened = False
+    if not opened:
+        print("no browser could be opened; open the address yourself", file=sys.stderr)

@@ -1,0 +1,184 @@
+"""What the pages show: read from the laboratory folder, at most once a second, for all pages."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+from threading import Lock
+from typing import TYPE_CHECKING
+
+from experiments.lab.defaults import Defaults, here
+from experiments.lab.roster import Roster, read_roster
+from experiments.lab.run_summary import RunSummary, summary
+from experiments.lab.unblinding import results_may_be_seen, unblinded
+from experiments.session.mailbox import LiveStatus, read_status
+from experiments.study.file import read_study
+from faults import UserError, harmless
+
+if TYPE_CHECKING:
+    from experiments.lab.roster import Visit
+    from experiments.study.model import Study
+
+FRESH_S = 1.0
+RESULTS = Path("derivatives", "slipscale")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Live:
+    """The session that runs now.
+
+    Parameters
+    ----------
+    status : LiveStatus or None
+        None where the session tells nothing: it was begun by an older Slipscale, or its mailbox
+        could not be made.
+    pilot : bool
+        Whether it is a rehearsal.
+    left_s : float or None
+        What is left by its own pace, before its first trial by that of the runs before.
+    """
+
+    label: str
+    visit: Visit
+    status: LiveStatus | None
+    summary: RunSummary
+    pilot: bool
+    left_s: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Snapshot:
+    """The laboratory folder at one moment.
+
+    Parameters
+    ----------
+    problem : str
+        Why there is nothing to show; empty where there is.
+    rehearsals : Roster
+        Of the folder of rehearsals.
+    seen : bool
+        Whether means and figures may be shown.
+    unblinded_utc : tuple of str
+        When somebody asked to see them before the end.
+    """
+
+    problem: str = ""
+    defaults: Defaults = field(default_factory=Defaults)
+    study: Study | None = None
+    study_text: str = ""
+    roster: Roster | None = None
+    rehearsals: Roster | None = None
+    live: Live | None = None
+    seen: bool = False
+    unblinded_utc: tuple[str, ...] = ()
+
+
+class State:
+    """The laboratory folder as it is now: the current folder of the process."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._read_s = float("-inf")
+        self._snapshot = Snapshot()
+
+    def now(self, *, fresh: bool = False) -> Snapshot:
+        """Return a snapshot not older than a second; ``fresh`` reads anew."""
+        with self._lock:
+            if fresh or time.monotonic() - self._read_s > FRESH_S:
+                self._snapshot = take_snapshot()
+                self._read_s = time.monotonic()
+            return self._snapshot
+
+    def version(self, *more: object) -> str:
+        """Return a digest that changes when anything on a page may have changed."""
+        found = self.now()
+        told = (found.problem, found.study_text, found.roster, found.rehearsals, found.live)
+        return hashlib.sha256(repr((told, found.seen, more)).encode()).hexdigest()[:16]
+
+
+def take_snapshot() -> Snapshot:
+    """Read the current folder; what is wrong with it is a snapshot's problem, never raised."""
+    defaults = Defaults()
+    try:
+        defaults = here()
+        if defaults.file is None:
+            return Snapshot(
+                problem=f"{Path.cwd()}: there is no slipscale.toml any more; was it moved or "
+                "renamed? Make one with slipscale lab init, and reload this page"
+            )
+        study, text = read_study(defaults.study)
+        roster = read_roster(defaults.data, study, text)
+        rehearsals = read_roster(defaults.out(pilot=True), study, text)
+        return Snapshot(
+            defaults=defaults,
+            study=study,
+            study_text=text,
+            roster=roster,
+            rehearsals=rehearsals,
+            live=_live(roster, pilot=False) or _live(rehearsals, pilot=True),
+            seen=results_may_be_seen(defaults.data, roster),
+            unblinded_utc=tuple(unblinded(defaults.data)),
+        )
+    except UserError as error:
+        return Snapshot(problem=harmless(str(error)), defaults=defaults)
+    except FileNotFoundError:
+        return Snapshot(problem="The laboratory folder has gone. Is its disk connected?")
+
+
+def _live(roster: Roster, *, pilot: bool) -> Live | None:
+    visit = roster.running
+    if visit is None:
+        return None
+    person = next(person for person in roster.people if visit in person.visits)
+    status = read_status(visit.path)
+    return Live(
+        label=person.label,
+        visit=visit,
+        status=status,
+        summary=summary(visit.path),
+        pilot=pilot,
+        left_s=_left_s(roster, status),
+    )
+
+
+def _left_s(roster: Roster, status: LiveStatus | None) -> float | None:
+    if status is None:
+        return None
+    if status.time_left_s is not None:
+        return status.time_left_s
+    known = usual_duration_s(roster)
+    return max(known - status.elapsed_s, 0.0) if known else None
+
+
+def usual_duration_s(roster: Roster) -> float | None:
+    """Return how long a complete run took on average; None before there is one."""
+    visits = [visit for person in roster.people for visit in person.visits]
+    took = [summary(visit.path).duration_s for visit in visits if visit.state == "complete"]
+    return sum(took) / len(took) if took else None
+
+
+def pilots(defaults: Defaults) -> list[Path]:
+    """Return the folders of simulated pilots, the newest first."""
+    found = [path for path in defaults.pilots.glob("[0-9]*") if path.name.isdigit()]
+    return sorted(found, key=lambda path: int(path.name), reverse=True)
+
+
+def table3(dataset: Path) -> list[list[str]]:
+    """Return Table III as the last analysis wrote it, heading first; nothing without one."""
+    try:
+        lines = (dataset / RESULTS / "table3.csv").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return []
+    return [line.split(",") for line in lines]
+
+
+def findings(text: str) -> list[dict[str, object]] | None:
+    """Return what a checklist found, from its output; None where that cannot be read."""
+    try:
+        found = json.loads(text)
+    except ValueError:
+        return None
+    return found if isinstance(found, list) else None

@@ -1,0 +1,157 @@
+// The pages are made by the console itself. This script sends what buttons ask for, and brings a
+// page's parts up to date when the console says that something has changed.
+"use strict";
+
+const said = document.getElementById("said");
+const sure = document.getElementById("sure");
+const title = document.title;
+let state = document.getElementById("state").dataset.state;
+
+function say(sentence, bad = false) {
+  said.textContent = sentence;
+  said.classList.toggle("bad", bad);
+}
+
+async function post(action, fields) {
+  const answer = await fetch(`/do/${action}`, {
+    method: "POST",
+    headers: { "content-type": "application/json", "x-slipscale": "1" },
+    body: JSON.stringify(fields),
+  }).catch(() => null);
+  const told = answer ? await answer.json().catch(() => ({ said: "?" })) : { said: document.body.dataset.lost };
+  return { good: Boolean(answer && answer.ok), said: told.said };
+}
+
+async function ask(action, fields) {
+  const { good, said: sentence } = await post(action, fields);
+  say(sentence, !good);
+  await refresh();
+}
+
+// Asks whether something is meant, and for words or a choice where they are needed.
+function confirmed(button) {
+  const { question, ask: wanted, choices } = button.dataset;
+  if (!question) return Promise.resolve({});
+  document.getElementById("sure-question").textContent = question;
+  const words = document.getElementById("sure-words");
+  const choice = document.getElementById("sure-choice");
+  const input = words.querySelector("input");
+  const select = choice.querySelector("select");
+  words.hidden = !["reason", "optional", "word"].includes(wanted);
+  choice.hidden = wanted !== "question";
+  input.value = "";
+  input.required = wanted === "reason" || wanted === "word";
+  select.replaceChildren(...JSON.parse(choices || "[]").map((name) => new Option(name, name)));
+  sure.querySelector(".main").textContent = button.textContent;
+  sure.returnValue = "no";
+  sure.showModal();
+  return new Promise((resolve) => {
+    sure.addEventListener("close", () => {
+      if (sure.returnValue !== "yes") return resolve(null);
+      if (wanted === "question") return resolve({ question: select.value });
+      if (wanted === "word") return resolve({ word: input.value });
+      return resolve(words.hidden ? {} : { reason: input.value });
+    }, { once: true });
+  });
+}
+
+// Enter in the dialog means yes, not the first button.
+sure.addEventListener("keydown", (event) => {
+  if (event.key === "Enter" && event.target.tagName === "INPUT") {
+    event.preventDefault();
+    sure.querySelector(".main").click();
+  }
+});
+
+document.addEventListener("click", async (event) => {
+  const button = event.target.closest("[data-do]");
+  if (!button || sure.open) return;
+  const more = await confirmed(button);
+  if (more) await ask(button.dataset.do, { ...JSON.parse(button.dataset.fields), ...more });
+});
+
+document.addEventListener("submit", (event) => {
+  const form = event.target.closest("[data-form]");
+  if (!form) return;
+  event.preventDefault();
+  const fields = Object.fromEntries([...new FormData(form)].map(([name, value]) => [name, Number(value)]));
+  ask(form.dataset.form, fields);
+});
+
+document.addEventListener("keydown", (event) => {
+  const typing = event.target.closest("input, textarea, select, dialog");
+  if (typing || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
+  document.querySelector(`[data-key="${CSS.escape(event.key)}"]`)?.click();
+});
+
+// Up to date ------------------------------------------------------------------------------------
+
+async function refresh() {
+  const answer = await fetch(location.href, { headers: { accept: "text/html" } }).catch(() => null);
+  if (!answer || !answer.ok) return;
+  const fresh = new DOMParser().parseFromString(await answer.text(), "text/html");
+  for (const part of document.querySelectorAll("[data-live]")) {
+    const other = fresh.getElementById(part.id);
+    // What somebody types into stays as it is.
+    if (!other || other.outerHTML === part.outerHTML) continue;
+    if (part.contains(document.activeElement) && document.activeElement.matches("input")) continue;
+    const focused = part.contains(document.activeElement) ? document.activeElement : null;
+    const place = focused ? [...part.querySelectorAll("button, a")].indexOf(focused) : -1;
+    part.replaceWith(document.importNode(other, true));
+    if (place >= 0) document.getElementById(part.id).querySelectorAll("button, a")[place]?.focus();
+  }
+  const now = document.getElementById("state").dataset.state;
+  document.title = now === "fault" ? `⚠ ${title}` : title;
+  if (now === "fault" && state !== "fault") beep();
+  state = now;
+}
+
+function beep() {
+  const audio = new AudioContext();
+  const tone = audio.createOscillator();
+  tone.frequency.value = 880;
+  tone.connect(audio.destination);
+  tone.start();
+  tone.stop(audio.currentTime + 0.4);
+  tone.onended = () => audio.close();
+}
+
+const changes = new EventSource("/events");
+changes.onmessage = refresh;
+changes.onerror = () => say(document.body.dataset.lost, true);
+changes.onopen = () => { if (said.textContent === document.body.dataset.lost) say(""); };
+
+// The study's editor ------------------------------------------------------------------------------
+
+const study = document.getElementById("study-form");
+if (study) {
+  const text = document.getElementById("study-text");
+  const lines = document.getElementById("study-lines");
+  const faults = document.getElementById("study-faults");
+  let wrong = new Set();
+  const number = () => {
+    const count = text.value.split("\n").length;
+    lines.replaceChildren(...Array.from({ length: count }, (_, at) => {
+      const line = document.createElement(wrong.has(at + 1) ? "b" : "span");
+      line.textContent = `${wrong.has(at + 1) ? "✗ " : ""}${at + 1}\n`;
+      return line;
+    }));
+    lines.scrollTop = text.scrollTop;
+  };
+  const judge = async (action) => {
+    const fields = { text: text.value, ...(action === "copy" ? { name: study.elements.name.value } : { before: study.dataset.before }) };
+    const { good, said: sentence } = await post(action, fields);
+    wrong = new Set([...sentence.matchAll(/^\s+line (\d+)/gm)].map((found) => Number(found[1])));
+    faults.textContent = good ? "" : sentence;
+    say(good ? sentence : "", false);
+    number();
+    if (good && action === "save") location.reload();
+  };
+  text.addEventListener("input", number);
+  text.addEventListener("scroll", () => { lines.scrollTop = text.scrollTop; });
+  for (const button of study.querySelectorAll("[data-study]")) {
+    button.addEventListener("click", () => judge(button.dataset.study));
+  }
+  study.addEventListener("submit", (event) => event.preventDefault());
+  number();
+}

@@ -1,0 +1,124 @@
+"""What a run's journal says without unblinding anybody: how it went, not what was answered."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from experiments.dataset.rows_from_journal import gather
+from experiments.journal.run_record import elapsed_s, read_usable
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from experiments.journal.record import Record
+    from experiments.protocols.base import TrialRecord
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Event:
+    """Something that happened: a fault, a pause, a void, a note."""
+
+    time_s: float
+    kind: str
+    words: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunSummary:
+    """A run, as far as it has come.
+
+    Parameters
+    ----------
+    trials : int
+        That are over, practice and voided ones among them.
+    flags : Mapping
+        Flag -> how many trials carry it.
+    response_times_s : tuple of float
+        Of the trials in order; of each task's answer.
+    duration_s : float
+        From the beginning to the last step.
+    used_tolerance : tuple of float
+        For each presentation with a measured readback, how far it lay from what was commanded, as
+        a share of what the plate's limits allow. It says nothing of the amplitude.
+    doing : str
+        The step that was begun last: its type, and the name of a question after a colon.
+    """
+
+    trials: int = 0
+    flags: Mapping[str, int] = field(default_factory=dict)
+    response_times_s: tuple[float, ...] = ()
+    duration_s: float = 0.0
+    used_tolerance: tuple[float, ...] = ()
+    events: tuple[Event, ...] = ()
+    doing: str = ""
+
+
+# Kind of record -> the entry that has its words. A fault's code only: its sentence may name an
+# amplitude.
+EVENTS = {"fault": "code", "void": "reason", "note": "text", "pause": "", "stop": "reason"}
+
+
+def summary(path: Path) -> RunSummary:
+    """Return what a run's journal says; an empty summary where it cannot be read."""
+    try:
+        stat = path.stat()
+        return _summary(path, stat.st_ino, stat.st_mtime_ns, stat.st_size)
+    except (OSError, UserError):
+        return RunSummary()
+
+
+@lru_cache(maxsize=4096)
+def _summary(path: Path, _inode: int, _changed_ns: int, _size: int) -> RunSummary:
+    _, reading = read_usable(path)
+    records = reading.records
+    trials = [trial for task in gather(records).trials.values() for trial in task]
+    begun = [record for record in records if record.kind == "begin"]
+    return RunSummary(
+        trials=len(trials),
+        flags=Counter(flag for trial in trials for flag in trial.flags),
+        response_times_s=tuple(time for trial in trials for time in _response_times(trial)),
+        duration_s=elapsed_s(records),
+        used_tolerance=tuple(_used_tolerance(records)),
+        events=tuple(
+            Event(time_s=record.time_s, kind=record.kind, words=_words(record))
+            for record in records
+            if record.kind in EVENTS
+        ),
+        doing=_step(begun[-1]) if begun else "",
+    )
+
+
+def _response_times(trial: TrialRecord) -> list[float]:
+    found = [answer.get("response_time_s") for answer in trial.answers.values()]
+    return [float(time) for time in found if time is not None][:1]
+
+
+def _used_tolerance(records: list[Record]) -> list[float]:
+    plates = [r.data["plate"] for r in records if r.kind in ("header", "resume")]
+    limits = plates[-1].get("limits") or {} if plates else {}
+    share, least_um = limits.get("tolerance"), limits.get("tolerance_um")
+    if not isinstance(share, float) or not isinstance(least_um, float):
+        return []
+    answers = [record.data["answer"] or {} for record in records if record.kind == "done"]
+    return [
+        abs(answer["readback_um_pp"] - answer["commanded_um_pp"])
+        / max(share * answer["commanded_um_pp"], least_um)
+        for answer in answers
+        if answer.get("type") == "Presented" and answer["readback_kind"] == "measured"
+        if answer["readback_um_pp"] is not None
+    ]
+
+
+def _words(record: Record) -> str:
+    entry = EVENTS[record.kind]
+    return str(record.data.get(entry, "")) if entry else ""
+
+
+def _step(record: Record) -> str:
+    what = record.data["what"]
+    return f"{what['type']}:{what.get('name', '')}"

@@ -1,0 +1,45 @@
+"""What the console starts goes on without it."""
+
+import time
+
+import pytest
+
+from experiments.lab.console.jobs import Jobs
+from experiments.lab.console.state import findings
+from faults import UserError
+
+
+def wait_for(job):
+    for _ in range(600):
+        if not job.running:
+            return job
+        time.sleep(0.05)
+    return pytest.fail("the job did not end")
+
+
+def test_a_job_tells_its_status_and_its_last_complaint(lab):
+    jobs = Jobs(lab)
+    job = wait_for(jobs.start("analysis", "the analysis", "analyse", "nothing"))
+    assert (job.status, jobs.last("analysis")) == (2, job)
+    assert "nothing: no such file or folder" in job.complained()
+
+
+def test_one_of_a_kind_runs_at_a_time(lab, monkeypatch):
+    jobs = Jobs(lab)
+    job = jobs.start("check", "the checklist", "--help")
+    job.process.wait()
+    assert "usage: slipscale" in job.said()
+
+    monkeypatch.setattr(job.process, "poll", lambda: None)
+    with pytest.raises(UserError, match="the checklist: still at work"):
+        jobs.start("check", "the checklist", "--help")
+
+
+def test_a_folder_that_has_gone_is_told(tmp_path):
+    with pytest.raises(UserError, match="is the folder still there"):
+        Jobs(tmp_path / "gone").start("check", "the checklist", "check")
+
+
+@pytest.mark.parametrize("text", ["", "rubbish", "{}", "[1"])
+def test_a_checklist_that_cannot_be_read_is_none(text):
+    assert findings(text) is None

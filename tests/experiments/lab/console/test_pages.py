@@ -1,0 +1,416 @@
+"""What the pages show of the laboratory folder, and what they keep from who runs the sessions."""
+
+import re
+import shutil
+import zipfile
+from dataclasses import replace
+from io import BytesIO
+
+import pytest
+
+from experiments.lab.console import state
+from experiments.lab.console.plots import scatter
+from experiments.lab.console.words import LANGUAGES, page_texts
+from experiments.lab.run_summary import RunSummary, summary
+from experiments.lab.unblinding import unblinded
+from experiments.languages.texts import blanks
+from experiments.protocols.steps import Ask, NumberQuestion, Trial
+from experiments.session.operator import Request, SessionStatus
+from experiments.study.file import study_text
+from faults import UserError
+
+PAGES = ("/", "/live", "/study", "/data", "/pilot")
+AGE = Ask(name="age", question=NumberQuestion(prompt="?"))
+STATUS = SessionStatus(
+    state="waiting",
+    task="magnitudeestimation",
+    trial=4,
+    total=8,
+    voidable=Trial(task="t", number=4, total=8),
+    answered=Trial(task="t", number=3, total=8),
+    asked=(AGE,),
+    done=7,
+    planned=12,
+    plate="as commanded",
+)
+
+
+def words_of(page):
+    """Return a page's text, without its elements."""
+    body = re.sub(r"(?s)<script.*?</script>|<[^>]+>", " ", page)
+    return " ".join(body.split())
+
+
+def test_the_languages_say_the_same_with_the_same_blanks():
+    first, *others = (page_texts(language) for language in LANGUAGES)
+    for other in others:
+        assert set(other) == set(first)
+        assert {key: blanks(text) for key, text in other.items()} == {
+            key: blanks(text) for key, text in first.items()
+        }
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_every_page_is_whole_before_anybody_has_come(visitor, path):
+    assert "</html>" in visitor.see(path)
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_every_page_speaks_the_readers_language(visitor, recorded, path):
+    assert '<html lang="fr">' in visitor.see(path, **{"accept-language": "fr-CH, en;q=0.4"})
+    assert '<html lang="en">' in visitor.see(f"{path}?lang=en", **{"accept-language": "fr"})
+
+
+def test_today_shows_who_is_where_and_offers_what_can_be_done(visitor, recorded):
+    page = visitor.see("/")
+    assert "2 of 12 planned have begun, 1 are done" in words_of(page)
+    assert "participant 03" in words_of(page)
+    assert page.count('data-do="resume"') == 1
+    assert page.count('data-do="begin"') == 2
+
+
+def test_on_a_plate_that_nobody_feels_only_rehearsals_are_offered(visitor, recorded, lab):
+    (lab / "slipscale.toml").write_text('plate = "mock"\n')
+    page = visitor.see("/")
+    assert "which nobody feels" in page
+    assert page.count('data-do="begin"') == 1
+    assert visitor.ask("begin", participant="03")[0] == 409
+    assert visitor.ask("begin", participant="01", pilot=True)[0] == 200
+
+
+@pytest.mark.parametrize(
+    "break_it, sentence",
+    [
+        (lambda lab: (lab / "slipscale.toml").unlink(), "no slipscale.toml any more"),
+        (lambda lab: (lab / "slipscale.toml").write_text("study ="), "is not TOML"),
+        (lambda lab: (lab / "slipscale.toml").write_text('study = "s.toml"'), "No such file"),
+        (
+            lambda lab: (lab / "data/sourcedata/withdrawn.json").write_text("{"),
+            "withdrawn.json: cannot be read",
+        ),
+        (
+            lambda lab: (lab / "data/sourcedata/unblinded.json").write_text("{"),
+            "unblinded.json: cannot be read",
+        ),
+    ],
+)
+def test_what_is_wrong_with_the_folder_is_a_sentence_on_every_page(
+    visitor, recorded, lab, break_it, sentence
+):
+    visitor.see("/")
+    break_it(lab)
+    visitor.console.state.now(fresh=True)
+    for path in PAGES:
+        assert sentence in visitor.see(path)
+    status, said = visitor.ask("check")
+    assert (status, sentence in said) == (409, True)
+
+
+def test_a_folder_that_has_gone_is_told(visitor, recorded, lab, tmp_path_factory, monkeypatch):
+    gone = tmp_path_factory.mktemp("gone")
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    visitor.console.state.now(fresh=True)
+    assert "has gone" in visitor.see("/")
+    monkeypatch.chdir(lab)
+
+
+def test_a_damaged_journal_is_marked_and_costs_no_page(visitor, recorded):
+    path = next((recorded / "sourcedata/sub-02").glob("*_journal.jsonl"))
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join([*lines[:5], b"rubbish\n", *lines[6:]]))
+    assert "damaged" in words_of(visitor.see("/"))
+    assert "damaged" in words_of(visitor.see("/data"))
+
+
+def test_a_clock_that_went_back_changes_nothing(visitor, recorded, monkeypatch):
+    visitor.see("/")
+    monkeypatch.setattr("time.time", lambda: 0.0)
+    assert "2 of 12" in words_of(visitor.see("/"))
+
+
+def test_five_hundred_participants_are_read_once(visitor, lab, whole_runs):
+    source = next(whole_runs.glob("sourcedata/sub-01/*.jsonl")).read_bytes().splitlines(True)
+    for number in range(1, 501):
+        folder = lab / f"data/sourcedata/sub-{number:03d}"
+        folder.mkdir(parents=True)
+        (folder / f"sub-{number:03d}_run-01_journal.jsonl").write_bytes(source[0])
+    page = visitor.see("/")
+    assert page.count('<th scope="row">') == 500
+    assert "500 of 12 planned have begun" in words_of(page)
+
+
+# The running session ------------------------------------------------------------------------------
+
+
+def test_live_shows_where_the_session_is(visitor, session):
+    with session(STATUS):
+        said = words_of(visitor.see("/live"))
+    assert "Trial 4 of 8" in said
+    assert "7 of 12 trials of the session" in said
+    assert "settled, on target" in said
+    assert "participant 02, run 01 · study biet2007" in said
+
+
+@pytest.mark.parametrize("path", PAGES)
+def test_no_page_shows_an_amplitude_of_the_running_session(visitor, session, lab, path):
+    """The study file's own page lists them, in no order of presentation."""
+    with session(STATUS):
+        page = visitor.see(path)
+    if path != "/study":
+        assert "µm" not in page
+        assert "um_pp" not in page
+
+
+def test_a_session_that_was_told_to_unblind_shows_its_amplitude(visitor, session):
+    with session(replace(STATUS, amplitude_um_pp=1.2)):
+        assert "1.2 µm p-p" in words_of(visitor.see("/live"))
+
+
+def test_the_deviation_is_told_of_many_presentations_together(visitor, session, monkeypatch):
+    """Of a single one it could tell which amplitude that was."""
+    for count, told in ((7, False), (8, True)):
+        used = RunSummary(used_tolerance=(0.1,) * (count - 1) + (0.42,))
+        monkeypatch.setattr(state, "summary", lambda _, used=used: used)
+        with session(STATUS):
+            visitor.console.state.now(fresh=True)
+            assert ("42 % of what is allowed" in words_of(visitor.see("/live"))) is told
+
+
+def test_the_deviation_is_a_share_of_what_the_plate_allows(recorded):
+    path = next((recorded / "sourcedata/sub-01").glob("*_journal.jsonl"))
+    used = summary(path).used_tolerance
+    assert len(used) > 8
+    assert all(0 <= share <= 1 for share in used)
+    assert max(used) > 0
+
+
+def test_faults_are_told_by_their_code_alone(visitor, session):
+    with session(STATUS) as (_, journal):
+        journal.write("fault", code="not_reached", message="2.3 µm p-p was commanded")
+        page = visitor.see("/live")
+    assert "not_reached" in page
+    assert "2.3" not in page
+
+
+def test_what_is_asked_on_the_page_reaches_the_session(visitor, session):
+    with session(STATUS) as (box, _):
+        token = re.search(r"&#34;token&#34;: &#34;([0-9a-f]+)", visitor.see("/live"))[1]
+        assert visitor.ask("ask", token=token, what="pause")[0] == 200
+        assert box.poll() == Request(what="pause")
+        assert (
+            visitor.ask("ask", token=token, what="void", reason="slip", task="t", trial=3)[0] == 200
+        )
+        assert box.poll() == Request(what="void", reason="slip", trial=STATUS.answered)
+        assert visitor.ask("ask", token=token, what="ask_again", question="age")[0] == 200
+        assert box.poll() == Request(what="ask_again", question=AGE)
+        status, said = visitor.ask("ask", token=token, what="note", reason=" ")
+        assert (status, "expected words" in said) == (409, True)
+    status, said = visitor.ask("ask", token=token, what="stop")
+    assert (status, said) == (409, "that session is over")
+
+
+def test_two_consoles_see_the_same_session_and_both_may_ask(visitor, session, make_visitor):
+    other = make_visitor(replace(visitor.access, port=8471))
+    other.client.cookies.set(other.access.cookie, other.access.token)
+    with session(STATUS) as (box, _):
+        pages = [words_of(each.see("/live")) for each in (visitor, other)]
+        assert pages[0] == pages[1]
+        token = box._token
+        assert visitor.ask("ask", token=token, what="pause")[0] == 200
+        assert box.poll() == Request(what="pause")
+
+
+def test_while_a_session_runs_no_other_begins_and_nothing_checks_the_plate(visitor, session):
+    with session(STATUS):
+        for action, fields in {
+            "begin": {"participant": "03"},
+            "check": {},
+            "resume": {"participant": "02", "session": "", "run": "01"},
+        }.items():
+            status, said = visitor.ask(action, **fields)
+            assert (status, "runs now; end it first" in said) == (409, True)
+        assert "The session of participant 02 runs" in words_of(visitor.see("/"))
+    assert visitor.jobs.started == []
+
+
+def test_a_session_without_a_mailbox_is_shown_and_says_so(visitor, session, recorded):
+    with session(STATUS):
+        shutil.rmtree(next(recorded.rglob("*.live")))
+        visitor.console.state.now(fresh=True)
+        assert "tells nothing and takes no requests" in visitor.see("/live")
+
+
+def test_a_message_of_a_change_comes_once_for_each_change(visitor, session):
+    first = visitor.console._version()
+    assert visitor.console._version() == first
+    with session(STATUS):
+        visitor.console.state.now(fresh=True)
+        assert visitor.console._version() != first
+
+
+# Actions ------------------------------------------------------------------------------------------
+
+
+def test_a_session_begins_as_slipscale_next_would(visitor, recorded):
+    assert visitor.ask("begin", participant="03")[0] == 200
+    assert visitor.jobs.started == [("session", "next", "--yes", "--participant", "03")]
+    status, said = visitor.ask("begin", participant="07")
+    assert (status, "is not next any more" in said) == (409, True)
+
+
+def test_an_interrupted_run_goes_on_as_slipscale_resume_would(visitor, recorded):
+    assert visitor.ask("resume", participant="02", session="", run="01")[0] == 200
+    [(kind, command, path)] = visitor.jobs.started
+    assert (kind, command) == ("session", "resume")
+    assert path.endswith("sub-02_run-01_journal.jsonl")
+    assert visitor.ask("resume", participant="01", session="", run="01")[0] == 409
+
+
+# The blind ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def analysed(recorded):
+    results = recorded / "derivatives/slipscale"
+    results.mkdir(parents=True)
+    (results / "table3.csv").write_text("amplitude_um_pp,n,mean\n2.3,2,80.512\n")
+    (results / "report.html").write_text("<h1>80.512</h1>")
+    (results / "fig15.svg").write_text("<svg/>")
+    return recorded
+
+
+def test_results_are_kept_back_until_somebody_unblinds_and_that_is_written_down(visitor, analysed):
+    for path in ("/data", "/data/report", "/data/report.html", "/data/fig15.svg"):
+        answer = visitor.client.get(path)
+        assert "80.51" not in answer.text
+        assert answer.status_code == (200 if path == "/data" else 404)
+    assert visitor.ask("analyse")[0] == 409
+    assert visitor.ask("unblind", word="yes")[0] == 409
+    assert unblinded(analysed) == []
+    assert visitor.ask("unblind", word="Unblind")[0] == 200
+    assert len(unblinded(analysed)) == 1
+    assert "80.51" in visitor.see("/data")
+    assert "80.512" in visitor.see("/data/report.html")
+    assert visitor.ask("analyse")[0] == 200
+    assert visitor.jobs.started == [("analysis", "analyse", "data")]
+
+
+def test_unblinding_in_the_middle_of_a_session_stands_in_its_journal(visitor, session):
+    with session(STATUS) as (box, _):
+        visitor.ask("unblind", word="voir")
+        request = box.poll()
+    assert (request.what, "unblinded" in request.reason) == ("note", True)
+
+
+def test_once_all_planned_are_done_results_are_shown(visitor, analysed, lab, monkeypatch):
+    text = study_text("biet2007").replace("participants = 12", "participants = 1")
+    (lab / "one.toml").write_text(text)
+    (lab / "slipscale.toml").write_text('study = "one.toml"\nplate = "serial:COM9"\n')
+    assert "80.51" in visitor.see("/data")
+    assert unblinded(analysed) == []
+
+
+def test_data_shows_how_runs_went_and_no_answer(visitor, recorded):
+    page = visitor.see("/data")
+    assert page.count("<circle") > 10
+    assert "complete" in words_of(page)
+    assert "µm" not in page
+
+
+def test_the_download_is_the_data_set_without_locks_and_mailboxes(visitor, session, recorded):
+    with session(STATUS):
+        content = visitor.client.get("/data/download").content
+    names = zipfile.ZipFile(BytesIO(content)).namelist()
+    assert "data/sourcedata/sub-01/sub-01_run-01_journal.jsonl" in names
+    assert not [name for name in names if ".live" in name or name.endswith(".lock")]
+
+
+def test_response_times_are_scaled_by_most_of_them_and_none_is_lost():
+    found = scatter([[1.0, 2.0, 3.0], [1.5, 2.5, 900.0]])
+    assert len(found.points) == 6
+    assert min(y for _, y in found.points) >= 10
+    assert scatter([]) is None
+    assert scatter([[]]) is None
+
+
+# The study ----------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def own_study(lab):
+    text = study_text("biet2007").replace('name = "biet2007"', 'name = "mine"')
+    (lab / "mine.toml").write_text(text)
+    (lab / "slipscale.toml").write_text('study = "mine.toml"\nplate = "serial:COM9"\n')
+    return lab / "mine.toml"
+
+
+def before_of(visitor):
+    return re.search(r'data-before="([0-9a-f]{64})"', visitor.see("/study"))[1]
+
+
+def test_the_study_is_read_edited_and_judged_as_on_the_command_line(visitor, own_study):
+    text, before = own_study.read_text(), before_of(visitor)
+    assert "Descending difference" in words_of(visitor.see("/study"))
+    changed = text.replace("seed = 2007", "seed = 7")
+    assert visitor.ask("validate", text=changed, before=before) == (200, "no fault")
+    assert visitor.ask("save", text=changed, before=before)[0] == 200
+    assert own_study.read_text() == changed
+
+
+def test_every_fault_is_told_at_its_line_and_nothing_is_saved(visitor, own_study):
+    text, before = own_study.read_text(), before_of(visitor)
+    faulty = text.replace("seed = 2007", "seed = -7").replace("series = 1", "series = 0")
+    for action in ("validate", "save"):
+        status, said = visitor.ask(action, text=faulty, before=before)
+        assert status == 409
+        assert re.findall(r"line (\d+), ([a-z.0-9]+)", said) == [
+            ("7", "seed"),
+            ("13", "tasks.1.series"),
+        ]
+    assert own_study.read_text() == text
+
+
+def test_a_study_that_was_edited_on_disk_in_between_is_not_overwritten(visitor, own_study):
+    before = before_of(visitor)
+    own_study.write_text(own_study.read_text().replace("2007", "2008"))
+    status, said = visitor.ask("save", text="x", before=before)
+    assert (status, "was changed on disk" in said) == (409, True)
+
+
+def test_a_study_with_data_is_never_edited_and_a_copy_is_offered(visitor, recorded, lab):
+    (lab / "biet.toml").write_text(study_text("biet2007"))
+    (lab / "slipscale.toml").write_text('study = "biet.toml"\nplate = "serial:COM9"\n')
+    page = visitor.see("/study")
+    assert "has data" in page
+    assert 'data-study="save"' not in page
+    text = (lab / "biet.toml").read_text()
+    assert visitor.ask("save", text=text, before=before_of(visitor))[0] == 409
+    assert visitor.ask("copy", name="second-one", text=text)[0] == 200
+    assert 'name = "second_one"' in (lab / "second-one.toml").read_text()
+    status, said = visitor.ask("copy", name="second-one", text=text)
+    assert (status, "there is one already" in said) == (409, True)
+
+
+def test_a_shipped_study_is_not_edited(visitor):
+    assert "comes with Slipscale" in visitor.see("/study")
+
+
+def test_pilots_are_listed_with_their_reports(visitor, lab):
+    for number, reported in (("001", True), ("002", False)):
+        folder = lab / "pilots" / number / "derivatives/slipscale"
+        folder.mkdir(parents=True)
+        if reported:
+            (folder / "report.html").write_text("<p>it worked</p>")
+    page = visitor.see("/pilot")
+    assert "/pilot/001/report" in page
+    assert "/pilot/002/report" not in page
+    assert "it worked" in visitor.see("/pilot/001/report.html")
+    assert visitor.ask("pilot", participants=3, seed=1)[0] == 200
+    assert visitor.jobs.started == [("pilot", "pilot", "--participants", "3", "--seed", "1")]
+
+
+def test_an_unblinding_record_that_cannot_be_read_is_told(recorded):
+    (recorded / "sourcedata/unblinded.json").write_text("[1]")
+    with pytest.raises(UserError, match="cannot be read"):
+        unblinded(recorded)

@@ -1,0 +1,259 @@
+"""Each way in that is not the operator's own browser, tried."""
+
+import json
+import shutil
+import socket
+import ssl
+import subprocess
+import sys
+import urllib.request
+
+import pytest
+
+from experiments.lab.console import serve as serving
+from experiments.lab.console.security import LARGEST_BODY, POLICY, Access
+from faults import UserError
+from slipscale import main
+
+PAGES = ("/", "/live", "/study", "/data", "/pilot", "/events", "/static/console.js")
+BODY = json.dumps({}).encode()
+
+
+def test_only_this_computer_is_listened_to(visitor):
+    assert visitor.access.host == "127.0.0.1"
+    with serving._listen(visitor.access.host, 0) as listening:
+        assert listening.getsockname()[0] == "127.0.0.1"
+
+
+@pytest.mark.parametrize("path", [*PAGES, "/data/download", "/data/report", "/nothing"])
+def test_without_the_token_nothing_is_shown(visitor, path):
+    visitor.client.cookies.clear()
+    answer = visitor.client.get(path)
+    assert (answer.status_code, "slipscale lab" in answer.text) == (403, True)
+
+
+@pytest.mark.parametrize("token", ["", "guess", "é", "0" * 5000])
+def test_a_guessed_token_opens_nothing(visitor, token):
+    visitor.client.cookies.clear()
+    assert visitor.client.get("/", params={"token": token}).status_code == 403
+    header = {"cookie": f"{visitor.access.cookie}={token.encode().hex()}"}
+    assert visitor.client.get("/", headers=header).status_code == 403
+
+
+def test_the_address_gives_a_cookie_that_no_script_and_no_other_site_sees(visitor):
+    visitor.client.cookies.clear()
+    answer = visitor.client.get("/", params={"token": visitor.access.token})
+    assert (answer.status_code, answer.headers["location"]) == (303, "/")
+    cookie = answer.headers["set-cookie"]
+    assert "HttpOnly" in cookie
+    assert "SameSite=strict" in cookie
+    assert visitor.client.get("/").status_code == 200
+
+
+def test_the_token_is_new_each_time_and_stands_in_no_repr():
+    one, other = Access(port=1), Access(port=1)
+    assert one.token != other.token
+    assert one.token not in repr(one)
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example:8470", "127.0.0.1", "127.0.0.1:80", "localhost.evil.example:8470", ""]
+)
+def test_a_foreign_name_for_this_machine_is_refused(visitor, host):
+    """DNS rebinding: a page of evil.example whose name now means 127.0.0.1."""
+    for path in PAGES:
+        assert visitor.client.get(path, headers={"host": host}).status_code == 400
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"origin": "http://evil.example"},
+        {"origin": "null"},
+        {"origin": None},
+        {"origin": "https://127.0.0.1:8470"},
+        {"origin": "http://127.0.0.1:8471"},
+        {"x-slipscale": None},
+        {"content-type": "text/plain"},
+        {"content-type": "application/x-www-form-urlencoded"},
+    ],
+)
+def test_a_form_or_script_of_another_page_changes_nothing(visitor, asking, changes):
+    headers = {key: value for key, value in (asking | changes).items() if value is not None}
+    answer = visitor.client.post("/do/check", content=BODY, headers=headers)
+    assert answer.status_code == 403
+    assert visitor.jobs.started == []
+    assert visitor.client.post("/do/check", content=BODY, headers=asking).status_code == 200
+
+
+@pytest.mark.parametrize("method", ["PUT", "DELETE", "PATCH", "OPTIONS", "TRACE"])
+def test_other_methods_are_refused(visitor, asking, method):
+    assert visitor.client.request(method, "/do/check", headers=asking).status_code == 403
+
+
+def test_a_body_without_end_is_not_read(visitor, asking):
+    long = asking | {"content-length": str(LARGEST_BODY + 1)}
+    assert visitor.client.post("/do/check", content=b"{}", headers=long).status_code == 403
+
+
+@pytest.mark.parametrize("path", PAGES[:5])
+def test_a_page_may_run_and_load_only_the_consoles_own(visitor, path):
+    answer = visitor.client.get(path)
+    assert answer.headers["content-security-policy"] == POLICY
+    assert "default-src 'none'" in POLICY
+    assert answer.headers["cache-control"] == "no-store"
+    assert answer.headers["x-content-type-options"] == "nosniff"
+    assert "http://" not in answer.text.replace("http://www.w3.org", "")
+    assert "https://" not in answer.text
+    assert "style=" not in answer.text
+    assert "<script>" not in answer.text
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        "/static/../app.py",
+        "/static/..%2fapp.py",
+        "/static/%2e%2e/app.py",
+        "/static/app.py",
+        "/pilot/..%2f..%2fdata/report",
+        "/pilot/../report.html",
+        "/data/participants.tsv",
+        "/data/../slipscale.toml",
+    ],
+)
+def test_no_path_comes_from_the_page(visitor, recorded, path):
+    assert visitor.client.get(path).status_code == 404
+
+
+@pytest.mark.parametrize(
+    "action, fields",
+    [
+        ("begin", {"participant": "../../etc"}),
+        ("begin", {"participant": "--help"}),
+        ("resume", {"participant": "02", "session": "../x", "run": "01"}),
+        ("copy", {"name": "../evil", "text": ""}),
+        ("copy", {"name": ".bashrc", "text": ""}),
+        ("copy", {"name": "a/b", "text": ""}),
+        ("pilot", {"participants": 1, "seed": 1, "out": "/root"}),
+        ("pilot", {"participants": "1; rm -rf", "seed": 1}),
+        ("analyse", {"dataset": "/"}),
+        ("nothing", {}),
+    ],
+)
+def test_words_that_would_be_paths_or_options_are_refused(visitor, recorded, action, fields):
+    before = sorted(path.as_posix() for path in recorded.parent.rglob("*"))
+    status, _ = visitor.ask(action, **fields)
+    assert status == 409
+    assert visitor.jobs.started == []
+    assert sorted(path.as_posix() for path in recorded.parent.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    "sent", [b"", b"[", b"null", b"[]", b'"x"', b"\xff", b'{"participant": 1}']
+)
+def test_what_is_no_form_is_refused(visitor, asking, sent):
+    answer = visitor.client.post("/do/begin", content=sent, headers=asking)
+    assert answer.status_code == 409
+    assert visitor.jobs.started == []
+
+
+def test_what_people_wrote_is_text_and_never_markup(visitor, recorded, lab):
+    (lab / "slipscale.toml").write_text('study = "<script>alert(1)</script>"\n')
+    page = visitor.see("/")
+    assert "&lt;script&gt;" in page
+    assert "<script>alert" not in page
+
+
+def test_a_report_runs_nothing_and_is_framed_by_the_console_alone(visitor, lab, recorded):
+    folder = lab / "pilots/001/derivatives/slipscale"
+    folder.mkdir(parents=True)
+    (folder / "report.html").write_text("<script>1</script>")
+    policy = visitor.client.get("/pilot/001/report.html").headers["content-security-policy"]
+    assert policy.startswith("sandbox; default-src 'none'")
+    assert "script-src" not in policy
+    assert "frame-ancestors 'self'" in policy
+
+
+@pytest.fixture
+def phone(lab, make_visitor):
+    """A phone in the laboratory's network."""
+    return make_visitor(Access(host="192.168.0.12", port=8470, tls=True, read_only=True))
+
+
+def test_in_the_network_the_console_only_shows(phone, recorded, asking):
+    headers = asking | {"origin": "https://192.168.0.12:8470"}
+    for action in ("begin", "ask", "check", "save", "unblind"):
+        answer = phone.client.post(f"/do/{action}", content=BODY, headers=headers)
+        assert (answer.status_code, answer.text) == (403, "This console only shows.\n")
+    for path in PAGES[:5]:
+        page = phone.see(path)
+        assert "data-do=" not in page
+        assert "data-study=" not in page
+    assert phone.client.get("/data/download").status_code == 404
+
+
+def test_in_the_network_its_cookie_goes_through_tls_only(phone):
+    phone.client.cookies.clear()
+    answer = phone.client.get("/", params={"token": phone.access.token})
+    assert "Secure" in answer.headers["set-cookie"]
+
+
+@pytest.mark.parametrize(
+    "address", ["0" + ".0" * 3, "8.8.8.8", "everything", "::1", "192.168.0.1/24"]
+)
+def test_an_address_that_is_nobodys_choice_is_refused(lab, capsys, address):
+    assert main(["lab", "--lan", address, "--no-browser"]) == 2
+    assert "expected this computer's own address" in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not shutil.which("openssl"), reason="makes the certificate")
+def test_the_certificate_is_for_the_address_and_plain_http_is_not_served(lab, tmp_path):
+    code = (
+        "import sys; from experiments.lab.console.serve import serve; "
+        "serve(port=0, lan='127.0.0.1', browser=False)"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-P", "-c", code], stdout=subprocess.PIPE, text=True, cwd=lab
+    )
+    with process:
+        try:
+            address = process.stdout.readline().split()[-1]
+            assert address.startswith("https://127.0.0.1:")
+            assert "only shows" in process.stdout.readline()
+            context = ssl.create_default_context()
+            context.check_hostname, context.verify_mode = False, ssl.CERT_NONE
+            request = urllib.request.Request(address, method="GET")  # noqa: S310 - our own address
+            opener = urllib.request.build_opener(
+                urllib.request.HTTPSHandler(context=context), urllib.request.HTTPCookieProcessor()
+            )
+            with opener.open(request, timeout=20) as answer:
+                assert "only shows" in answer.read().decode()
+            with (
+                pytest.raises(OSError, match=r".*"),
+                opener.open(address.replace("https", "http"), timeout=20) as plain,
+            ):
+                plain.read()
+        finally:
+            process.terminate()
+
+
+def test_a_port_that_is_taken_is_one_sentence(lab, capsys):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        assert main(["lab", "--no-browser", "--port", str(port)]) == 2
+    assert "another console" in capsys.readouterr().err
+    assert main(["lab", "--no-browser", "--port", "99999"]) == 2
+    assert "from 0 to 65535" in capsys.readouterr().err
+
+
+def test_without_openssl_the_network_is_refused_with_another_way(tmp_path, monkeypatch):
+    monkeypatch.setattr(serving.shutil, "which", lambda _: None)
+    with pytest.raises(UserError, match="ssh -L"):
+        serving._certificate("192.168.0.12", tmp_path)
+
+
+def test_without_a_browser_the_address_is_still_said(monkeypatch, capsys):
+    monkeypatch.setattr(serving.webbrowser, "open", lambda _: False)
+    serving._open("http://127.0.0.1:1/")
+    assert "open the address yourself" in capsys.readouterr().err
