@@ -252,7 +252,9 @@ class ForcedChoice(Repeating[Choice]):
         self._missed += missed
         if condition.track is not None and chosen is not None and number not in voided:
             self.tracks.answer(number, correct=correct)
-        return (*voided, number) if missed else voided
+        # A track's own cap ends who never answers; other trials come again once.
+        comes_again = missed and (condition.track is not None or trial.repeats is None)
+        return (*voided, number) if comes_again else voided
 
 
 def most_trials(options: ForcedChoiceOptions, _context: Context) -> int:

@@ -1,0 +1,108 @@
+"""docs/adding-a-protocol.md, followed literally: built, installed apart, and used to its end."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+import zipfile
+from pathlib import Path
+
+import pytest
+
+PAGE = Path(__file__).parents[3] / "docs" / "adding-a-protocol.md"
+BLOCK = re.compile(r"^```\w+ file=(\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+# A pilot without its analysis, which takes as long as all else.
+UNDISTURBED = """
+from pathlib import Path
+from experiments.running.pilot import pilot_plans, run_pilot
+plans = pilot_plans("roughness.toml", participants=1, seed=None, language=None)
+run_pilot(Path("whole"), plans, tell=print)
+"""
+SLIPSCALE = Path(sys.executable).with_name("slipscale")
+
+
+pytestmark = pytest.mark.window  # `slipscale check` looks at the display
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    """The page's files, built into a wheel, and that installed in a folder of its own."""
+    folder = tmp_path_factory.mktemp("laboratory")
+    for name, text in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
+        (folder / name).write_text(text, encoding="utf-8")
+    build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", "dist"]
+    subprocess.run(build, cwd=folder, check=True, capture_output=True)
+    (wheel,) = (folder / "dist").glob("*.whl")
+    with zipfile.ZipFile(wheel) as archive:
+        archive.extractall(folder / "site")
+    # What is imported is what was installed, not the file that lies beside it.
+    (folder / "shrinking_difference.py").unlink()
+    return folder
+
+
+@pytest.fixture
+def slipscale(package, display):
+    """Return a function that runs a command with the package installed."""
+    environment = {**os.environ, "PYTHONPATH": str(package / "site"), "COLUMNS": "200"}
+
+    def run(*words, wait=True, command=SLIPSCALE):
+        command = [str(command), *words]
+        if not wait:
+            return subprocess.Popen(
+                command, cwd=package, env=environment, stdout=subprocess.DEVNULL
+            )
+        done = subprocess.run(
+            command, cwd=package, env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return run
+
+
+def tables(folder):
+    return {
+        path.name: path.read_bytes()
+        for path in sorted(folder.glob("sub-*/beh/*"))
+        if path.suffix in (".tsv", ".json")
+    }
+
+
+def test_the_page_is_followed_from_validate_to_analyse(package, slipscale):
+    assert "no fault (3 tasks" in slipscale("study", "validate", "roughness.toml")
+    shown = slipscale("study", "show", "roughness.toml")
+    assert "Shrinking difference of roughness (coarse)" in shown
+    findings = slipscale("check", "roughness.toml", "--out", "data", "--json", "--windowed")
+    assert {"name": "plate", "passed": True}.items() <= next(
+        finding.items() for finding in json.loads(findings) if finding["name"] == "plate"
+    )
+    slipscale("-c", UNDISTURBED, command=sys.executable)
+    whole = tables(package / "whole")
+    coarse = whole["sub-01_task-coarse_run-01_beh.tsv"].decode().splitlines()
+    assert len(coarse) == 1 + 6
+    assert "interval2_readback_um_pp" in coarse[0]
+    assert coarse[1:] != whole["sub-01_task-fine_run-01_beh.tsv"].decode().splitlines()[1:]
+    notes = json.loads(whole["sub-01_task-fine_run-01_beh.json"])["Slipscale"]
+    assert notes["protocol"] == "shrinking_difference"
+
+    # Killed in the middle of a run, gone on with, built, analysed.
+    pilot = slipscale(
+        "pilot", "roughness.toml", "--participants", "1", "--out", "killed", wait=False
+    )
+    journal = package / "killed/sourcedata/sub-01/sub-01_run-01_journal.jsonl"
+    deadline = time.monotonic() + 60
+    while not (journal.exists() and journal.stat().st_size > 30_000):
+        assert time.monotonic() < deadline
+        assert pilot.poll() is None, "it ended before it was killed"
+        time.sleep(0.001)
+    pilot.send_signal(signal.SIGKILL)
+    pilot.wait()
+    assert '"kind":"end"' not in journal.read_text()
+    slipscale("resume", str(journal))
+    slipscale("data", "build", "killed")
+    assert tables(package / "killed") == whole
+    slipscale("analyse", "killed")
+    assert (package / "killed/derivatives/slipscale/report.html").exists()

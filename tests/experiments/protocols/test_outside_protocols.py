@@ -1,0 +1,186 @@
+"""What a laboratory's own protocol may get wrong: told in a sentence, before anybody sits down."""
+
+from dataclasses import dataclass, replace
+from importlib.metadata import EntryPoint
+
+import pytest
+
+from experiments.protocols import base
+from experiments.protocols.base import Column, Options, Protocol, load_protocol
+from experiments.protocols.simulation import compared
+from experiments.protocols.steps import (
+    Ask,
+    ChoiceQuestion,
+    EndBlock,
+    EndTrial,
+    Explore,
+    Instruct,
+    NumberQuestion,
+    Present,
+    Trial,
+)
+from experiments.running.dry_run import check_answered, surfaces
+from experiments.running.pilot import pilot_plans, run_pilot
+from faults import UserError, plug_ins
+from stimuli.surface import VirtualSurface
+
+STUDY = """
+name = "outside"
+title = "A protocol of our own"
+amplitudes_um_pp = [0.5, 1.2]
+participants = 1
+
+[[tasks]]
+protocol = "grip"
+"""
+
+
+class GripOptions(Options):
+    """None of its own."""
+
+
+def steps(_options, context, amplitude_um_pp=1.2, count=2):
+    yield Instruct(text=context.texts["grip.instructions"])
+    for number in range(1, count + 1):
+        trial = Trial(task=context.task, number=number, total=2)
+        yield Present(surface=VirtualSurface(amplitude_um_pp=amplitude_um_pp), trial=trial)
+        yield Explore(text="Stroke it.", trial=trial)
+        yield Ask(name="grip", question=NumberQuestion(prompt="How much grip?"), trial=trial)
+        yield EndTrial(trial=trial)
+    yield EndBlock(screen=Instruct(text="over"))
+
+
+GRIP = Protocol(
+    task="grip",
+    title="Grip",
+    description="How much grip.",
+    options=GripOptions,
+    trials=lambda _options, _context: 2,
+    steps=steps,
+    answer="grip",
+    instructions="grip.instructions",
+    simulated={"grip": lambda _, person: round(person.impressions[-1])},
+    texts={"en": {"grip.instructions": "Feel it."}, "fr": {"grip.instructions": "Touchez."}},
+    response={
+        "grip": Column(value=lambda r: r.answer("grip"), kind="number", description="Grip"),
+    },
+)
+
+
+@dataclass
+class Point:
+    protocol: object
+
+    def load(self):
+        return self.protocol
+
+
+@pytest.fixture
+def pilot(monkeypatch, tmp_path):
+    """Return a function that runs a pilot with a protocol of the name grip."""
+    known = base.installed(base.PROTOCOLS)
+
+    def run(protocol, text=STUDY, **changes):
+        points = {**known, "grip": Point(replace(protocol, **changes))}
+        monkeypatch.setattr(base, "installed", lambda _: points)
+        file = tmp_path / f"outside{len(list(tmp_path.glob('*.toml')))}.toml"
+        file.write_text(text, encoding="utf-8")
+        plans = pilot_plans(str(file), participants=None, seed=None, language=None)
+        folder = tmp_path / "data"
+        try:
+            run_pilot(folder, plans, tell=lambda _: None)
+        except UserError:
+            assert not folder.exists() or not list(folder.rglob("*.jsonl"))
+            raise
+        return folder
+
+    return run
+
+
+def test_a_protocol_of_a_laboratorys_own_is_piloted(pilot):
+    folder = pilot(GRIP)
+    (table,) = folder.glob("sub-01/beh/*_task-grip_run-01_beh.tsv")
+    assert len(table.read_text().splitlines()) == 3
+    assert "Feel it." in (folder / "task-grip_beh.json").read_text()
+
+
+def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
+    text = STUDY.replace("[[tasks]]", '[texts.en.grip]\ninstructions = "Press."\n\n[[tasks]]')
+    assert "Press." in (pilot(GRIP, text) / "task-grip_beh.json").read_text()
+    with pytest.raises(UserError, match=r"grip\.instructoins: there is no such text"):
+        pilot(GRIP, text.replace("instructions", "instructoins"))
+
+
+@pytest.mark.parametrize(
+    "changes, said",
+    [
+        ({"simulated": {}}, "no simulated participant can answer 'grip'"),
+        ({"texts": {"fr": GRIP.texts["fr"]}}, "has no texts in 'en'; it has them in fr"),
+        ({"instructions": "grip.intro"}, "its instructions 'grip.intro' are none of its texts"),
+        (
+            {"texts": {"en": {"session.rest": "Rest!", **GRIP.texts["en"]}}},
+            "its en text 'session.rest' could hide another's",
+        ),
+        (
+            {"design": {"onset": GRIP.response["grip"]}},
+            "column onset is in every task's table",
+        ),
+        (
+            {"steps": lambda o, c: steps(o, c, count=3)},
+            "goes on after 2 trials, the most that it says it has",
+        ),
+        (
+            {"possible_um_pp": lambda _o, _c: (0.5, 1.0)},
+            "presents 1.2 µm p-p, and says that it presents 0.5 to 1",
+        ),
+        ({"possible_um_pp": lambda _o, _c: (0.5, 3.0)}, "3.0 is beyond the plate's 2.5 µm p-p"),
+        ({"finest_um_pp": lambda _o, _c: (0.04, 1.2)}, "is held to within 0.06 µm p-p at 1.2"),
+        ({"steps": lambda o, c: steps(o, c, amplitude_um_pp=2.6)}, "2.6 µm p-p is outside"),
+    ],
+)
+def test_what_is_wrong_with_a_protocol_is_one_sentence_and_nothing_is_recorded(
+    pilot, changes, said
+):
+    with pytest.raises(Exception, match=said):
+        pilot(GRIP, **changes)
+
+
+def test_an_entry_point_that_is_no_protocol_is_refused(pilot, monkeypatch):
+    monkeypatch.setattr(base, "installed", lambda _: {"grip": Point(GripOptions)})
+    with pytest.raises(UserError, match="expected a Protocol"):
+        load_protocol("grip")
+
+
+def test_two_packages_that_give_the_same_name_are_refused(monkeypatch):
+    points = [
+        EntryPoint(name="grip", value=f"{package}.grip:PROTOCOL", group="slipscale.protocols")
+        for package in ("ourlab", "theirlab")
+    ]
+    monkeypatch.setattr(plug_ins, "entry_points", lambda **_: points)
+    plug_ins.installed.cache_clear()
+    try:
+        with pytest.raises(UserError, match=r"'grip' .* is there twice, as ourlab.* and theirlab"):
+            plug_ins.installed("slipscale.protocols")
+    finally:
+        plug_ins.installed.cache_clear()
+
+
+def test_a_question_that_compares_is_never_answered_by_chance(pilot):
+    question = ChoiceQuestion(prompt="?", options=(("a", "a"), ("b", "b")))
+    with pytest.raises(UserError, match="compares nothing"):
+        compared(Ask(name="grip", question=question), None)
+
+
+@pytest.mark.parametrize("study", ["difference_threshold", "matching"])
+def test_a_shipped_study_rehearses_every_amplitude_that_its_pilot_presents(study, laboratory):
+    plan = pilot_plans(study, participants=1, seed=None, language=None)[0]
+    check_answered(plan)
+    rehearsed = [surface.amplitude_um_pp for surface in surfaces(plan)]
+    laboratory.run(plan)
+    presented = [
+        record.data["what"]["surface"]["amplitude_um_pp"]
+        for record in laboratory.records(plan, kind="begin")
+        if record.data["what"]["type"] == "Present"
+    ]
+    assert presented
+    assert min(rehearsed) <= min(presented) <= max(presented) <= max(rehearsed)
