@@ -166,8 +166,8 @@ class Grating:
                 f"most: expected a finger up to {fastest * self.spatial_period_mm:.3g} mm/s or a "
                 f"period from {abs(finger_speed_mm_s) / fastest:.3g} mm"
             )
-        most = math.floor(1 / (rate * modulator.shortest_step_s) + 1e-9)
-        steps = fewest if self.waveform == "square" else min(most, STEPS_MAX)
+        most = min(1 / (rate * modulator.shortest_step_s) + 1e-9, STEPS_MAX)
+        steps = fewest if self.waveform == "square" else math.floor(most)
         step_s = 1 / (rate * steps)
         count = math.ceil(duration_s / step_s - 1e-9)
         return tuple(

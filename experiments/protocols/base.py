@@ -35,8 +35,9 @@ ORDER_VERSION = 2
 EVERYBODY = "every participant"  # no participant's label: those have no spaces
 
 # Strict: "3", 3.0 and true are not 3. TOML says what it means, and so does the fault.
-Count = Annotated[int, Field(strict=True, ge=0)]
+Seed = Annotated[int, Field(strict=True, ge=0)]
 # A thousand of anything is more than a participant can bear; more is a slip of the finger.
+Count = Annotated[int, Field(strict=True, ge=0, le=1000)]
 AtLeastOne = Annotated[int, Field(strict=True, ge=1, le=1000)]
 Switch = Annotated[bool, Field(strict=True)]
 Seconds = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]

@@ -7,6 +7,7 @@ import re
 import shlex
 import tomllib
 from dataclasses import replace
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import tomlkit
@@ -30,6 +31,10 @@ if TYPE_CHECKING:
     from experiments.study.model import Study
     from stimuli.surface import Surface
 
+# A run of more trials takes days.
+MOST_TRIALS = 10_000
+# Balance is judged by the first runs that have so many trials together: a second's work.
+TRIALS_LOOKED_AT = 20_000
 SCHEMA_FILE = "study.schema.json"
 
 
@@ -145,13 +150,17 @@ def orders(plan: RunPlan) -> dict[str, str]:
 def balance(name: str, study: Study, text: str) -> list[str]:
     """Return how balanced a study's orders are over all its participants, a sentence a line."""
     whole = _plan(name, study, text)
-    plans = [
+    every = (
         replace(whole, participant=f"{number:02d}", session=session, run=f"{run:02d}")
         for number in range(1, study.participants + 1)
         for session in _sessions(study)
         for run in range(1, study.runs + 1)
-    ]
+    )
+    runs_in_all = study.participants * len(_sessions(study)) * study.runs
+    plans = list(islice(every, max(TRIALS_LOOKED_AT // max(whole.planned_trials(), 1), 1)))
     said = []
+    if len(plans) < runs_in_all:
+        said.append(f"the first {len(plans)} of {runs_in_all} runs:")
     for protocol, options in plans[0].tasks():
         # The one protocol that knows rules of order; a descending series has none to balance.
         if isinstance(options, MagnitudeEstimation):
@@ -187,8 +196,14 @@ def _sessions(study: Study) -> tuple[str, ...]:
 
 
 def _plan(name: str, study: Study, text: str) -> RunPlan:
-    """Return the plan of the first participant's run."""
-    return RunPlan(
+    """Return the plan of the first participant's run.
+
+    Raises
+    ------
+    UserError
+        It has more trials than anybody can do: numbers were mistyped.
+    """
+    plan = RunPlan(
         study_name=name,
         study_text=text,
         participant="01",
@@ -197,3 +212,6 @@ def _plan(name: str, study: Study, text: str) -> RunPlan:
         language=study.language,
         mode="pilot",
     )
+    if (trials := plan.planned_trials()) > MOST_TRIALS:
+        raise UserError(f"{name}: a run has {trials:,} trials; expected at most {MOST_TRIALS:,}")
+    return plan

@@ -28,12 +28,12 @@ from experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
     Context,
-    Count,
     EntityLabel,
     Label,
     Options,
     Positive,
     Seconds,
+    Seed,
     Switch,
     Words,
     load_protocol,
@@ -110,13 +110,21 @@ class PlateSettings(BaseModel):
     )
 
 
+# No plate is a metre long: one period is the whole stroke there, and more.
+LONGEST_MM = 1000.0
+# Surfaces, tasks, sessions, questions: more than anybody can have in mind, and few to compute with.
+MOST = 100
+
+
 class Texture(BaseModel):
     """A grating that the study presents as one more surface."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     name: Label = Field(description="What the data call the texture: letters, digits and _.")
-    spatial_period_mm: Positive = Field(description="Length of one period.")
+    spatial_period_mm: Annotated[Positive, Field(le=LONGEST_MM)] = Field(
+        description="Length of one period."
+    )
     mean_um_pp: Positive = Field(description="Mean of the vibration amplitude over a period.")
     depth_um_pp: Positive = Field(
         description="The amplitude swings from mean - depth to mean + depth."
@@ -161,7 +169,7 @@ class Study(BaseModel):
         description="Language that the participant reads; `--language` of a command overrides it.",
         json_schema_extra={"enum": [*languages()]},
     )
-    seed: Count = Field(
+    seed: Seed = Field(
         default=1,
         description="All orders follow from it, and all that is simulated.",
         json_schema_extra={"unit": "none"},
@@ -174,23 +182,27 @@ class Study(BaseModel):
     plate: PlateSettings = Field(
         default=PlateSettings(), description="Limits that every amplitude of the study must keep."
     )
-    amplitudes_um_pp: Annotated[tuple[Amplitude, ...], Field(min_length=1)] = Field(
-        description="Vibration amplitudes of the plain surfaces, all different; 0 is the plate "
-        "at rest."
+    amplitudes_um_pp: Annotated[tuple[Amplitude, ...], Field(min_length=1, max_length=MOST)] = (
+        Field(
+            description="Vibration amplitudes of the plain surfaces, all different; 0 is the plate "
+            "at rest."
+        )
     )
-    textures: tuple[Texture, ...] = Field(
+    textures: Annotated[tuple[Texture, ...], Field(max_length=MOST)] = Field(
         default=(),
         description="Surfaces whose amplitude is modulated, for the protocols that present them.",
     )
-    tasks: Annotated[tuple[SerializeAsAny[Options], ...], Field(min_length=1)] = Field(
-        description="The tasks of a run, in order: each names a protocol and sets its options."
+    tasks: Annotated[tuple[SerializeAsAny[Options], ...], Field(min_length=1, max_length=MOST)] = (
+        Field(
+            description="The tasks of a run, in order: each names a protocol and sets its options."
+        )
     )
     task_order: Literal["fixed", "counterbalanced"] = Field(
         default="fixed",
         description="Order of the tasks; counterbalanced: every other participant has them in "
         "reverse.",
     )
-    sessions: tuple[EntityLabel, ...] = Field(
+    sessions: Annotated[tuple[EntityLabel, ...], Field(max_length=MOST)] = Field(
         default=(),
         description="Labels of a participant's sessions in their order, all different; left out: "
         "one session, or sessions that are counted by the number at the end of their label.",
@@ -211,7 +223,7 @@ class Study(BaseModel):
         description="Whether the participant is asked for their consent before anything else; the "
         "texts `session.consent...` say what to. Without it nothing goes on.",
     )
-    about_you: tuple[PersonQuestion, ...] = Field(
+    about_you: Annotated[tuple[PersonQuestion, ...], Field(max_length=MOST)] = Field(
         default=(), description="Questions about the participant, asked before the tasks."
     )
     masking_noise: MaskingNoise | None = Field(

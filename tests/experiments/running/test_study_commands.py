@@ -1,5 +1,7 @@
 """What ``slipscale study`` says of orders and their balance."""
 
+import re
+
 import pytest
 
 from experiments.protocols.magnitude_estimation import MagnitudeEstimation
@@ -138,3 +140,48 @@ def test_keys_of_older_files_are_named_as_without_effect(tmp_path):
     said = validate(str(path))
     assert said.startswith(f"{path}: no fault")
     assert "analysis.bootstrap_seed has no effect any more: no interval is a bootstrap's" in said
+
+
+LARGE = """name = "large"
+title = "Large"
+amplitudes_um_pp = [0.0, 1.2]
+participants = 1000
+runs = 1000
+[[tasks]]
+protocol = "magnitude_estimation"
+repetitions = {repetitions}
+"""
+
+
+def test_the_balance_of_a_huge_study_is_told_of_its_first_runs(tmp_path):
+    path = tmp_path / "large.toml"
+    path.write_text(LARGE.format(repetitions=1000))
+    said = validate(str(path)).splitlines()
+    assert said[1] == "the first 9 of 1000000 runs:"
+    assert "here a surface follows another 8995 to 8996 times" in said[2]
+
+
+def test_a_run_that_nobody_can_finish_is_refused(tmp_path):
+    path = tmp_path / "large.toml"
+    amplitudes = ", ".join(f"{each / 50}" for each in range(50))
+    path.write_text(LARGE.format(repetitions=1000).replace("0.0, 1.2", amplitudes))
+    for command in (validate, lambda name: show(name, "01")):
+        with pytest.raises(UserError, match="a run has 50,050 trials; expected at most 10,000"):
+            command(str(path))
+
+
+@pytest.mark.parametrize(
+    "line, told",
+    [
+        ("catch_steps = 100000000000000000000000000", "catch_steps: .*less than or equal to 1000"),
+        ("spatial_period_mm = 1e308", "spatial_period_mm: .*less than or equal to 1000"),
+    ],
+)
+def test_numbers_beyond_reason_are_named(tmp_path, line, told):
+    path = tmp_path / "beyond.toml"
+    text = study_text("textures_demo") if "mm" in line else study_text("biet2007")
+    key = line.partition(" ")[0]
+    path.write_text(re.sub(rf"(?m)^{key} = .*$", line, text, count=1))
+    assert line in path.read_text()
+    with pytest.raises(UserError, match=told):
+        validate(str(path))
