@@ -29,6 +29,23 @@ from stimuli.surface import VirtualSurface
 TODAY = dt.datetime.now(tz=dt.UTC).date()
 
 
+STUDY = """
+name = "desk"
+title = "On the plate of the desk"
+participants = 1
+amplitudes_um_pp = [0.5, 2.3]
+
+[plate]
+file = "PLATE"
+
+[[tasks]]
+protocol = "magnitude_estimation"
+repetitions = 1
+practice = 0
+randomisation = "blocked"
+"""
+
+
 class Real(MockPlate):
     """A twin that passes for a plate at which a finger may be."""
 
@@ -170,6 +187,24 @@ def test_a_study_names_its_plate_and_another_one_is_refused():
     )
     with pytest.raises(UserError, match="the study is for plate 'desk', not 'chair'"):
         with_plate_file("serial:COM3,plate=chair", "desk")
+
+
+def test_a_pilot_holds_to_the_limits_of_the_studys_plate_and_says_whose_they_are(
+    file, tmp_path, capsys
+):
+    edit(file, "amplitude_um_pp = 2.5", "amplitude_um_pp = 1.0")
+    sign(file)
+    study = tmp_path / "study.toml"
+    study.write_text(STUDY.replace("PLATE", str(file)), encoding="utf-8")
+    words = ["pilot", str(study), "--participants", "1", "--out", str(tmp_path / "data")]
+    assert slipscale.main(words) == 3
+    assert "2.3 µm p-p is outside 0 to" in capsys.readouterr().err
+    study.write_text(STUDY.replace("PLATE", str(file)).replace("2.3", "0.9"), encoding="utf-8")
+    assert slipscale.main(words) == 0
+    [journal] = (tmp_path / "data").glob("sourcedata/sub-01/*.jsonl")
+    header = json.loads(journal.read_text(encoding="utf-8").splitlines()[0])
+    assert header["plate_spec"] == f"mock:plate={file}"
+    assert header["plate"]["plate_file"]["identity"]["serial"] == "P-7"
 
 
 def test_a_plate_is_found_by_its_name_in_the_folder_plates(file, monkeypatch):

@@ -58,7 +58,6 @@ HEARTBEAT_S = 0.1
 ATTENTION_S = 5.0
 POLL_S = 0.002
 LONGEST_SETTLING_S = 2.0
-LONGEST_RESETTLING_S = 0.3  # when a finger comes or goes, the board corrects its voltage
 # From `follow` to the plate: the board's ramp of 25 ms, begun anew at each command, and the line;
 # measured by benchmarks/texture_latency.py.
 FOLLOW_LAG_S = 0.017
@@ -163,7 +162,13 @@ class SerialBoard(PlateDriver):
         self._active = None
         for command in wire.list_commands(loop):
             link.ask(command)
-        self._active = watch.ActivePresentation(fmean(loop.amplitudes_um_pp), "LIST")
+        mean_um_pp = fmean(loop.amplitudes_um_pp)
+        plain = watch.ActivePresentation(mean_um_pp)
+        self._active = replace(
+            plain,
+            state="LIST",
+            resettling_s=max(plain.resettling_s, watch.CORRECTED_PERIODS * loop.period_s),
+        )
 
     def _follow(self, amplitude_um_pp: float) -> None:
         link = self._attend()
@@ -179,7 +184,18 @@ class SerialBoard(PlateDriver):
         return self._readback(self._status(link))
 
     def _read_back(self) -> Readback:
-        return self._readback(self._status(self._attend()))
+        """Return the board's reading; of a list whose mean is being corrected, once it is right."""
+        begun_s, active = self._machine.now(), self._active
+        status = self._status(self._attend())
+        while active is not None and active.state == status.state == "LIST":
+            mean_um_pp, measured_um_pp = active.amplitude_um_pp, status.amplitude_um_pp
+            if measured_um_pp is None or self._machine.now() - begun_s > active.resettling_s:
+                break
+            if abs(measured_um_pp - mean_um_pp) <= self.limits.allowed_um_pp(mean_um_pp):
+                break
+            self._machine.sleep(HEARTBEAT_S)
+            status = self._status(self._attend())
+        return self._readback(status)
 
     def _silence(self) -> None:
         self._active = None
@@ -215,7 +231,7 @@ class SerialBoard(PlateDriver):
                     watch.check_status(status, active, self.limits, port=self.port)
                 reached_s = now_s
             except NotReached as fault:
-                if now_s - reached_s > LONGEST_RESETTLING_S:
+                if active is None or now_s - reached_s > active.resettling_s:
                     self._fault = fault
                     return
             except PlateFault as fault:

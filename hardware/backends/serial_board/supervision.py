@@ -28,6 +28,9 @@ SILENCED: dict[str, tuple[type[PlateFault], str]] = {
 }
 
 
+# How many periods of a list the board may take until its mean is right again: it corrects by 5 % a
+# period (four bring Q from 60 to 50), and a period is read when it is over.
+CORRECTED_PERIODS = 6
 # Not a state of the board: it follows a finger, between ramps, and nothing has settled.
 FOLLOWS = "FOLLOWS"
 
@@ -38,6 +41,7 @@ class ActivePresentation:
 
     amplitude_um_pp: float  # of a texture the mean
     state: str = "HOLD"
+    resettling_s: float = 0.3  # when a finger comes or goes, the board corrects its voltage
 
     @property
     def what(self) -> str:

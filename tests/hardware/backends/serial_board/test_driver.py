@@ -516,6 +516,24 @@ def test_a_finger_that_comes_and_goes_is_no_fault(emulate, options):
             assert board.state()["amplitude_um_pp"] == pytest.approx(1.2, rel=0.025)
 
 
+@pytest.mark.parametrize("options", [[], ["--firmware"]])
+def test_a_finger_on_a_slow_texture_is_no_fault_while_the_board_corrects_its_mean(emulate, options):
+    """By 5 % a period: two a second take longer than the 0.3 s that one amplitude is given."""
+    board = emulate(*options)
+    with serial_plate(board) as plate:
+        plate.present(replace(TEXTURE, spatial_period_mm=25.0, finger_speed_mm_s=50.0))
+        for _ in range(60):  # the first period tells nothing yet
+            time.sleep(0.02)
+            plate.check()
+        board.finger()
+        for _ in range(60):  # it is off, and the heartbeat has seen it
+            time.sleep(0.02)
+            plate.check()
+        mean_um_pp = plate.read_back().amplitude_um_pp
+        assert mean_um_pp == pytest.approx(TEXTURE.mean_um_pp, rel=0.05)
+        plate.check()
+
+
 def test_a_plate_that_does_not_settle_again_is_a_fault(board, monkeypatch):
     monkeypatch.setattr(
         wire, "parse_status", lambda value: parse_status(value.replace("HOLD", "RAMP", pretend))
