@@ -1,0 +1,90 @@
+"""A board in C that was written from the protocol's page alone, held against it and driven."""
+
+import json
+import shutil
+import subprocess
+import time
+from pathlib import Path
+
+import pytest
+
+import slipscale
+from hardware.backends.serial_board.driver import SerialBoard
+from hardware.clock import SystemClock
+from hardware.errors import PlateTimeout
+from stimuli.surface import VirtualSurface
+from stimuli.texture import Grating
+
+SOURCE = Path(__file__).with_name("third_board.c")
+TEXTURE = Grating(
+    spatial_period_mm=2.5, mean_um_pp=1.2, depth_um_pp=0.8, waveform="square", finger_speed_mm_s=50
+)
+
+
+@pytest.fixture(scope="module")
+def program(tmp_path_factory):
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if not compiler:
+        pytest.skip("there is no C compiler")
+    path = tmp_path_factory.mktemp("third") / "board"
+    warnings = ["-std=c99", "-D_XOPEN_SOURCE=600", "-Wall", "-Wextra", "-Werror", "-O1"]
+    sanitizers = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+    subprocess.run(
+        [compiler, *warnings, *sanitizers, "-o", str(path), str(SOURCE), "-lm"], check=True
+    )
+    return path
+
+
+@pytest.fixture
+def port(program):
+    with subprocess.Popen(
+        [program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        yield process.stdout.readline().strip()
+        process.stdin.close()
+        assert process.wait(10) == 0  # the sanitizers found nothing
+
+
+def test_it_conforms_to_every_rule(port, capsys):
+    """Late answers of a loaded machine are no departures: what departs is looked at again."""
+    departs = {}
+    for _ in range(3):
+        slipscale.main(["plate", "conform", f"serial:{port}", "--json"])
+        verdicts = json.loads(capsys.readouterr().out)
+        departs = {v["rule"]: v["detail"] for v in verdicts if v["outcome"] != "conforms"}
+        if not departs:
+            break
+    assert departs == {}
+
+
+def test_the_driver_presents_surfaces_and_textures_on_it_and_follows(port):
+    with SerialBoard(port, clock=SystemClock()) as plate:
+        assert plate.identity.manufacturer == "Third"
+        assert plate.watchdog_s == 0.6
+        for surface in (VirtualSurface(amplitude_um_pp=1.2), TEXTURE):
+            presented = plate.present(surface)
+            assert presented.readback.kind == "none"  # it has no sensor
+            assert presented.readback.voltage_v_peak == pytest.approx(1.2 * 15 / 2.3, abs=0.01)
+            checked_for(plate, 0.3)
+        plate.present(VirtualSurface(amplitude_um_pp=1.2))
+        for amplitude_um_pp in (0.4, 2.0, 0.0, 1.0):
+            plate.follow(amplitude_um_pp)
+            checked_for(plate, 0.15)
+        assert plate.read_back().voltage_v_peak == pytest.approx(15 / 2.3, abs=0.01)
+        plate.silence()
+        assert plate.read_back().voltage_v_peak == 0
+
+
+def checked_for(plate, duration_s):
+    for _ in range(round(duration_s / 0.02)):
+        time.sleep(0.02)
+        plate.check()
+
+
+def test_a_host_that_hangs_is_noticed_by_its_watchdog(port):
+    with SerialBoard(port, clock=SystemClock(), attention_s=0.2) as plate:
+        plate.present(VirtualSurface(amplitude_um_pp=1.2))
+        time.sleep(1.2)
+        plate.read_back()  # the heart beats again, and hears what happened
+        with pytest.raises(PlateTimeout, match="heard nothing"):
+            checked_for(plate, 2.0)
