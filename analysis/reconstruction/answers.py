@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from analysis.reconstruction.marginals import Marginals, marginals
-from analysis.reconstruction.published_table import CONVENTIONS, Scale
+from analysis.reconstruction.published_table import CONVENTIONS, Scale, in_words
 from analysis.reconstruction.rounding import RULES
 
 if TYPE_CHECKING:
@@ -58,6 +58,8 @@ class ColumnAnswer:
     ----------
     label, sd_convention, rounding : str
         Of the column.
+    printed : str
+        All that is printed of it, in words.
     reason : str
         Why there is no data set; empty if there is one.
     multisets : int or None
@@ -87,6 +89,7 @@ class ColumnAnswer:
     label: str
     sd_convention: str
     rounding: str
+    printed: str
     reason: str
     multisets: int | None
     ordered: int | None
@@ -139,6 +142,7 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
         label=column.label,
         sd_convention=column.sd_convention,
         rounding=column.rounding,
+        printed=in_words(column),
         reason=solutions.reason,
         multisets=solutions.multisets,
         ordered=solutions.ordered if worth_ordering(solutions, measure) else None,
@@ -163,6 +167,7 @@ def _uncounted(solutions: Solutions) -> ColumnAnswer:
         label=column.label,
         sd_convention=column.sd_convention,
         rounding=column.rounding,
+        printed=in_words(column),
         reason="",
         multisets=None,
         ordered=None,

@@ -234,6 +234,40 @@ class PublishedTable:
     tests: tuple[PrintedTest, ...] = ()
 
 
+# What is told of a column in words, and in which order; the rest by their names.
+IN_WORDS = {
+    "mean": "mean",
+    "mean_percent": "mean in percent",
+    "sum": "sum",
+    "sd": "SD",
+    "se": "SE",
+    "ci_low": "interval from",
+    "ci_high": "interval to",
+    "maximum_deviation": "largest deviation",
+    "observed_minimum": "smallest",
+    "observed_maximum": "largest",
+    "median": "median",
+    "lower_quartile": "lower quartile",
+    "upper_quartile": "upper quartile",
+}
+
+
+def in_words(column: Column) -> str:
+    """Return all that is printed of a column, in words."""
+    said = [f"n {column.n}"]
+    for name, words in IN_WORDS.items():
+        printed = getattr(column, name)
+        if printed is not None:
+            said.append(f"{words} {printed.text}")
+    said += [f"{value} given by somebody" for value in column.present]
+    said += [f"{value} given by nobody" for value in column.absent]
+    said += [f"{value} given by {times}" for value, times in column.frequencies]
+    said += [f"{value} given by {share.text} %" for value, share in column.percentages]
+    scale, step = column.scale, f"in steps of {column.scale.step}"
+    ends = f"{scale.minimum} to {scale.maximum}" if column.scale_is_printed else "not printed"
+    return f"{', '.join(said)}; scale {ends}, {step}"
+
+
 def close(summary: Summary, scale: OpenScale) -> Column:
     """Return the column on its scale, or on the widest that its SD allows.
 

@@ -31,6 +31,7 @@ def column_json(answer: ColumnAnswer) -> Json:
     """Return one column's answer for JSON, counts as strings."""
     written: Json = {
         "label": answer.label,
+        "printed": answer.printed,
         "consistent": answer.consistent,
         "reason": answer.reason,
         "multisets": None if answer.multisets is None else str(answer.multisets),
@@ -127,6 +128,7 @@ def lines(title: str, answers: Iterable[ColumnAnswer]) -> list[str]:
 def column_lines(answer: ColumnAnswer) -> Iterator[str]:
     """Yield what is known of one column."""
     yield f"{answer.label}  ({answer.sd_convention} SD, rounding: {answer.rounding})"
+    yield f"  printed: {answer.printed}"
     if not answer.scale_is_printed:
         yield "  no scale is printed: ratings may lie as far from the mean as the SD allows"
     if answer.multisets is None:

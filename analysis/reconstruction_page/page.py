@@ -109,9 +109,12 @@ def _facts(source: Source) -> list[tuple[str, str]]:
     """Return what stands at the top: name and value."""
     answers = [answer for _, answer in source.columns]
     none = [answer.label for answer in answers if answer.consistent is False]
+    impossible = sum(one.verdict == "impossible" for one in source.tests)
+    tests = [("Impossible tests", f"{impossible} of {len(source.tests)}")] if source.tests else []
     return [
         ("Columns", str(len(answers))),
         ("Without any data set", ", ".join(none) or "none"),
+        *tests,
         ("Equally likely", source.measure),
         ("Seed of what is drawn", str(source.seed)),
     ]

@@ -19,6 +19,7 @@ from tools.site import (
     gallery,
     plate_reference,
     python_reference,
+    reconstruction_example,
     study_reference,
 )
 
@@ -38,6 +39,7 @@ SOURCES: tuple[Callable[[], dict[str, str]], ...] = (
     gallery.pages,
     plate_reference.pages,
     python_reference.pages,
+    reconstruction_example.pages,
     study_reference.pages,
 )
 # Pages at the repository's root: where they stand in the site.
