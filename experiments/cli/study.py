@@ -27,6 +27,13 @@ def add_study(parser: ArgumentParser) -> None:
     new.add_argument(
         "--author", metavar="NAME", action="append", help="one of the authors; may be repeated"
     )
+    new.add_argument(
+        "--from",
+        dest="template",
+        default=NEW_STUDY,
+        metavar="NAME",
+        help=f"the shipped study to begin with (default: {NEW_STUDY})",
+    )
     show = commands.add_parser("show", help="say what a study does, and a participant's orders")
     default = here()
     show.add_argument("study", metavar="STUDY", nargs="?", default=default.study, help=WHICH)
@@ -53,7 +60,7 @@ def run_study(args: Namespace) -> int:
     if args.what in ("show", "validate"):
         say(here())
     actions = {
-        "new": lambda: study_commands.new(args.path, NEW_STUDY, *_title_and_authors(args)),
+        "new": lambda: study_commands.new(args.path, args.template, *_title_and_authors(args)),
         "show": lambda: study_commands.show(args.study, args.participant, args.session, args.run),
         "validate": lambda: study_commands.validate(args.study),
         "schema": study_commands.schema,

@@ -6,6 +6,7 @@ run, and a protocol says itself which amplitudes it could come to (`Protocol.pos
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from experiments.dataset.schema import columns
@@ -34,7 +35,6 @@ from faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from experiments.protocols.base import Options, Protocol
     from experiments.protocols.steps import Answer, Question, Step, Value
     from experiments.study.run_plan import RunPlan
     from hardware.driver import PlateDriver
@@ -66,8 +66,12 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
         A protocol asks for an answer that its table has no column for, its table has a column
         that every task has, or it has more trials than it says.
     """
-    tasks = {protocol.task: (protocol, options) for protocol, options in plan.tasks()}
-    declared = {task: columns(protocol) for task, (protocol, _) in tasks.items()}
+    declared = {protocol.task: columns(protocol) for protocol, _ in plan.tasks()}
+    context = plan.context()
+    most = {
+        protocol.task: protocol.most(options, replace(context, task=protocol.task))
+        for protocol, options in plan.tasks()
+    }
     steps = plan.steps()
     answer: Answer = None
     asked = 0
@@ -84,21 +88,15 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
                     f"protocol '{task}' asks for '{step.name}', which its table has no column "
                     "for: the answer would be missing from the data set; expected it to be declared"
                 )
-        if isinstance(step, EndTrial):
-            _count(plan, *tasks[step.trial.task], step.trial.number)
+        if isinstance(step, EndTrial) and step.trial.number > most[step.trial.task]:
+            raise UserError(
+                f"protocol '{step.trial.task}' goes on after {most[step.trial.task]} trials, the "
+                "most that it says it has: a rule that never stops needs a cap"
+            )
         yield step
         # Consent is given: without it nothing else would come.
         own = isinstance(step, Ask) and not step.task and step.trial is None
         answer = _answer(step, FIRST(asked) if own else way(asked))
-
-
-def _count(plan: RunPlan, protocol: Protocol, options: Options, number: int) -> None:
-    most = protocol.most(options, plan.context(protocol.task))
-    if number > most:
-        raise UserError(
-            f"protocol '{protocol.task}' goes on after {most} trials, the most that it says it "
-            "has: a rule that never stops needs a cap"
-        )
 
 
 def _answer(step: Step, place: float) -> Answer:

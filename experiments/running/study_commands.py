@@ -134,17 +134,31 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
         f"participant {participant}, {which}run {run}: {place}",
         f"surfaces of participant {participant}, µm p-p (unblinds you)",
     ]
+    if any(protocol.possible_um_pp for protocol, _ in plan.tasks()):
+        lines.append("where they follow the answers: as if the first were always chosen")
     lines += [f"  {task:<22} {order}" for task, order in orders(plan).items()]
     return "\n".join(lines)
 
 
 def orders(plan: RunPlan) -> dict[str, str]:
-    """Return each task's surfaces in order of presentation, practice in brackets."""
-    found: dict[str, list[str]] = {}
+    """Return each task's surfaces in order of presentation, practice in brackets.
+
+    The intervals of one trial are joined by a slash.
+    """
+    found: dict[str, dict[int, str]] = {}
+    practice: set[tuple[str, int]] = set()
     for trial, surface in presented(plan):
-        what = _name(surface)
-        found.setdefault(trial.task, []).append(f"({what})" if trial.phase == "practice" else what)
-    return {task: " ".join(order) for task, order in found.items()}
+        shown = found.setdefault(trial.task, {})
+        before = f"{shown[trial.number]}/" if trial.number in shown else ""
+        shown[trial.number] = f"{before}{_name(surface)}"
+        if trial.phase == "practice":
+            practice.add((trial.task, trial.number))
+    return {
+        task: " ".join(
+            f"({each})" if (task, number) in practice else each for number, each in shown.items()
+        )
+        for task, shown in found.items()
+    }
 
 
 def balance(name: str, study: Study, text: str) -> list[str]:

@@ -7,10 +7,19 @@ from experiments.protocols.base import Context
 from experiments.protocols.difference_threshold import DifferenceThreshold
 from experiments.protocols.forced_choice import ForcedChoice, expected_trials, most_trials
 from experiments.protocols.randomisation import Stream
-from experiments.protocols.steps import Ask, EndBlock, EndTrial, Feedback, Present, Reply, Voided
+from experiments.protocols.steps import (
+    Answer,
+    Ask,
+    EndBlock,
+    EndTrial,
+    Feedback,
+    Present,
+    Reply,
+    Voided,
+)
 
 
-class Anything(dict):
+class Anything(dict[str, str]):
     def __missing__(self, _key):
         return "a | b | c"
 
@@ -45,13 +54,10 @@ def play(made, answer=lambda _trial: True, voids=None):
     """
     voids = dict(voids or {})
     run = ForcedChoice(made, CONTEXT, texts="difference_threshold.more", standard_um_pp=1.2)
-    steps, reply, trials, screens, shown = run.steps(), None, [], 0, []
+    steps, trials, screens, shown = run.steps(), [], 0, []
+    step = next(steps)
     while True:
-        try:
-            step = steps.send(reply)
-        except StopIteration:
-            return trials, shown
-        reply = Reply()
+        reply: Answer = Reply()
         if isinstance(step, Ask):
             right, target = answer(step.trial), step.trial.factors["target_interval"]
             wrong = target % made.intervals + 1
@@ -65,6 +71,10 @@ def play(made, answer=lambda _trial: True, voids=None):
             reply = Voided(trials=voids.pop(f"screen {screens}", ()))
         elif isinstance(step, Feedback | Present):
             shown.append(step)
+        try:
+            step = steps.send(reply)
+        except StopIteration:
+            return trials, shown
 
 
 def of_track(trials, track):
