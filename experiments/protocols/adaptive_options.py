@@ -15,7 +15,7 @@ from experiments.protocols.adaptive.track import rounded
 from experiments.protocols.adaptive.up_down import Scale
 from experiments.protocols.adaptive.weighted import weighted
 from experiments.protocols.base import AtLeastOne, Positive
-from experiments.protocols.pacing import PacedOptions
+from experiments.protocols.pacing import RestedOptions
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ Some = Annotated[tuple[Positive, ...], Field(min_length=1)]
 TrialCap = Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)]
 
 
-class AdaptiveOptions(PacedOptions):
+class AdaptiveOptions(RestedOptions):
     """What a study may set for a rule and its levels; the levels are those of one track."""
 
     rule: Rule = Field(

@@ -1,6 +1,7 @@
-"""Trials that present some surfaces in intervals and ask one question about them, in a fixed plan.
+"""Trials that present surfaces in intervals: what the tasks that compare have in common.
 
-What `constant_stimuli` and `paired_comparison` share; what is compared with what is theirs.
+`Comparing` runs a fixed plan of trials, each with one question; what is compared with what is
+said by `constant_stimuli` and `paired_comparison`.
 """
 
 from __future__ import annotations
@@ -9,9 +10,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
 
-from experiments.protocols.base import AtLeastOne, Count, Switch
-from experiments.protocols.pacing import PacedOptions
-from experiments.protocols.repeating import Repeating, part_over
+from experiments.protocols.base import Count, Switch
+from experiments.protocols.pacing import RestedOptions
+from experiments.protocols.repeating import Condition, Repeating, part_over
 from experiments.protocols.steps import (
     Ask,
     EndTrial,
@@ -30,11 +31,11 @@ if TYPE_CHECKING:
 
     from experiments.protocols.base import Context
     from experiments.protocols.randomisation import Stream
-    from experiments.protocols.steps import Answer, Question, Rest, Step, Steps
+    from experiments.protocols.steps import Answer, Question, Step, Steps
     from stimuli.surface import Surface
 
 
-class ComparingOptions(PacedOptions):
+class ComparingOptions(RestedOptions):
     """What a study may set for tasks in which surfaces are compared after a plan."""
 
     practice: Count = Field(
@@ -47,11 +48,6 @@ class ComparingOptions(PacedOptions):
         default=0,
         description="Trials with surfaces that are easily told apart among the others, to see "
         "whether attention holds.",
-        json_schema_extra={"unit": "trials"},
-    )
-    rest_every_trials: AtLeastOne | None = Field(
-        default=25,
-        description="A rest after so many trials.",
         json_schema_extra={"unit": "trials"},
     )
     repeat_timed_out: Switch = Field(
@@ -76,7 +72,37 @@ def with_catch_trials(
     return [next(catches) if catch else next(trials) for catch in marks]
 
 
-class Comparing(Repeating[Shown]):
+class IntervalTask(Repeating[Condition]):
+    """The trials of a run, counted, with a rest after so many.
+
+    Parameters
+    ----------
+    total : int
+        How many trials the task has if none is repeated.
+    options, context
+        The run's.
+    """
+
+    def __init__(self, total: int, options: RestedOptions, context: Context) -> None:
+        super().__init__(total)
+        self._pace = options
+        self.context = context
+
+    def between(self) -> Steps:
+        """Yield the rest after so many trials."""
+        if self.number % self._pace.rest_every_trials == 0 and self.number < self.total:
+            text = self.context.texts["session.rest"]
+            yield self._pace.rest(text, done=self.number, total=self.total)
+
+    def interval(self, surface: Surface, trial: Trial, number: int) -> Steps:
+        """Yield an interval: a surface, its exploration, silence."""
+        yield Present(surface=surface, trial=trial, interval=number)
+        text = self.context.texts["comparing.explore"].format(number=number)
+        yield self._pace.explore(text, trial, interval=number)
+        yield Silence(trial=trial, interval=number)
+
+
+class Comparing(IntervalTask[Shown]):
     """The trials of a run.
 
     Parameters
@@ -101,9 +127,8 @@ class Comparing(Repeating[Shown]):
         practice: Sequence[Shown],
         main: Sequence[Shown],
     ) -> None:
-        super().__init__(len(practice) + len(main))
+        super().__init__(len(practice) + len(main), options, context)
         self.options = options
-        self.context = context
         self._texts = texts
         self._question = question
         self._practice = practice
@@ -122,17 +147,6 @@ class Comparing(Repeating[Shown]):
         yield from self.block(self._main)
         yield from self.close(lambda: part_over(texts))
 
-    def between(self) -> Steps:
-        """Yield the rest after so many trials."""
-        every = self.options.rest_every_trials
-        if every and self.number % every == 0 and self.number < self.total:
-            yield self.rest()
-
-    def rest(self) -> Rest:
-        """Return the break screen for now."""
-        text = self.context.texts["session.rest"]
-        return self.options.rest(text, done=self.number, total=self.total)
-
     def trial(
         self, condition: Shown, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
@@ -146,7 +160,7 @@ class Comparing(Repeating[Shown]):
             repeats=repeats,
         )
         for place, surface in enumerate(condition.surfaces, start=1):
-            yield from felt(self.options, self.context, surface, trial, place)
+            yield from self.interval(surface, trial, place)
         reply = yield Ask(
             name="response",
             question=self._question,
@@ -161,16 +175,6 @@ class Comparing(Repeating[Shown]):
         return again
 
 
-def felt(
-    options: PacedOptions, context: Context, surface: Surface, trial: Trial, interval: int
-) -> Steps:
-    """Yield an interval: a surface, its exploration, silence."""
-    yield Present(surface=surface, trial=trial, interval=interval)
-    text = context.texts["comparing.explore"].format(number=interval)
-    yield options.explore(text, trial, interval=interval)
-    yield Silence(trial=trial, interval=interval)
-
-
-def truth(value: bool | None) -> str | None:
+def truth(value: Value) -> str | None:
     """Return a yes or no as a cell of a table holds it."""
     return None if value is None else "true" if value else "false"

@@ -14,8 +14,9 @@ from experiments.languages.texts import answers
 from experiments.protocols.adaptive.answered_tracks import AnsweredTracks
 from experiments.protocols.adaptive.track import rounded
 from experiments.protocols.adaptive_options import AdaptiveOptions
-from experiments.protocols.base import AtLeastOne, Column, Count, Positive
-from experiments.protocols.repeating import Repeating, part_over
+from experiments.protocols.base import Column, Count, Positive
+from experiments.protocols.comparing import IntervalTask, truth
+from experiments.protocols.repeating import part_over
 from experiments.protocols.simulation import compared
 from experiments.protocols.steps import (
     Answer,
@@ -25,9 +26,7 @@ from experiments.protocols.steps import (
     Feedback,
     Instruct,
     Phase,
-    Present,
     Reply,
-    Silence,
     Step,
     Trial,
     Voided,
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
     from experiments.protocols.base import Context, TrialRecord
     from experiments.protocols.repeating import Repetition
     from experiments.protocols.simulation import SimulatedAnswer
-    from experiments.protocols.steps import Rest, Steps, Value
+    from experiments.protocols.steps import Steps, Value
 
 
 class ForcedChoiceOptions(AdaptiveOptions):
@@ -67,11 +66,6 @@ class ForcedChoiceOptions(AdaptiveOptions):
         default="practice", description="When the participant is told whether they were right."
     )
     feedback_s: Positive = Field(default=0.8, description="How long that is shown.")
-    rest_every_trials: AtLeastOne | None = Field(
-        default=25,
-        description="A rest after so many trials.",
-        json_schema_extra={"unit": "trials"},
-    )
 
     @property
     def guess(self) -> float:
@@ -89,7 +83,7 @@ class Choice(NamedTuple):
     repeats: int | None = None
 
 
-class ForcedChoice(Repeating[Choice]):
+class ForcedChoice(IntervalTask[Choice]):
     """The trials of a run.
 
     Parameters
@@ -113,9 +107,8 @@ class ForcedChoice(Repeating[Choice]):
         standard_um_pp: float,
         sign: int = 1,
     ) -> None:
-        super().__init__(most_trials(options, context))
+        super().__init__(most_trials(options, context), options, context)
         self.options = options
-        self.context = context
         self._texts = texts
         self._standard_um_pp = standard_um_pp
         self._sign = sign
@@ -126,7 +119,7 @@ class ForcedChoice(Repeating[Choice]):
         drawn = context.stream(context.task, "catch").shuffled(range(options.expected_trials))
         self._catch_at = sorted(drawn[: options.catch_trials])  # how many answers come before
         self._missed = 0  # trials without an answer
-        self._again: int | None = None  # the trial that the next one of a track repeats
+        self._again: dict[int, int] = {}  # the trial that the next one of a track repeats
         self._practice_left = options.practice
         self._repetitions_left = 0
 
@@ -147,33 +140,22 @@ class ForcedChoice(Repeating[Choice]):
 
     def next(self) -> Choice | None:
         """Return what makes the next trial, None when all tracks are over."""
-        again, self._again = self._again, None
         now = self.tracks.now
         if now.over or self._missed >= now.most_trials:
             return None
         if self._catch_at and now.trials >= self._catch_at[0]:
             self._catch_at.pop(0)
             return Choice("main", self.options.highest_um_pp, catch=True)
-        return Choice("main", now.level_um_pp, now.current, repeats=again)
-
-    def between(self) -> Steps:
-        """Yield the rest after so many trials."""
-        every = self.options.rest_every_trials
-        if every and self.number % every == 0 and self.number < self.total:
-            yield self.rest()
-
-    def rest(self) -> Rest:
-        """Return the break screen for now."""
-        text = self.context.texts["session.rest"]
-        return self.options.rest(text, done=self.number, total=self.total)
+        repeats = self._again.pop(now.current, None)
+        return Choice("main", now.level_um_pp, now.current, repeats=repeats)
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Choice]]:
         """Have voided trials come again: those of a track as the track wants it."""
         numbers = list(numbers)
         self.tracks.take_back(numbers)
-        of_tracks = [number for number in numbers if self._known[number].track is not None]
-        self._again = of_tracks[-1] if of_tracks else self._again
-        others = super().again(number for number in numbers if number not in of_tracks)
+        tracks = {number: self._known[number].track for number in numbers}
+        self._again |= {track: number for number, track in tracks.items() if track is not None}
+        others = super().again(number for number in numbers if tracks[number] is None)
         self._repetitions_left += len(others)
         self.total = self._total(self.tracks.now)
         return others
@@ -208,9 +190,9 @@ class ForcedChoice(Repeating[Choice]):
             repeats=condition.repeats if repeats is None else repeats,
         )
         for place in range(options.intervals):
-            yield from self.interval(
-                condition.level_um_pp if place == target else 0.0, place, trial
-            )
+            level_um_pp = self._sign * condition.level_um_pp if place == target else 0.0
+            surface = self.context.surface(rounded(self._standard_um_pp + level_um_pp))
+            yield from self.interval(surface, trial, place + 1)
         words = answers(texts["comparing.options"])[: options.intervals]
         reply = yield Ask(
             name="response",
@@ -228,15 +210,6 @@ class ForcedChoice(Repeating[Choice]):
             said = texts["forced_choice.right" if correct else "forced_choice.wrong"]
             yield Feedback(text=said, duration_s=options.feedback_s, trial=trial)
         return (yield from self.end(trial, condition, chosen, correct=correct))
-
-    def interval(self, level_um_pp: float, place: int, trial: Trial) -> Steps:
-        """Yield one interval of a trial: the surface, its exploration, silence."""
-        amplitude_um_pp = rounded(self._standard_um_pp + self._sign * level_um_pp)
-        surface, number = self.context.surface(amplitude_um_pp), place + 1
-        yield Present(surface=surface, trial=trial, interval=number)
-        text = self.context.texts["comparing.explore"].format(number=number)
-        yield self.options.explore(text, trial, interval=number)
-        yield Silence(trial=trial, interval=number)
 
     def end(
         self, trial: Trial, condition: Choice, chosen: Value, *, correct: bool
@@ -267,13 +240,9 @@ def expected_trials(options: ForcedChoiceOptions, _context: Context) -> int:
     return options.practice + options.catch_trials + options.expected_trials
 
 
-def _truth(value: Value) -> str | None:
-    return None if value is None else "true" if value else "false"
-
-
 def _correct(record: TrialRecord) -> str | None:
     chosen = record.answer("response")
-    return None if chosen is None else _truth(chosen == record.trial.factors["target_interval"])
+    return None if chosen is None else truth(chosen == record.trial.factors["target_interval"])
 
 
 DESIGN: Mapping[str, Column] = {
@@ -283,7 +252,7 @@ DESIGN: Mapping[str, Column] = {
         description="Track that chose the level, from 1; n/a in practice and catch trials",
     ),
     "catch": Column(
-        value=lambda record: _truth(record.trial.factors["catch"]),
+        value=lambda record: truth(record.trial.factors["catch"]),
         kind="label",
         description="Whether it is a catch trial",
         levels={"true": "at the highest level, to see whether attention holds", "false": "none"},

@@ -11,10 +11,18 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 from pydantic import Field
 
 from experiments.protocols.adaptive.track import rounded
-from experiments.protocols.base import Amplitude, AtLeastOne, Column, Count, Positive, Protocol
-from experiments.protocols.comparing import felt
-from experiments.protocols.pacing import PacedOptions
-from experiments.protocols.repeating import Repeating, part_over
+from experiments.protocols.base import (
+    Amplitude,
+    AtLeastOne,
+    Column,
+    Count,
+    Positive,
+    Protocol,
+    Switch,
+)
+from experiments.protocols.comparing import IntervalTask
+from experiments.protocols.pacing import RestedOptions
+from experiments.protocols.repeating import part_over
 from experiments.protocols.simulation import until_equal
 from experiments.protocols.steps import (
     Adjust,
@@ -33,14 +41,14 @@ if TYPE_CHECKING:
     from collections.abc import Generator
 
     from experiments.protocols.base import Context, TrialRecord
-    from experiments.protocols.steps import Answer, Rest, Step, Steps, Value
+    from experiments.protocols.steps import Answer, Step, Steps, Value
 
 REFERENCE, TURNED = 1, 2
 Direction = Literal["ascending", "descending"]
 DIRECTIONS: tuple[Direction, ...] = ("ascending", "descending")
 
 
-class Matching(PacedOptions):
+class Matching(RestedOptions):
     """What a study may set for matching."""
 
     references_um_pp: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
@@ -67,12 +75,7 @@ class Matching(PacedOptions):
     )
     lowest_um_pp: Amplitude = Field(default=0.0, description="It cannot be turned below this.")
     highest_um_pp: Positive = Field(default=2.3, description="It cannot be turned above this.")
-    rest_every_trials: AtLeastOne | None = Field(
-        default=10,
-        description="A rest after so many trials.",
-        json_schema_extra={"unit": "trials"},
-    )
-    repeat_timed_out: bool = Field(
+    repeat_timed_out: Switch = Field(
         default=True, description="Whether a timed-out trial is repeated, once."
     )
 
@@ -138,13 +141,12 @@ def steps(options: Matching, context: Context) -> Steps:
     yield from run.close(lambda: part_over(texts))
 
 
-class _Run(Repeating[_Match]):
+class _Run(IntervalTask[_Match]):
     """The trials of a run, counted."""
 
     def __init__(self, options: Matching, context: Context) -> None:
-        super().__init__(trials(options, context))
+        super().__init__(trials(options, context), options, context)
         self.options = options
-        self.context = context
         self._starts = context.stream(context.task, "starts")
 
     def match(self, phase: Phase, reference: float, direction: Direction) -> _Match:
@@ -154,17 +156,6 @@ class _Run(Repeating[_Match]):
         away = options.nearest_start_um_pp + span * self._starts.uniform()
         start = rounded(reference - away if direction == "ascending" else reference + away)
         return _Match(phase, reference, direction, start)
-
-    def between(self) -> Steps:
-        """Yield the rest after so many trials."""
-        every = self.options.rest_every_trials
-        if every and self.number % every == 0 and self.number < self.total:
-            yield self.rest()
-
-    def rest(self) -> Rest:
-        """Return the break screen for now."""
-        text = self.context.texts["session.rest"]
-        return self.options.rest(text, done=self.number, total=self.total)
 
     def trial(
         self, condition: _Match, number: int, repeats: int | None
@@ -179,7 +170,7 @@ class _Run(Repeating[_Match]):
             factors={"direction": condition.direction},
             repeats=repeats,
         )
-        yield from felt(options, context, context.surface(condition.reference), trial, REFERENCE)
+        yield from self.interval(context.surface(condition.reference), trial, REFERENCE)
         start = context.surface(condition.start)
         yield Present(surface=start, trial=trial, interval=TURNED)
         reply = yield Adjust(

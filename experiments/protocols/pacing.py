@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from experiments.protocols.base import Options, Positive, Seconds
+from experiments.protocols.base import AtLeastOne, Options, Positive, Seconds
 from experiments.protocols.steps import Explore, Rest
 
 if TYPE_CHECKING:
@@ -53,3 +53,13 @@ class PacedOptions(Options):
     def rest(self, text: str, *, done: int, total: int) -> Rest:
         """Return a break after ``done`` of ``total`` trials."""
         return Rest(text=text, done=done, total=total, minimum_s=self.rest_minimum_s)
+
+
+class RestedOptions(PacedOptions):
+    """What a study may set for a task whose trials go on until a rest is due."""
+
+    rest_every_trials: AtLeastOne = Field(
+        default=25,
+        description="A rest after so many trials.",
+        json_schema_extra={"unit": "trials"},
+    )

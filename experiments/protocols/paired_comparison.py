@@ -161,7 +161,7 @@ PROTOCOL = Protocol(
     simulated={"response": _answer},
     design={
         "catch": Column(
-            value=lambda record: truth(bool(record.trial.factors["catch"])),
+            value=lambda record: truth(record.trial.factors["catch"]),
             kind="label",
             description="Whether it is a practice or catch trial, outside the plan",
             levels={"true": "outside the plan", "false": "one of the plan"},

@@ -37,7 +37,7 @@ CONTEXT = Context(
 def options(**changes):
     return DifferenceThreshold(
         **{"protocol": "difference_threshold", "most_trials": 6, "tracks": 2, "practice": 1}
-        | {"catch_trials": 1, "rest_every_trials": None}
+        | {"catch_trials": 1, "rest_every_trials": 1000}
         | changes
     )
 
@@ -191,3 +191,14 @@ def test_a_track_without_an_answer_is_that_of_the_other_answers(rule):
     assert tracks.now.level_um_pp == expected.level_um_pp
     assert tracks.now.tracks[0].progress == expected.progress
     assert tracks.now.tracks[0].progress.trials == 6
+
+
+def test_what_repeats_a_trial_voided_later_is_of_its_own_track():
+    made = options(practice=0, catch_trials=2)
+    undisturbed, _ = play(made)
+    for at in range(1, len(undisturbed)):
+        trials, _ = play(made, voids={at + 1: (at,)})
+        voided = trials[at - 1]
+        again = [trial for trial in trials if trial.repeats == at]
+        assert [trial.factors["track"] for trial in again] == [voided.factors["track"]]
+        assert trials[-1].total == trials[-1].number == len(undisturbed) + 1
