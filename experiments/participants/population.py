@@ -34,7 +34,7 @@ words                  "less slippery", ...    Biet 2007, Section IV-B: "less sl
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from statistics import NormalDist
 from typing import TYPE_CHECKING
 
@@ -45,6 +45,8 @@ if TYPE_CHECKING:
 AMPLITUDE_UM_PP = (0.0, 0.5, 1.2, 2.3)
 MEAN_SENSATION = (12.75, 19.58, 56.25, 81.33)
 SD_SENSATION = (12.75, 8.11, 8.82, 10.76)
+# Sensations kept for the next who feels the same: a power analysis draws millions.
+MOST_KEPT = 2**15
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,13 +96,13 @@ def _curves() -> tuple[Callable[[float], float], Callable[[float], float]]:
     )
 
 
-@cache
+@lru_cache(MOST_KEPT)
 def mean_sensation(amplitude_um_pp: float) -> float:
     """Return the population's mean sensation (0-100) at an amplitude; the ends are held."""
     return float(_curves()[0](_within(amplitude_um_pp)))
 
 
-@cache
+@lru_cache(MOST_KEPT)
 def sensation(amplitude_um_pp: float, deviate: float) -> float:
     """Return the sensation (0-100) of somebody at a place in the population.
 

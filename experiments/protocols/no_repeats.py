@@ -24,6 +24,8 @@ ALONE = (
     "no_immediate_repeat: one surface alone must follow itself; "
     "use more surfaces, or no_immediate_repeat = false"
 )
+# Four hours of trials; drawing one order takes a second.
+MOST = 1200
 
 
 def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
@@ -37,10 +39,16 @@ def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
     Raises
     ------
     UserError
-        There is no such order: a single kind must follow itself.
+        There is no such order: a single kind must follow itself. Or there are more copies than can
+        be drawn in a second: the counts are exact, and their digits grow with the copies.
     """
     if kinds == 1 and each > 1:
         raise UserError(ALONE)
+    if kinds * each > MOST:
+        raise UserError(
+            f"{kinds * each} trials in an order without immediate repeats: at most {MOST} can be "
+            'drawn with randomisation = "simple"; use "blocked", or fewer repetitions'
+        )
     counts = _counts(each, kinds)
     order = [0] * each
     for kind in range(1, kinds):

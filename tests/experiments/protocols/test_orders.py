@@ -59,6 +59,11 @@ def test_orders_without_repeats_are_uniform_over_all_there_are(kinds, each):
         assert chisquare(list(seen.values())).pvalue > UNLIKELY
 
 
+def test_more_trials_without_repeats_than_can_be_drawn_are_refused():
+    with pytest.raises(UserError, match=r'1206 trials .* at most 1200 .* use "blocked"'):
+        without_repeats(6, 201, Stream("more"))
+
+
 def test_many_repetitions_without_repeats_are_drawn_like_few():
     """Once 4 x 60 took a minute and 4 x 300 broke off."""
     drawn = without_repeats(4, 300, Stream("long"))
