@@ -68,6 +68,11 @@ class PlateDriver(ABC):
         Volts at the plate per volt of what is driven: 1 where the backend's volts are the plate's.
     follow_lag_s : float or None
         How long `follow` takes to reach the plate; None: an amplitude is held until it is settled.
+    tracks : bool
+        It is driven where the calibration says, so that its resonance can be tracked
+        (`hardware.resonance_tracking`); others follow it by themselves.
+    tracked_hz : float or None
+        Where it is driven instead, once its resonance was tracked.
     simulated : bool
         No plate is there: a calibration of another one does no harm, and is only noted.
     """
@@ -76,6 +81,8 @@ class PlateDriver(ABC):
     modulator: Modulator | None = None
     amplifier_gain: float = 1.0
     follow_lag_s: float | None = None
+    tracks: ClassVar[bool] = False
+    tracked_hz: float | None = None
     simulated: ClassVar[bool] = False
     why_not_modulated: str = "it holds one amplitude at a time"
 

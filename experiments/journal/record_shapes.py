@@ -126,6 +126,14 @@ class _Contact(_Shape):
         return self
 
 
+class _Tracking(_Shape):
+    trial: int
+    before_hz: float
+    frequency_hz: float
+    points: list[tuple[float, float]]
+    refused: str
+
+
 class _Step(_Shape):
     type: str
     trial: Text | None
@@ -166,6 +174,7 @@ RECORDS: dict[str, Any] = {
     "unfinished": _Unfinished,
     "markers": _Markers,
     "contact": _Contact,
+    "tracking": _Tracking,
 }
 # type of step: what its record must hold, and the type of its answer
 STEPS: dict[str, tuple[Any, type | None]] = {

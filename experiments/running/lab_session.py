@@ -45,11 +45,13 @@ from experiments.session.marker_outputs import open_markers
 from experiments.session.masking_output import MaskingNoise, check_device
 from experiments.session.operator import Operators
 from experiments.session.terminal import Keys, TerminalOperator
+from experiments.session.tracking import ResonanceTracking
 from experiments.study.file import read_study
 from experiments.study.run_plan import RunPlan
 from faults import UserError, harmless
 from hardware.address import with_plate_file
 from hardware.clock import SystemClock
+from hardware.contact.serial_columns import open_vibrometer
 from hardware.contact.source import Surroundings
 from hardware.signals import signals_raise
 
@@ -247,6 +249,7 @@ def _conduct(
             markers=markers,
             unblind=setting.unblind,
             sources=sources,
+            tracking=_tracking(plan, plate, clock, stack),
         )
 
 
@@ -263,6 +266,22 @@ def check_felt(plan: RunPlan, plate: PlateDriver, *, begun: bool) -> None:
             "this is a participant's run; connect the plate (slipscale plate list)"
             + ("" if begun else pilot)
         )
+
+
+def _tracking(
+    plan: RunPlan, plate: PlateDriver, clock: SystemClock, stack: ExitStack
+) -> ResonanceTracking | None:
+    """Return what tracks the resonance, where the study wants it; a simulated plate needs none."""
+    wanted = plan.study.plate
+    if not wanted.track_resonance or plate.simulated:
+        return None
+    if not plate.tracks:
+        raise UserError(
+            f"track_resonance: backend '{plate.name}' follows its resonance by itself; take the "
+            "key out of the study file"
+        )
+    vibrometer = stack.enter_context(open_vibrometer(wanted.track_resonance, clock))
+    return ResonanceTracking(plate, vibrometer, wanted.track_every_s)
 
 
 def _leave(

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator
     from experiments.session.session import RunOutcome
+    from experiments.session.tracking import ResonanceTracking
     from experiments.study.run_plan import RunPlan
     from hardware.clock import Clock
     from hardware.contact.source import Kind
@@ -48,6 +49,7 @@ def run_plan(
     markers: Markers | None = None,
     unblind: bool = False,
     sources: Mapping[Kind, NamedSource] | None = None,
+    tracking: ResonanceTracking | None = None,
 ) -> RunOutcome:
     """Run a plan from the journal's end to the run's.
 
@@ -59,6 +61,8 @@ def run_plan(
         New (it gets its header here) or reopened.
     sources : Mapping, optional
         Connected sources of position and force.
+    tracking : ResonanceTracking, optional
+        Looks for the resonance between trials.
     """
     contact = describe_contact(sources or {}, plate)
     masking = "on" if noise else "absent"
@@ -81,5 +85,6 @@ def run_plan(
         markers=markers,
         unblind=unblind,
         sources={kind: each.source for kind, each in (sources or {}).items()},
+        tracking=tracking,
     )
     return session.run()

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from experiments.protocols.steps import Step, Steps
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator
+    from experiments.session.tracking import ResonanceTracking
     from hardware.clock import Clock
     from hardware.contact.source import ContactSource, Kind
     from hardware.driver import PlateDriver
@@ -83,6 +84,8 @@ class Session:
     sources : Mapping, optional
         Connected sources of position and force: what the finger does is written down, and where
         its place is known, textures follow it on a plate that can.
+    tracking : ResonanceTracking, optional
+        Looks for the resonance between trials.
     """
 
     def __init__(
@@ -100,6 +103,7 @@ class Session:
         markers: Markers | None = None,
         unblind: bool = False,
         sources: Mapping[Kind, ContactSource] | None = None,
+        tracking: ResonanceTracking | None = None,
     ) -> None:
         self._steps = steps
         self._participant = participant
@@ -111,6 +115,7 @@ class Session:
         self._unblind = unblind
         following = Following(plate, clock, place_known="position" in (sources or {}))
         self._surface = SurfaceState(plate, clock, self._feel, following)
+        self._tracking = tracking
         self._contact = Contact(sources or {}, journal, self._surface.follow)
         voided = sum(record.kind == "void" for record in journal.records)
         self._progress = Progress(
@@ -297,6 +302,8 @@ class Session:
         self._noise.start()
         amplitude_um_pp = step.surface.amplitude_um_pp if self._unblind else None
         self._progress.tell("presenting", amplitude_um_pp=amplitude_um_pp)
+        if self._tracking and self._surface.state == "silent":
+            self._tracking.before(step, self._journal, self._clock)
         self._markers.mark(Event.ONSET, step)
         made = self._surface.present(step)
         self._markers.mark(Event.SETTLED, step)

@@ -97,6 +97,15 @@ class PlateSettings(BaseModel):
         description="The same as an amplitude; the larger of the two counts. A study of thresholds "
         "needs a plate that holds an amplitude better than its finest difference.",
     )
+    track_resonance: str = Field(
+        default="",
+        description="SPEC of a vibrometer, vibrometer:PORT: a generator's or a sound card's "
+        "resonance is looked for again before a trial, at three frequencies; left out: it is "
+        "driven where the calibration says. A driver board follows its resonance by itself.",
+    )
+    track_every_s: Positive = Field(
+        default=120.0, description="The least time between two such sweeps."
+    )
     position: str = Field(
         default="",
         description="SPEC of what tells where the finger is, such as lasers:/dev/ttyUSB1; left "

@@ -114,6 +114,7 @@ class FunctionGenerator(PlateDriver):
     """
 
     name = "scpi"
+    tracks = True
 
     def __init__(
         self,
@@ -207,7 +208,7 @@ class FunctionGenerator(PlateDriver):
         resonance = self.calibration.resonance
         voltage_v = self.calibration.voltage_v_peak(amplitude_um_pp)
         self.limits.check_voltage(voltage_v)
-        self._set(self._dialect.frequency_hz, resonance.frequency_hz)
+        self._set(self._dialect.frequency_hz, self.tracked_hz or resonance.frequency_hz)
         self._ramp(voltage_v)
         time_constant_s = resonance.quality_factor / (math.pi * resonance.frequency_hz)
         self._machine.sleep(SETTLING_TIME_CONSTANTS * time_constant_s)

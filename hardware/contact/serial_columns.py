@@ -30,17 +30,25 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from faults import UserError
 from hardware import address as addresses
 from hardware.backends.serial_board.serial_line import BAUD, SerialLine
-from hardware.contact.source import FORCE, POSITION, ContactSource, Sample, SensorFault
+from hardware.contact.source import (
+    FORCE,
+    POSITION,
+    ContactSource,
+    Sample,
+    SensorFault,
+    Surroundings,
+)
 from hardware.errors import PlateFault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from hardware.clock import Clock
-    from hardware.contact.source import Quantities, Surroundings
+    from hardware.contact.source import Quantities
 
 FIRST_S = 3.0  # some boards restart when their port is opened
 SILENT_S = 0.5
+AMPLITUDE = ("amplitude_um_pp",)  # what a vibrometer tells
 KEPT = 100_000  # samples that nobody took
 SEPARATORS = re.compile(r"[,;\t ]+")
 LONGEST_LINE = 400
@@ -236,7 +244,7 @@ def _seconds(text: str) -> float:
     return value
 
 
-def _options(names: tuple[str, str]) -> dict[str, Callable[[str], Any]]:
+def _options(names: tuple[str, ...]) -> dict[str, Callable[[str], Any]]:
     each: dict[str, Callable[[str], Any]] = {"baud": _baud, "tare": _seconds}
     for name in names:
         each |= {name: _place, f"{name}_scale": _scale, f"{name}_zero": addresses.number}
@@ -244,7 +252,7 @@ def _options(names: tuple[str, str]) -> dict[str, Callable[[str], Any]]:
 
 
 def _source(
-    name: str, address: str, surroundings: Surroundings, *, what: str, names: tuple[str, str],
+    name: str, address: str, surroundings: Surroundings, *, what: str, names: tuple[str, ...],
     quantities: Quantities,
 ) -> ContactSource:  # fmt: skip
     port, options = addresses.split_address(address, _options(names), what=f"{what} {name}")
@@ -258,7 +266,7 @@ def _source(
         )
         for number, each in enumerate(names, start=1)
     ]
-    if not all(channel.place for channel in channels[: 1 if what == "--position" else 2]):
+    if not all(channel.place for channel in channels[: 1 if what == "--position" else None]):
         raise UserError(f"{what} '{name}:{address}': expected the number of {names[0]}, from 1")
     return SerialColumns(
         name,
@@ -269,6 +277,23 @@ def _source(
         tare_s=options.get("tare", 0.0),
         baud=options.get("baud", BAUD),
     )
+
+
+def open_vibrometer(spec: str, clock: Clock) -> ContactSource:
+    """Return what tells the plate's amplitude, of a SPEC ``vibrometer:PORT,amplitude_scale=...``.
+
+    Raises
+    ------
+    UserError
+        The SPEC is none, or holds what is not known.
+    """
+    name, _, address = spec.partition(":")
+    if name != "vibrometer":
+        raise UserError(f"track_resonance '{spec}': expected vibrometer:PORT")
+    return _source(
+        name, address, Surroundings(clock=clock), what="track_resonance", names=("amplitude",),
+        quantities=AMPLITUDE,
+    )  # fmt: skip
 
 
 def open_lasers(address: str, surroundings: Surroundings) -> ContactSource:

@@ -109,6 +109,7 @@ class SoundCard(PlateDriver):
     """
 
     name = "sound"
+    tracks = True
     why_not_modulated = "it holds one amplitude at a time"
 
     def __init__(
@@ -203,7 +204,7 @@ class SoundCard(PlateDriver):
         resonance = self.calibration.resonance
         time_constant_s = resonance.quality_factor / (math.pi * resonance.frequency_hz)
         self._play_sine(
-            frequency_hz=resonance.frequency_hz,
+            frequency_hz=self.tracked_hz or resonance.frequency_hz,
             voltage_v=self.calibration.voltage_v_peak(amplitude_um_pp),
             settling_s=SETTLING_TIME_CONSTANTS * time_constant_s,
         )

@@ -20,13 +20,18 @@ from experiments.running.contact import ContactSpecs, NamedSource
 from experiments.running.pilot import run_pilot, run_simulated
 from experiments.running.run import run_plan
 from experiments.session.operator import UnattendedOperator
+from experiments.session.tracking import ResonanceTracking
 from experiments.study.run_plan import RunPlan
 from faults import UserError
+from hardware.backends.mock import MockPlate
+from hardware.calibration.record import Calibration
 from hardware.clock import VirtualClock
 from hardware.contact.followed_texture import FollowedTexture
 from hardware.contact.registry import open_source
 from hardware.contact.simulated import SimulatedPosition
 from hardware.contact.source import Sample, SensorFault, Surroundings
+from hardware.plate.dynamics import Resonator
+from hardware.plate.twin import Twin
 from hardware.registry import open_plate
 from slipscale import main
 from stimuli.texture import Grating
@@ -55,6 +60,7 @@ repetitions = 1
 practice = 0
 randomisation = "blocked"
 """
+PLAIN = STUDY.replace(STUDY[STUDY.index("[[textures]]") : STUDY.index("[[tasks]]")], "")
 MEASURED = ("exploration_speed_mm_s", "strokes", "friction_coefficient", "normal_force_n")
 
 
@@ -109,12 +115,11 @@ def test_columns_are_those_of_what_was_measured_and_are_described(whole, plans, 
 
 def test_answers_do_not_depend_on_whether_the_finger_is_measured(whole, plans, tmp_path):
     # Without textures: one that is followed feels otherwise.
-    plain = STUDY.replace(STUDY[STUDY.index("[[textures]]") : STUDY.index("[[tasks]]")], "")
     for name, specs in {
         "with": None,
         "without": ContactSpecs(position="none", force="none"),
     }.items():
-        run_pilot(tmp_path / name, [plans(plain)], contact=specs, tell=lambda _: None)
+        run_pilot(tmp_path / name, [plans(PLAIN)], contact=specs, tell=lambda _: None)
     with_, without = rows(tmp_path / "with"), rows(tmp_path / "without")
     assert [row["estimate"] for row in with_] == [row["estimate"] for row in without]
 
@@ -312,3 +317,82 @@ def test_a_window_without_a_pointer_is_told_before_it_opens():
     around = Surroundings(clock=SimpleNamespace(now=lambda: 0.0))
     with pytest.raises(UserError, match="no window"):
         open_source("position", "mouse:mm_per_pixel=1", around)
+
+
+# Resonance tracking ---------------------------------------------------------------------------
+
+
+def calibration():
+    point = {"sweep": "voltage", "frequency_hz": 30_500, "voltage_v": 16.5, "amplitude_um_pp": 2.5}
+    return Calibration.model_validate(
+        {
+            "device": {"serial": "twin", "backend": "mock"},
+            "made": {"date": "2026-11-21", "by": "a test", "instrument": "none"},
+            "drive": {},
+            "resonance": {
+                "frequency_hz": 30_500, "frequency_ci95_hz": 1, "residual_um": 0,
+                "quality_factor": 60, "quality_factor_ci95": 1,
+            },
+            "gain": {
+                "um_pp_per_v": 2.3 / 15, "um_pp_per_v_ci95": 0, "residual_um": 0,
+                "voltage_max_v": 16.5, "amplitude_max_um_pp": 2.5,
+            },
+            "points": [point],
+        }
+    )  # fmt: skip
+
+
+class Generator(MockPlate):
+    """A plate that is driven where it is told, as by a generator; with an instrument beside it."""
+
+    tracks = True
+    sweeps = 0
+
+    def begin(self):
+        self.sweeps += 1
+
+    def take(self):
+        return [Sample(0.0, (self.twin.measure_um_pp(self.clock.now()),))]
+
+
+def tracked_run(laboratory, a_plan, plate, every_s):
+    path = a_plan.journal_path(laboratory.folder)
+    with Journal.create(path, plate.clock) as journal, plate:
+        person = SimulatedParticipant(
+            seed=3, participant="01", feel=plate.vibration_um_pp, clock=plate.clock,
+            answers=a_plan.simulated_answers(),
+        )  # fmt: skip
+        run_plan(
+            a_plan, spec="mock", plate=plate, participant=person, journal=journal,
+            clock=plate.clock, operator=UnattendedOperator(),
+            tracking=ResonanceTracking(plate, plate, every_s),
+        )  # fmt: skip
+    return read_plan(path)[1]
+
+
+@pytest.mark.parametrize("every_s, sweeps", [(1e9, 1), (0.1, 3), (9.0, 2)])
+def test_the_resonance_is_looked_for_between_trials_when_it_is_time(
+    laboratory, plan, every_s, sweeps
+):
+    twin = Twin(resonator=Resonator(resonance_hz=30_550.0), noise_um=0.0)
+    plate = Generator(clock=VirtualClock(), calibration=calibration(), twin=twin)
+    text = PLAIN.replace("[0.0, 2.3]", "[0.5, 1.2, 2.3]")
+    records = tracked_run(laboratory, plan(text, seed=3), plate, every_s)
+    found = [r.data for r in records if r.kind == "tracking"]
+    assert len(found) == sweeps
+    assert plate.sweeps == 3 * sweeps
+    for each in found:
+        assert each["refused"] == ""
+        assert each["frequency_hz"] == pytest.approx(30_550, abs=5)  # it warms up
+    # Each sweep stands before its trial's surface, and the rows are whole.
+    assert found[0]["trial"] == 1
+    assert gather(records).trials["magnitudeestimation"][-1].trial.number == 3
+
+
+def test_a_fault_in_the_sweep_is_recovered_from_and_the_trial_begins_anew(laboratory, plan):
+    plate = Generator(clock=VirtualClock(), calibration=calibration())
+    plate.inject("lost", phase="present", n=2)
+    records = tracked_run(laboratory, plan(PLAIN, seed=3), plate, 1e9)
+    kinds = [r.kind for r in records if r.kind in ("fault", "tracking")]
+    assert kinds == ["fault", "tracking"]
+    assert len(gather(records).trials["magnitudeestimation"]) == 2

@@ -34,6 +34,7 @@ from hardware.errors import (
 )
 from hardware.limits import PlateLimits
 from hardware.registry import open_plate
+from hardware.resonance_tracking import track
 from stimuli.surface import VirtualSurface
 
 SIMULATED = f"{Path(__file__).with_name('generator.yaml')}@sim"
@@ -288,6 +289,20 @@ def test_every_make_gets_the_volts_on_the_channel_chosen(bench, monkeypatch, mak
     assert not rig.vibrating()
     assert other.vpp == 0.1
     assert rig.generator.errors == []
+
+
+def test_a_generator_is_driven_where_its_resonance_was_tracked(bench, monkeypatch):
+    rig = bench("keysight")
+    with on_the_bench(rig, monkeypatch) as plate:
+        moved_hz, half_hz = 30_450.0, 30_480 / 120
+
+        def measured_um_pp():
+            return 0.3 / math.hypot(1, (rig.generator.channel[1].frequency_hz - moved_hz) / half_hz)
+
+        assert track(plate, measured_um_pp).refused == ""
+        assert not rig.generator.channel[1].on
+        plate.present(surface(1.0))
+        assert rig.generator.channel[1].frequency_hz == pytest.approx(moved_hz, abs=0.1)
 
 
 @pytest.mark.parametrize("make", DIALECTS)

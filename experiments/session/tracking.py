@@ -1,0 +1,62 @@
+"""Resonance tracking between trials, on a plate that does not follow its resonance by itself."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from statistics import fmean
+from typing import TYPE_CHECKING
+
+from hardware.contact.source import SensorFault
+from hardware.resonance_tracking import track
+
+if TYPE_CHECKING:
+    from experiments.journal.journal import Journal
+    from experiments.protocols.steps import Present
+    from hardware.clock import Clock
+    from hardware.contact.source import ContactSource
+    from hardware.driver import PlateDriver
+
+READ_S = 0.1  # an amplitude is the mean over so long
+
+
+class ResonanceTracking:
+    """Re-sweeps three points before a trial, when the last sweep is long enough ago.
+
+    Parameters
+    ----------
+    plate : PlateDriver
+    vibrometer : ContactSource
+        Connected; tells the plate's amplitude in µm peak to peak.
+    every_s : float
+        The least time between two sweeps.
+    """
+
+    def __init__(self, plate: PlateDriver, vibrometer: ContactSource, every_s: float) -> None:
+        self._plate = plate
+        self._vibrometer = vibrometer
+        self._every_s = every_s
+        self._last_s = -math.inf
+
+    def before(self, step: Present, journal: Journal, clock: Clock) -> None:
+        """Sweep if it is time; write down what was found.
+
+        Raises
+        ------
+        PlateFault
+            The rig or the vibrometer failed; the plate is silent.
+        """
+        if step.trial is None or clock.now() - self._last_s < self._every_s:
+            return
+
+        def measured_um_pp() -> float:
+            self._vibrometer.begin()
+            clock.sleep(READ_S)
+            samples = self._vibrometer.take()
+            if not samples:
+                raise SensorFault("the vibrometer told nothing in the sweep")
+            return fmean(each.values[0] for each in samples)
+
+        found = track(self._plate, measured_um_pp)
+        self._last_s = clock.now()
+        journal.write("tracking", trial=step.trial.number, **asdict(found))
