@@ -20,7 +20,6 @@ alternate between the emulated board and the compiled firmware, by the share wan
 from __future__ import annotations
 
 import argparse
-import csv
 import random
 import signal
 import tempfile
@@ -30,60 +29,29 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments.dataset.bids import build_dataset
-from experiments.journal.journal import Journal
 from experiments.journal.run_record import read_plan
 from experiments.participants.scripted import ScriptedParticipant
-from experiments.running.run import run_plan
-from experiments.session.operator import UnattendedOperator
-from experiments.study.run_plan import RunPlan
 from hardware.clock import VirtualClock
 from hardware.emulator.process import EmulatorProcess
 from hardware.emulator.response_faults import ANSWER_FAULTS, COMMAND_FAULTS, EMULATED_ONLY
 from hardware.errors import PlateFault
-from hardware.registry import open_plate
+from tools.board_sessions import (
+    TEXTURED,
+    PatientOperator,
+    board_plan,
+    due,
+    felt,
+    rows_of,
+    run_on_board,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from experiments.participants.base import Watch
     from experiments.protocols.steps import ParticipantStep, Reply
-    from experiments.session.operator import Request
 
-STUDY = """
-name = "campaign"
-title = "Faults at random"
-authors = ["A. Test"]
-language = "en"
-seed = 1
-participants = 1
-amplitudes_um_pp = [0.5, 1.2, 2.3]
-
-[[textures]]
-name = "ridges"
-waveform = "square"
-spatial_period_mm = 2.5
-mean_um_pp = 1.4
-depth_um_pp = 0.4
-finger_speed_mm_s = 50.0
-
-[[textures]]
-name = "waves"
-spatial_period_mm = 5.0
-mean_um_pp = 0.9
-depth_um_pp = 0.9
-finger_speed_mm_s = 50.0
-
-[[tasks]]
-protocol = "magnitude_estimation"
-repetitions = 1
-practice = 0
-randomisation = "blocked"
-scale_top = "declared"
-"""
-MEANS_UM_PP = {"ridges": 1.4, "waves": 0.9}
 SURFACES = 5
-OF_A_TEXTURE = 100  # added to the estimates of a texture
 
 BACK_S = 0.1  # a board that went away comes back
 DWELL_S = 0.15  # at each step of the participant: some heartbeats
@@ -102,15 +70,7 @@ class Participant(ScriptedParticipant):
     """Answers ten times what the plate truly does, and takes some time for every step."""
 
     def __init__(self, board: EmulatorProcess, clock: VirtualClock) -> None:
-        super().__init__(lambda _: self.feel(), clock, step_s=0.01)
-        self.board = board
-
-    def feel(self) -> float:
-        """Return ten times what the plate does now, of a texture by its mean."""
-        state = self.board.state()
-        if state["state"] == "LIST":  # somewhere in its swing
-            return round(OF_A_TEXTURE + 10 * float(state["target_um_pp"]), 1)
-        return round(10 * float(state["amplitude_um_pp"]), 1)
+        super().__init__(lambda _: felt(board), clock, step_s=0.01)
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Dwell, watching the plate, then do the step."""
@@ -119,19 +79,6 @@ class Participant(ScriptedParticipant):
             watch()
             time.sleep(0.005)
         return super().perform(step, watch)
-
-
-class PatientOperator(UnattendedOperator):
-    """Plugs the board in again before retrying."""
-
-    def __init__(self) -> None:
-        super().__init__(retries=12)
-
-    def poll(self) -> Request | None:
-        """Retry after a while."""
-        if self._state == "fault":
-            time.sleep(1.2 * BACK_S)
-        return super().poll()
 
 
 @contextmanager
@@ -161,48 +108,33 @@ def orders(number: int, *, firmware: bool) -> list[str]:
 
 def session(board: EmulatorProcess, number: int, faults: list[str], folder: Path) -> str:
     """Run a session; return how it ended."""
-    plan = RunPlan(
-        study_name="campaign", study_text=STUDY, participant="01", seed=number,
-        language="en", mode="pilot",
-    )  # fmt: skip
     clock = VirtualClock()
-    path = plan.journal_path(folder)
-    spec = f"serial:{board.port}"
-    plate = open_plate(spec, clock=clock)
-    begun = False
+    begun: list[bool] = []
+
+    def connected() -> None:
+        begun.append(True)
+        for each in faults:
+            board.fault(each)
+
     try:
-        with no_longer_than(HANGS_S), Journal.create(path, clock) as journal, plate:
-            begun = True
-            for each in faults:
-                board.fault(each)
-            outcome = run_plan(
-                plan, spec=spec, plate=plate, participant=Participant(board, clock),
-                journal=journal, clock=clock, operator=PatientOperator(),
+        with no_longer_than(HANGS_S):
+            return run_on_board(
+                board, board_plan(TEXTURED, seed=number), folder, Participant(board, clock), clock,
+                operator=PatientOperator(BACK_S, retries=12), connected=connected,
             )  # fmt: skip
     except HangsError:
         return "hanging"
     except PlateFault:
         return "given up" if begun else "not begun"
-    return outcome
-
-
-def rows_of(folder: Path) -> list[dict[str, str]]:
-    build_dataset(folder)
-    rows: list[dict[str, str]] = []
-    for table in folder.glob("sub-01/beh/*_task-magnitudeestimation_*_beh.tsv"):
-        with table.open(encoding="utf-8", newline="") as file:
-            rows += csv.DictReader(file, delimiter="\t")
-    return rows
 
 
 def is_wrong(row: dict[str, str]) -> bool:
     """Return whether a row tells of another surface than its own; unanswered ones tell nothing."""
     if "n/a" in (row["estimate"], row["amplitude_readback_um_pp"]):
         return False
-    mean_um_pp = MEANS_UM_PP.get(row["texture"], float(row["amplitude_um_pp"]))
-    felt = 10 * mean_um_pp + (OF_A_TEXTURE if row["texture"] in MEANS_UM_PP else 0)
+    estimate, mean_um_pp = due(row["texture"], float(row["amplitude_um_pp"]))
     return (
-        abs(float(row["estimate"]) - felt) > ESTIMATE_OFF + 1e-9
+        abs(float(row["estimate"]) - estimate) > ESTIMATE_OFF + 1e-9
         or abs(float(row["amplitude_readback_um_pp"]) - mean_um_pp) > READBACK_OFF_UM
     )
 

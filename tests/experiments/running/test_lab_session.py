@@ -3,6 +3,8 @@
 import os
 import subprocess
 import sys
+from contextlib import ExitStack
+from types import SimpleNamespace
 
 import pytest
 
@@ -22,7 +24,8 @@ from experiments.running.run_state import studies
 from faults import UserError
 from hardware import address
 from hardware.backends.mock import MockPlate
-from hardware.clock import VirtualClock
+from hardware.clock import SystemClock, VirtualClock
+from hardware.contact.emulated_line import EmulatedLine
 from hardware.errors import PlateFault
 from hardware.limits import PlateLimits
 from slipscale import main
@@ -299,3 +302,47 @@ def test_a_folder_without_permission_is_one_sentence(no_window, tmp_path, capsys
     (tmp_path / "data").mkdir(mode=0o500)
     assert main(["run", "--participant", "01", "--out", str(tmp_path / "data")]) == 2
     assert "Permission denied" in capsys.readouterr().err
+
+
+# Resonance tracking ---------------------------------------------------------------------------
+
+TRACKED = """
+name = "tracked"
+title = "Tracked"
+amplitudes_um_pp = [0.0, 1.2]
+
+[plate]
+track_resonance = "vibrometer:PORT,amplitude_scale=0.5"
+track_every_s = 30.0
+
+[[tasks]]
+protocol = "magnitude_estimation"
+repetitions = 1
+practice = 0
+"""
+
+
+def tracking_of(tmp_path, plate, port="COM3", spec="vibrometer:"):
+    path = tmp_path / "tracked.toml"
+    text = TRACKED.replace("PORT", port).replace("vibrometer:", spec)
+    path.write_text(text, encoding="utf-8")
+    plan = make_plan(str(path), participant="01", pilot=True)
+    with ExitStack() as stack:
+        return lab_session._tracking(plan, plate, SystemClock(), stack)
+
+
+def test_a_simulated_plate_needs_no_tracking_and_one_that_follows_by_itself_refuses_it(tmp_path):
+    assert tracking_of(tmp_path, SimpleNamespace(simulated=True, tracks=False)) is None
+    board = SimpleNamespace(simulated=False, tracks=False, name="serial")
+    with pytest.raises(UserError, match="backend 'serial' follows its resonance by itself"):
+        tracking_of(tmp_path, board)
+
+
+def test_tracking_reads_the_vibrometer_that_the_study_names(tmp_path):
+    generator = SimpleNamespace(simulated=False, tracks=True, name="scpi")
+    with EmulatedLine(lambda _: b"2.4\n") as line:
+        found = tracking_of(tmp_path, generator, line.port)
+    assert found._every_s == 30.0
+    assert found._vibrometer._samples[0].values == (1.2,)
+    with pytest.raises(UserError, match="expected vibrometer:PORT"):
+        tracking_of(tmp_path, generator, spec="lasers:")

@@ -9,19 +9,15 @@ import re
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.journal.journal import Journal
 from experiments.journal.run_record import read_plan
 from experiments.participants.simulated import SimulatedParticipant
 from experiments.protocols.steps import Explore
-from experiments.running.run import run_plan
-from experiments.session.operator import UnattendedOperator
 from experiments.study.file import study_text
-from experiments.study.run_plan import RunPlan
 from hardware.clock import SystemClock, VirtualClock
 from hardware.errors import NotReached
 from hardware.registry import open_plate
 from stimuli.surface import VirtualSurface
+from tools.board_sessions import board_plan, rows_of, run_on_board
 
 SHORT = """
 name = "short"
@@ -48,13 +44,13 @@ BOARD = ("--firmware", "--gain", "0.184", "--seed", "4")
 class TouchingParticipant(SimulatedParticipant):
     """Puts a finger on the plate to explore it, and takes it away to answer."""
 
-    def __init__(self, board, clock):
+    def __init__(self, board, plan):
         super().__init__(
             seed=1,
             participant="01",
             feel=lambda: board.state()["amplitude_um_pp"],
-            clock=clock,
-            language="en",
+            clock=VirtualClock(),  # does not let anybody wait
+            answers=plan.simulated_answers(),
         )
         self.board, self.machine = board, SystemClock()
         self.touched = 0
@@ -72,31 +68,13 @@ class TouchingParticipant(SimulatedParticipant):
 
 
 def run_session(board, text, clock, folder):
-    plan = RunPlan(
-        study_name="firmware",
-        study_text=text,
-        participant="01",
-        seed=2007,
-        language="en",
-        mode="pilot",
-    )
-    path = plan.journal_path(folder)
-    plate = open_plate(f"serial:{board.port}", clock=clock)
-    person = TouchingParticipant(board, VirtualClock())  # does not let anybody wait
-    with Journal.create(path, clock) as journal, plate:
-        outcome = run_plan(
-            plan,
-            spec=f"serial:{board.port}",
-            plate=plate,
-            participant=person,
-            journal=journal,
-            clock=clock,
-            operator=UnattendedOperator(),
-        )
+    plan = board_plan(text, seed=2007)
+    person = TouchingParticipant(board, plan)
+    outcome = run_on_board(board, plan, folder, person, clock)
     assert outcome == "complete"
     assert not board.state()["vibrates"]
-    build_dataset(folder)
-    return person, read_plan(path)[1]
+    assert rows_of(folder)
+    return person, read_plan(plan.journal_path(folder))[1]
 
 
 def check_records(records):

@@ -4,65 +4,32 @@ The participant answers with ten times the amplitude that the emulated plate tru
 at that moment: an estimate that does not fit its row was given to another surface.
 """
 
-import csv
 import re
 import time
 from dataclasses import replace
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.journal.journal import Journal
 from experiments.journal.run_record import read_plan
 from experiments.participants.scripted import ScriptedParticipant
 from experiments.protocols.steps import Ask, Explore
 from experiments.running.preflight import CHECKS, PlannedSession
-from experiments.running.run import run_plan
-from experiments.session.operator import UnattendedOperator
-from experiments.study.run_plan import RunPlan
 from faults import UserError
 from hardware.clock import VirtualClock
 from hardware.emulator.process import EmulatorProcess
 from hardware.errors import PlateFault
-from hardware.registry import open_plate
+from tools.board_sessions import (
+    STUDY,
+    TEXTURED,
+    PatientOperator,
+    board_plan,
+    due,
+    felt,
+    rows_of,
+    run_on_board,
+)
 
-STUDY = """
-name = "matrix"
-title = "Every fault in every phase"
-authors = ["A. Test"]
-language = "en"
-seed = 1
-participants = 1
-amplitudes_um_pp = [0.5, 1.2, 2.3]
-
-[[tasks]]
-protocol = "magnitude_estimation"
-repetitions = 1
-practice = 0
-randomisation = "blocked"
-scale_top = "declared"
-"""
-
-TEXTURES = """
-[[textures]]
-name = "ridges"
-waveform = "square"
-spatial_period_mm = 2.5
-mean_um_pp = 1.4
-depth_um_pp = 0.4
-finger_speed_mm_s = 50.0
-
-[[textures]]
-name = "waves"
-spatial_period_mm = 5.0
-mean_um_pp = 0.9
-depth_um_pp = 0.9         # down to 0: silence is told from a groove by the mean
-finger_speed_mm_s = 50.0
-
-[[tasks]]"""
-TEXTURED = STUDY.replace("[[tasks]]", TEXTURES.lstrip(), 1)
 SEED_TEXTURED = 8  # the trial with the fault presents the ridges
-MEANS = {"ridges": 1.4, "waves": 0.9}
 LARGEST = {"n/a": [0.5, 1.2, 2.3], "ridges": [1.8], "waves": [1.8]}
 
 BACK_S = 0.1
@@ -103,16 +70,10 @@ class Participant(ScriptedParticipant):
     """Answers what the plate truly does, and orders faults for its second trial."""
 
     def __init__(self, board, fault, phase, clock):
-        super().__init__(self.feel, clock, step_s=0.01)
+        super().__init__(lambda _: felt(board), clock, step_s=0.01)
         self.board, self.fault, self.phase = board, fault, phase
         self.ends = fault in ENDING
         self.given = []
-
-    def feel(self, _step):
-        state = self.board.state()
-        if state["state"] == "LIST":  # a texture, somewhere in its swing: by its mean
-            return round(100 + 10 * state["target_um_pp"], 1)
-        return round(10 * state["amplitude_um_pp"], 1)
 
     def fail_at(self, step):
         trial = step.trial.number if getattr(step, "trial", None) else 0
@@ -147,44 +108,11 @@ class Participant(ScriptedParticipant):
         return reply
 
 
-class PatientOperator(UnattendedOperator):
-    """Plugs the board in again before retrying."""
-
-    def poll(self):
-        if self._state == "fault":
-            time.sleep(1.2 * BACK_S)
-        return super().poll()
-
-
 def run_session(board, fault, phase, folder, *, study=STUDY, seed=1):
-    plan = RunPlan(
-        study_name="matrix",
-        study_text=study,
-        participant="01",
-        seed=seed,
-        language="en",
-        mode="pilot",
-    )
-    clock = VirtualClock()
-    path = plan.journal_path(folder)
-    spec = f"serial:{board.port}"
-    plate = open_plate(spec, clock=clock)
+    plan, clock = board_plan(study, seed=seed), VirtualClock()
     person = Participant(board, fault, phase, clock)
-    with Journal.create(path, clock) as journal, plate:
-        outcome = run_plan(
-            plan,
-            spec=spec,
-            plate=plate,
-            participant=person,
-            journal=journal,
-            clock=clock,
-            operator=PatientOperator(),
-        )
-    build_dataset(folder)
-    (table,) = folder.glob("sub-01/beh/*_task-magnitudeestimation_*_beh.tsv")
-    with table.open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file, delimiter="\t"))
-    return outcome, person, read_plan(path)[1], rows
+    outcome = run_on_board(board, plan, folder, person, clock, operator=PatientOperator(BACK_S))
+    return outcome, person, read_plan(plan.journal_path(folder))[1], rows_of(folder)
 
 
 def check_data(board, person, records, rows):
@@ -193,9 +121,8 @@ def check_data(board, person, records, rows):
         presented = [row["amplitude_um_pp"] for row in rows if row["texture"] == texture]
         assert sorted(map(float, presented)) == LARGEST[texture]
     for row in rows:
-        mean_um_pp = MEANS.get(row["texture"], float(row["amplitude_um_pp"]))
-        felt = 10 * mean_um_pp + (100 if row["texture"] in MEANS else 0)
-        assert float(row["estimate"]) == pytest.approx(felt, abs=0.1)
+        estimate, mean_um_pp = due(row["texture"], float(row["amplitude_um_pp"]))
+        assert float(row["estimate"]) == pytest.approx(estimate, abs=0.1)
         readback = float(row["amplitude_readback_um_pp"])
         assert readback == pytest.approx(mean_um_pp, abs=0.05)
     assert records[-1].kind == "end"
@@ -287,14 +214,14 @@ def test_the_check_before_a_session_tells_of_the_plate_and_leaves_it_silent(boar
     finding = CHECKS["plate"](planned)
     assert finding.passed
     assert "slipscale-plate-1 EMULATED-1" in finding.detail
-    assert finding.detail.endswith("; plays textures")
+    assert "; plays textures" in finding.detail
     assert not board.state()["vibrates"]
 
 
 def test_the_check_tells_that_a_board_with_older_firmware_plays_no_textures(tmp_path):
     with EmulatorProcess("--fault", "old_firmware") as board:
         planned = PlannedSession(study="biet2007", plate=f"serial:{board.port}", out=tmp_path)
-        assert CHECKS["plate"](planned).detail.endswith("; plays no textures")
+        assert "; plays no textures" in CHECKS["plate"](planned).detail
         with pytest.raises(UserError, match=r"'T1': the board's firmware \(1\.0\) holds one ampl"):
             CHECKS["plate"](replace(planned, study="textures_demo"))
 

@@ -1,0 +1,142 @@
+"""Whole sessions on emulated boards over the real wire: what tests and benchmarks share."""
+
+from __future__ import annotations
+
+import csv
+import time
+from typing import TYPE_CHECKING
+
+from experiments.dataset.bids import build_dataset
+from experiments.journal.journal import Journal
+from experiments.running.run import run_plan
+from experiments.session.operator import UnattendedOperator
+from experiments.study.run_plan import RunPlan
+from hardware.registry import open_plate
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from experiments.participants.base import Participant
+    from experiments.session.operator import Operator, Request
+    from experiments.session.session import RunOutcome
+    from hardware.clock import Clock
+    from hardware.emulator.process import EmulatorProcess
+
+STUDY = """
+name = "wire"
+title = "On an emulated board"
+authors = ["A. Test"]
+language = "en"
+seed = 1
+participants = 1
+amplitudes_um_pp = [0.5, 1.2, 2.3]
+
+[[tasks]]
+protocol = "magnitude_estimation"
+repetitions = 1
+practice = 0
+randomisation = "blocked"
+scale_top = "declared"
+"""
+
+TEXTURES = """
+[[textures]]
+name = "ridges"
+waveform = "square"
+spatial_period_mm = 2.5
+mean_um_pp = 1.4
+depth_um_pp = 0.4
+finger_speed_mm_s = 50.0
+
+[[textures]]
+name = "waves"
+spatial_period_mm = 5.0
+mean_um_pp = 0.9
+depth_um_pp = 0.9         # down to 0: silence is told from a groove by the mean
+finger_speed_mm_s = 50.0
+
+[[tasks]]"""
+TEXTURED = STUDY.replace("[[tasks]]", TEXTURES.lstrip(), 1)
+MEANS_UM_PP = {"ridges": 1.4, "waves": 0.9}
+OF_A_TEXTURE = 100  # added to the answers of a texture
+
+
+def board_plan(text: str, *, seed: int) -> RunPlan:
+    """Return the plan of the only run of a study."""
+    return RunPlan(
+        study_name="wire", study_text=text, participant="01", seed=seed, language="en", mode="pilot"
+    )
+
+
+def felt(board: EmulatorProcess) -> float:
+    """Return ten times what the plate truly does now, of a texture by its mean.
+
+    An estimate that does not fit its row was given to another surface.
+    """
+    state = board.state()
+    if state["state"] == "LIST":  # somewhere in its swing
+        return round(OF_A_TEXTURE + 10 * float(state["target_um_pp"]), 1)
+    return round(10 * float(state["amplitude_um_pp"]), 1)
+
+
+def due(texture: str, amplitude_um_pp: float) -> tuple[float, float]:
+    """Return the estimate and the readback that a row of a surface must hold."""
+    mean_um_pp = MEANS_UM_PP.get(texture, amplitude_um_pp)
+    return 10 * mean_um_pp + (OF_A_TEXTURE if texture in MEANS_UM_PP else 0), mean_um_pp
+
+
+class PatientOperator(UnattendedOperator):
+    """Waits until the board is plugged in again before retrying."""
+
+    def __init__(self, back_s: float, retries: int = 3) -> None:
+        super().__init__(retries=retries)
+        self._back_s = back_s
+
+    def poll(self) -> Request | None:
+        """Retry after a while."""
+        if self._state == "fault":
+            time.sleep(1.2 * self._back_s)
+        return super().poll()
+
+
+def run_on_board(
+    board: EmulatorProcess,
+    plan: RunPlan,
+    folder: Path,
+    person: Participant,
+    clock: Clock,
+    *,
+    operator: Operator | None = None,
+    connected: Callable[[], object] = lambda: None,
+) -> RunOutcome:
+    """Run a session over the wire; ``connected`` is called once the plate is.
+
+    Raises
+    ------
+    PlateFault
+        The plate could not be connected, or the operator gave up.
+    """
+    spec = f"serial:{board.port}"
+    plate = open_plate(spec, clock=clock)
+    with Journal.create(plan.journal_path(folder), clock) as journal, plate:
+        connected()
+        return run_plan(
+            plan,
+            spec=spec,
+            plate=plate,
+            participant=person,
+            journal=journal,
+            clock=clock,
+            operator=operator or UnattendedOperator(),
+        )
+
+
+def rows_of(folder: Path) -> list[dict[str, str]]:
+    """Build the data set; return the rows of its magnitude estimation."""
+    build_dataset(folder)
+    rows: list[dict[str, str]] = []
+    for table in folder.glob("sub-01/beh/*_task-magnitudeestimation_*_beh.tsv"):
+        with table.open(encoding="utf-8", newline="") as file:
+            rows += csv.DictReader(file, delimiter="\t")
+    return rows
