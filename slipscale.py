@@ -72,6 +72,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "data sets: build from the journals, verify against them, withdraw",
     ),
     "analyse": ("analysis.cli.analyse", "data set -> tables, figures, report"),
+    "export": ("analysis.cli.export", "the report for Word, PDF, R and Python"),
     "reproduce": ("analysis.cli.reproduce", "the paper's tables and figures beside ours"),
     "reconstruct": (
         "analysis.cli.reconstruct",

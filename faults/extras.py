@@ -20,6 +20,8 @@ EXTRA_OF = {
     "pylsl": "markers",
     "starlette": "console",
     "uvicorn": "console",
+    "docx": "export",
+    "weasyprint": "export",
     "psychopy": "session",
     "sounddevice": "session",
 }

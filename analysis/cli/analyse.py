@@ -14,6 +14,9 @@ from faults import DONE, UserError, harmless
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
+    from collections.abc import Callable
+
+    from analysis.result import Analysis
 
 
 #: What the columns of a foreign table mean: option -> its value's name, its help.
@@ -48,6 +51,16 @@ class _Once(Action):
 
 def add_analyse(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale analyse``."""
+    add_data(parser)
+    parser.add_argument(
+        "--out", metavar="DIR", help="for the results (default: DATASET/derivatives/slipscale)"
+    )
+    parser.add_argument("--json", action="store_true", help="print Table III as JSON")
+    add_mapping(parser)
+
+
+def add_data(parser: ArgumentParser) -> None:
+    """Add what is analysed, and how."""
     from typing import get_args  # noqa: PLC0415
 
     from experiments.study.analysis_choices import Normalisation  # noqa: PLC0415
@@ -58,9 +71,6 @@ def add_analyse(parser: ArgumentParser) -> None:
         metavar="DATASET",
         help="a data set's folder, or a table: CSV, TSV, Excel, SPSS",
         **dataset_default(),
-    )
-    parser.add_argument(
-        "--out", metavar="DIR", help="for the results (default: DATASET/derivatives/slipscale)"
     )
     parser.add_argument(
         "--normalise",
@@ -81,17 +91,20 @@ def add_analyse(parser: ArgumentParser) -> None:
         help="also sample a hierarchical Bayesian power function with individual exponents (half a "
         "minute; needs pip install 'slipscale[bayes]')",
     )
-    parser.add_argument("--json", action="store_true", help="print Table III as JSON")
-    _add_mapping(parser)
 
 
-def _add_mapping(parser: ArgumentParser) -> None:
+def add_mapping(parser: ArgumentParser) -> None:
     """Add the options that say what the columns of a foreign table mean."""
     group = parser.add_argument_group(
         "data of your own", "what the columns of a table mean; see docs/your-data.md"
     )
     for name, (metavar, text) in COLUMN_OPTIONS.items():
         group.add_argument(f"--{name}", metavar=metavar, help=text, action=_Once)
+    group.add_argument(
+        "--in-unit",
+        metavar="UNIT",
+        help="the unit of the report where it has another prefix, such as mPa for µPa",
+    )
     group.add_argument(
         "--levels",
         metavar="COLUMN=LEVEL",
@@ -114,33 +127,40 @@ def _add_mapping(parser: ArgumentParser) -> None:
     )
 
 
-def run_analyse(args: Namespace) -> int:
-    """Analyse a data set; print Table III and where everything lies."""
+def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
+    """Read what the options name, under their mapping, and analyse it as they say."""
     from analysis.cli.mapping_options import mapping_from  # noqa: PLC0415
     from analysis.pipeline import analyse  # noqa: PLC0415
     from analysis.reading import mapping as mappings  # noqa: PLC0415
     from analysis.reading.load import load  # noqa: PLC0415
+
+    if args.bayesian:
+        import_module("numpyro")  # a missing extra is told before anything is computed
+    progress("reading the data")
+    mapping = mapping_from(args)
+    data = load(args.dataset, mapping)
+    if args.map and mapping is not None:
+        mappings.write_mapping(mapping, Path(args.dataset))
+    return analyse(
+        data,
+        normalise=args.normalise,
+        equivalence_ratio=args.equivalence,
+        bayesian=args.bayesian,
+        progress=progress,
+    )
+
+
+def run_analyse(args: Namespace) -> int:
+    """Analyse a data set; print Table III and where everything lies."""
     from analysis.reading.own_words import in_own_words, own_columns  # noqa: PLC0415
     from analysis.reporting.output_folder import default_folder  # noqa: PLC0415
     from analysis.reporting.terminal import print_table3  # noqa: PLC0415
 
-    if args.bayesian:
-        import_module("numpyro")  # a missing extra is told before anything is computed
     say(here())
     with telling() as progress:
-        progress("reading the data")
-        mapping = mapping_from(args)
-        data = load(args.dataset, mapping)
-        if args.map and mapping is not None:
-            mappings.write_mapping(mapping, Path(args.dataset))
+        analysis = analysed(args, progress)
+        data = analysis.dataset
         out = Path(args.out) if args.out else default_folder(data, args.dataset)
-        analysis = analyse(
-            data,
-            normalise=args.normalise,
-            equivalence_ratio=args.equivalence,
-            bayesian=args.bayesian,
-            progress=progress,
-        )
         progress("writing tables, figures and the report")
         # Matplotlib takes a second to load: not before something is to be drawn.
         from analysis.reporting.files import write_analysis  # noqa: PLC0415

@@ -18,7 +18,7 @@ COLUMNS = (
     *("participant", "stimulus", "response", "answer", "reference"),
     *("group", "session", "run", "block", "trial"),
 )
-OTHERS = ("levels", "only", "decimal", "sheet")
+OTHERS = ("in_unit", "levels", "only", "decimal", "sheet")
 NUMBER_AT_END = re.compile(r"\d+(?:\.\d+)?$")
 
 
@@ -38,7 +38,7 @@ def mapping_from(args: Namespace) -> TableMapping | None:
     name, colon, unit = columns.get("stimulus", "").rpartition(":")
     if not colon:
         name, unit = unit, ""
-    stimulus = {"unit": unit}
+    stimulus = {"unit": unit} | ({"in_unit": args.in_unit} if args.in_unit else {})
     if args.levels:
         # A wide table has no column for the stimulus: what is given is its name.
         columns.pop("stimulus", None)

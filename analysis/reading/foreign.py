@@ -19,6 +19,7 @@ from analysis.reading.cleaning import (
     labels,
     numbers,
     tidied,
+    told_apart,
 )
 from analysis.reading.delimited import Problems, Source, read_tables
 from analysis.reading.table_by_hand import read_table
@@ -104,6 +105,10 @@ def read_foreign(path: Path, mapping: TableMapping, problems: Problems) -> Forei
         )
     else:
         estimates = clean_estimates(frame, sources, problems, quantity)
+    if mapping.stimulus.in_unit:
+        for part, columns in ((estimates, (STIMULUS,)), (differences, (STIMULUS, REFERENCE))):
+            for name in columns:
+                part[name] = told_apart(part[name] * mapping.stimulus.factor, quantity)
     return ForeignTable(
         estimates=estimates, differences=differences, participants=groups, sources=tuple(sources)
     )

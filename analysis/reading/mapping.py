@@ -17,6 +17,7 @@ from pydantic import (
 )
 
 from analysis.reading.quantity import Quantity
+from analysis.reading.units import factor
 from experiments.study.analysis_choices import AnalysisChoices
 from faults import UserError
 from faults.toml_file import read_toml
@@ -66,7 +67,13 @@ class StimulusWords(_Strict):
         StringConstraints(strip_whitespace=True, max_length=40),
         AfterValidator(_printable),
     ] = ""
+    in_unit: Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)] | None = None
     judged: Annotated[ColumnName, AfterValidator(_printable)] | None = None
+
+    @property
+    def factor(self) -> float:
+        """What a level of the table is multiplied by for the unit of the report."""
+        return factor(self.unit, self.in_unit) if self.in_unit else 1.0
 
 
 class Cells(_Strict):
@@ -86,7 +93,8 @@ class TableMapping(_Strict):
         Names of columns: who; which stimulus; the magnitude estimate (``response``) or yes and no
         (``answer``), there with the stimulus before (``reference``, default: none, 0).
     stimulus : StimulusWords
-        Name and unit of the quantity; default: the column's name, no unit.
+        Name and unit of the quantity; default: the column's name, no unit. ``in_unit`` is the
+        unit of the report, where it has another prefix.
     levels : dict
         For a wide table, a row a participant: column of responses -> level of the stimulus.
     table : Cells
@@ -104,6 +112,10 @@ class TableMapping(_Strict):
 
     @model_validator(mode="after")
     def _one_task(self) -> TableMapping:
+        try:
+            _ = self.stimulus.factor
+        except UserError as error:
+            raise ValueError(str(error)) from None
         columns = self.columns
         if self.levels:
             if columns.response or columns.answer or columns.stimulus or columns.reference:
@@ -129,10 +141,11 @@ class TableMapping(_Strict):
         """What was presented and judged."""
         name = self.stimulus.name or _words(self.columns.stimulus or "stimulus")
         judged = self.stimulus.judged or _words(self.columns.response or "magnitude")
+        unit = self.stimulus.in_unit or self.stimulus.unit
         return Quantity(
             name=name,
-            unit=self.stimulus.unit,
-            column=column_name(name, self.stimulus.unit),
+            unit=unit,
+            column=column_name(name, unit),
             judged=judged,
         )
 

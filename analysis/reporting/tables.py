@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from analysis.reporting.json_form import record
 from analysis.statistics.not_computed import NotComputed
+from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -46,11 +47,44 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
         if not isinstance(pairs, NotComputed):
             found["pairwise"] = flat(pairs)
     difference = analysis.inference.difference
-    if not isinstance(difference, NotComputed) and difference.steps:
-        found["difference"] = flat(difference.steps)
+    if not isinstance(difference, NotComputed):
+        found["answers"] = answers(analysis)
+        if difference.steps:
+            found["difference"] = flat(difference.steps)
     if not isinstance(analysis.inference.thresholds, NotComputed):
         found["thresholds"] = threshold_table(analysis.inference.thresholds)
     return found
+
+
+#: Columns of a yes or no, where they hold anything.
+ANSWERS = (
+    *(PARTICIPANT, "session", "run", "series", "trial", "step"),
+    *("amplitude_before_um_pp", "amplitude_um_pp", "catch", "difference_felt"),
+    *("confidence", "response_time", "verbal_report"),
+)
+
+
+def answers(analysis: Analysis) -> pd.DataFrame:
+    """Return the analysed answers of yes and no: all that the difference task's numbers rest on.
+
+    Of another quantity than the plate's, the stimulus and its reference.
+    """
+    rows = analysis.dataset.differences
+    kept = [name for name in ANSWERS if name in rows and not _empty(rows[name])]
+    table = rows[kept].astype({"difference_felt": int})
+    if not analysis.dataset.quantity.of_plate:
+        return table.rename(
+            columns={
+                "amplitude_before_um_pp": "amplitude_um_pp",
+                "amplitude_um_pp": "reference",
+                "difference_felt": "yes",
+            }
+        )
+    return table
+
+
+def _empty(cells: pd.Series[Any]) -> bool:
+    return bool(cells.isna().all() or (cells.astype(str) == "").all())
 
 
 def threshold_table(tasks: Sequence[TaskThresholds]) -> pd.DataFrame:

@@ -107,9 +107,18 @@ def default_estimates(number, repetitions=2):
 @pytest.fixture
 def dataset(tmp_path):
     """Write a BIDS folder; ``dataset(rows={"01": [...]})`` replaces what a participant said."""
+    return _writer_in(tmp_path)
 
+
+@pytest.fixture(scope="module")
+def dataset_of_module(tmp_path_factory):
+    """Write a BIDS folder for all tests of a module, as `dataset` does."""
+    return _writer_in(tmp_path_factory.mktemp("dataset"))
+
+
+def _writer_in(parent):
     def make(participants=6, rows=None, differences=None, mode="participant", choices=""):
-        folder = tmp_path / "data"
+        folder = parent / "data"
         study = f"[analysis]\n{choices}\n"
         common = {"study_hash": hashlib.sha256(study.encode()).hexdigest()}
         for number in range(1, participants + 1):

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import html
+from analysis.reporting import html, methods_text
 from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import grouped, unit_number
+from analysis.reporting.numbers import grouped
 from analysis.reporting.primary import FAMILIES
-from analysis.statistics.not_computed import NotComputed
 from analysis.wording import listed
 from experiments.dataset.schema import PARTICIPANT
 
@@ -93,17 +92,8 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
     data, choices = analysis.dataset, analysis.dataset.choices
     frozen = ", ".join(data.frozen)
     versions = ", ".join(f"{name} {version}" for name, version in software.items())
-    if analysis.prepared is not None:
-        section.blocks.append(html.paragraph(_procedure(choices)))
-    difference = analysis.inference.difference
-    if not isinstance(difference, NotComputed) and difference.steps:
-        section.blocks.append(
-            html.paragraph(
-                "Answers of the descending difference: intervals of shares and generalised "
-                "estimating equations from statsmodels; d′ of each step size by a probit model "
-                "with participants; a participant's own d′ and c after the log-linear correction."
-            )
-        )
+    texts = methods_text.sentences(analysis, software)
+    section.blocks += [html.paragraph(methods_text.cited(text)) for text in texts]
     section.blocks.append(
         html.paragraph(
             f"{FROZEN[data.unchanged]}: {frozen}."
@@ -124,8 +114,12 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
         html.table(
             [TableColumn(title="What", left=True), TableColumn(title="Value", left=True)],
             rows,
-            "For the methods section, and for whoever repeats this.",
+            "For whoever repeats this.",
         )
+    )
+    section.blocks.append(html.heading("References"))
+    section.blocks.append(
+        html.bullets((each.listed for each in methods_text.references(texts).values()), "note")
     )
     return section
 
@@ -137,15 +131,3 @@ def _of_estimates(choices: AnalysisChoices) -> list[tuple[str, str]]:
         ("Zero rule", choices.zero_rule),
         ("Standard deviation", choices.standard_deviation),
     ]
-
-
-def _procedure(choices: AnalysisChoices) -> str:
-    """Return what was done with magnitude estimates, and by what."""
-    return (
-        "Estimates were normalised, averaged per participant and amplitude, and tested as "
-        "natural logarithms or ranks. Primary analysis: "
-        f"{FAMILIES[choices.primary].title}; every other test is secondary, and not corrected for "
-        "the others. Repeated-measures ANOVA and sphericity: pingouin; mixed model and Holm's "
-        "correction: statsmodels; other tests, fits and the non-central t: SciPy. Sentences call "
-        f"reliable what has p < {unit_number(1 - choices.confidence, 3).rstrip('0')}."
-    )

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 NODES, FARTHEST_NODE = 241, 6.0
 #: d', criterion and σ are searched within these; a d' beyond is none that counts can tell.
 FARTHEST, LARGEST_SPREAD = 8.0, 4.0
+#: The least σ at which a search begins.
+AWAY_FROM_ZERO = 0.3
 #: A log-likelihood that falls by less than this up to the edge of the search has no maximum.
 FLAT = 1e-3
 
@@ -153,6 +155,9 @@ class _Model:
         from scipy import optimize  # noqa: PLC0415
 
         bounds = [(-FARTHEST, FARTHEST)] * self.kinds + [(0.0, LARGEST_SPREAD)]
+        # The likelihood is the same for σ and -σ: at σ = 0 its slope is 0, and a search that begins
+        # there stays there.
+        start = np.append(start[:-1], max(float(start[-1]), AWAY_FROM_ZERO))
         for place, value in fixed.items():
             bounds[place] = (value, value)
             start = np.where(np.arange(len(start)) == place, value, start)

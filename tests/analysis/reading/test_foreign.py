@@ -4,9 +4,12 @@ import openpyxl
 import pandas as pd
 import pyreadstat
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from analysis.reading.load import load
 from analysis.reading.mapping import beside, parse_mapping, write_mapping
+from analysis.reading.units import factor
 from analysis.statistics.descending_difference.yes_no import step_sizes
 from faults import UserError
 
@@ -240,3 +243,33 @@ def test_a_file_that_is_not_what_its_name_says_is_refused(tmp_path, suffix, cont
     path.write_bytes(content)
     with pytest.raises(UserError, match=f"data.{suffix}"):
         load(path, mapping())
+
+
+def test_levels_are_told_in_another_prefix_of_their_unit(table_by_hand):
+    text = "subject,level,loudness\n" + "".join(
+        f"{who},{level},{level // 100 + 1}\n" for who in "abc" for level in (200, 2000)
+    )
+    words = {"stimulus": {"unit": "µPa", "in_unit": "mPa"}}
+    columns = {"participant": "subject", "stimulus": "level", "response": "loudness"}
+    data = load(table_by_hand(text), parse_mapping({"columns": columns, **words}, "x"))
+    assert sorted(set(data.estimates["amplitude_um_pp"])) == [0.2, 2.0]
+    assert data.quantity.unit == "mPa"
+    assert data.quantity.column == "level_mPa"
+
+
+@pytest.mark.parametrize("unit, wanted", [("µPa", "Hz"), ("dB", "Pa"), ("", "m"), ("°C", "K")])
+def test_units_that_do_not_convert_are_one_sentence(unit, wanted):
+    columns = {"participant": "who", "stimulus": "level", "response": "loudness"}
+    table = {"columns": columns, "stimulus": {"unit": unit, "in_unit": wanted}}
+    with pytest.raises(UserError, match=f"does not convert to {wanted}; expected the same unit"):
+        parse_mapping(table, "x")
+
+
+@given(
+    st.sampled_from(["m", "Pa", "cd/m²", "Hz"]),
+    st.sampled_from(["", "m", "µ", "k"]),
+    st.sampled_from(["", "n", "M", "u"]),
+)
+def test_there_and_back_is_one(base, one, other):
+    there, back = factor(one + base, other + base), factor(other + base, one + base)
+    assert there * back == pytest.approx(1.0, rel=1e-12)

@@ -1,0 +1,67 @@
+"""The command ``slipscale export``; pandas, SciPy and matplotlib load when it runs."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from analysis.cli.analyse import add_data, add_mapping, analysed
+from analysis.cli.progress_line import telling
+from experiments.lab.defaults import here, say
+from faults import DONE, harmless
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+#: Form -> what it is, in the order in which they are written.
+FORMS = {
+    "word": "the report for a word processor (report.docx)",
+    "pdf": "the report on A4 (report.pdf)",
+    "scripts": "R and Python that recompute the report's numbers",
+    "methods": "a methods section with its references (methods.md, references.bib)",
+    "french-excel": "tables with semicolons and decimal commas (excel-fr/)",
+}
+#: Without --forms; tables for French Excel are for those who ask.
+DEFAULT = ("word", "pdf", "scripts", "methods")
+
+
+def add_export(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale export``."""
+    add_data(parser)
+    parser.add_argument("--out", metavar="DIR", required=True, help="the folder for all files")
+    parser.add_argument(
+        "--forms",
+        metavar="FORM",
+        nargs="+",
+        choices=tuple(FORMS),
+        default=DEFAULT,
+        help="; ".join(f"{name}: {text}" for name, text in FORMS.items())
+        + f" (default: {' '.join(DEFAULT)})",
+    )
+    add_mapping(parser)
+
+
+def run_export(args: Namespace) -> int:
+    """Analyse a data set and write every form asked for; print what was written."""
+    from analysis.reading.own_words import in_own_words  # noqa: PLC0415
+
+    say(here())
+    with telling() as progress:
+        analysis = analysed(args, progress)
+        progress("writing tables, figures, the report and its other forms")
+        # Matplotlib takes a second to load: not before something is to be drawn.
+        from analysis.export.files import write_export  # noqa: PLC0415
+
+        out = Path(args.out)
+        names = write_export(analysis, out, [name for name in FORMS if name in args.forms])
+    for sentence in analysis.problems:
+        print(
+            harmless(f"note: {in_own_words(sentence, analysis.dataset.quantity)}"), file=sys.stderr
+        )
+    for name in ("report.html", *names):
+        print(out / name)
+    return DONE
+
+
+COMMANDS = {"export": (add_export, run_export)}

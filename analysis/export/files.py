@@ -1,0 +1,127 @@
+"""Everything that `slipscale export` writes, into one folder."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from analysis.export.french_excel import write_french
+from analysis.export.reported_numbers import reported_numbers, settings
+from analysis.export.word import write_word
+from analysis.reading.own_words import in_own_words, own_columns
+from analysis.reporting import methods_text
+from analysis.reporting.csv_file import write_csv
+from analysis.reporting.files import software, write_analysis
+from analysis.reporting.tables import tables
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from analysis.result import Analysis
+
+SCRIPTS = ("recompute.py", "recompute.R")
+
+
+def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[str]:
+    """Write what `analyse` writes, and the forms asked for; return the names of the added files.
+
+    Parameters
+    ----------
+    out : Path
+        A folder, made if need be.
+    forms : sequence of str
+        Keys of `FORMS`.
+
+    Raises
+    ------
+    UserError
+        A file cannot be written.
+    ModuleNotFoundError
+        See `check_installed`; nothing was written.
+    """
+    check_installed(forms)
+    report = write_analysis(analysis, out)
+    try:
+        return [name for form in forms for name in FORMS[form](analysis, report)]
+    except OSError as error:
+        raise UserError(
+            f"{error.filename or out}: cannot be written ({error.strerror or error})"
+        ) from error
+
+
+def check_installed(forms: Sequence[str]) -> None:
+    """Import what the forms need, before anything is written.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        The extra ``export`` is not installed.
+    UserError
+        WeasyPrint does not find Pango, which lays out its text.
+    """
+    if "word" in forms:
+        import docx  # noqa: F401, PLC0415
+    if "pdf" in forms:
+        try:
+            import weasyprint  # noqa: F401, PLC0415
+        except OSError as error:
+            raise UserError(
+                f"--forms pdf: WeasyPrint cannot load its text layout, Pango ({error}); expected "
+                "Pango installed (Debian: libpango-1.0-0 libpangoft2-1.0-0), or print report.html "
+                "from a browser"
+            ) from None
+
+
+def _word(_analysis: Analysis, report: Path) -> list[str]:
+    write_word(report, report.with_suffix(".docx"))
+    return ["report.docx"]
+
+
+def _pdf(_analysis: Analysis, report: Path) -> list[str]:
+    from weasyprint import HTML  # noqa: PLC0415 - an extra, and a second's import
+
+    HTML(filename=report).write_pdf(report.with_suffix(".pdf"))
+    return ["report.pdf"]
+
+
+def _scripts(analysis: Analysis, report: Path) -> list[str]:
+    write_csv(reported_numbers(analysis), report.with_name("numbers.csv"))
+    write_csv(settings(analysis), report.with_name("settings.csv"))
+    for name in SCRIPTS:
+        text = files("analysis.export").joinpath("scripts", name).read_text(encoding="utf-8")
+        report.with_name(name).write_text(text, encoding="utf-8", newline="\n")
+    return [*SCRIPTS, "numbers.csv", "settings.csv"]
+
+
+def _methods(analysis: Analysis, report: Path) -> list[str]:
+    quantity = analysis.dataset.quantity
+    texts = methods_text.sentences(analysis, software())
+    papers = methods_text.references(texts)
+    paragraphs = [in_own_words(methods_text.cited(text), quantity) for text in texts]
+    lines = ["# Methods", *paragraphs, "# References", *(each.listed for each in papers.values())]
+    for name, text in {
+        "methods.md": "\n\n".join(lines) + "\n",
+        "references.bib": "\n".join(each.bibtex(key) for key, each in papers.items()),
+    }.items():
+        report.with_name(name).write_text(text, encoding="utf-8", newline="\n")
+    return ["methods.md", "references.bib"]
+
+
+def _french(analysis: Analysis, report: Path) -> list[str]:
+    folder = report.with_name("excel-fr")
+    folder.mkdir(exist_ok=True)
+    for name, table in tables(analysis).items():
+        write_french(own_columns(table, analysis.dataset.quantity), folder / f"{name}.csv")
+    return [f"{folder.name}/"]
+
+
+#: Form -> what writes it beside the report.
+FORMS: dict[str, Callable[[Analysis, Path], list[str]]] = {
+    "word": _word,
+    "pdf": _pdf,
+    "scripts": _scripts,
+    "methods": _methods,
+    "french-excel": _french,
+}

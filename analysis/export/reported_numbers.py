@@ -1,0 +1,98 @@
+"""Every number of a report as a list, for the scripts that recompute them."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from analysis.reading.own_words import own_name
+from analysis.reporting import json_form
+from analysis.statistics.not_computed import NotComputed
+from experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from analysis.reporting.json_form import Json
+    from analysis.result import Analysis
+
+#: What a name of inference.json says of the unit, which a script need not know.
+UNIT = re.compile(r"_um(_pp)?\b")
+#: Parts that are no arithmetic on the files: words counted by a code book, what the film predicts.
+LEFT_OUT = re.compile(
+    r"\.verbal_reports\.|\.finding\.|^growth\.(friction|individual)\.|covariance|^normalisation\."
+)
+#: Names of an interval that say its level.
+LEVEL = re.compile(r"\bci95\b")
+
+
+def reported_numbers(analysis: Analysis) -> pd.DataFrame:
+    """Return ``name value``: each number of the report, under its place in the results.
+
+    ``rm_anova.F``, ``pairwise.0.ratio_ci.0``, ``table3.2.mean``: places count from 0.
+    """
+    parts = {
+        "table3": analysis.table3.to_dict(orient="records"),
+        "descriptives": analysis.description.to_dict(orient="records"),
+        "robustness": [_means_in_order(json_form.record(row)) for row in analysis.robustness],
+        "individuals": _exponents(analysis),
+    }
+    inference = json_form.record(analysis.inference)
+    found = [
+        (LEVEL.sub("ci", UNIT.sub("", name)), value)
+        for name, value in _numbers({**inference, **json_form.record(parts)})
+        if not LEFT_OUT.search(name)
+    ]
+    return pd.DataFrame(found, columns=["name", "value"])
+
+
+def _means_in_order(row: dict[str, Json]) -> dict[str, Json]:
+    """Return a summary whose means are counted, whatever the levels are."""
+    means = row["means"]
+    return row | {"means": list(means.values()) if isinstance(means, dict) else means}
+
+
+def _exponents(analysis: Analysis) -> dict[str, dict[str, float]]:
+    own = analysis.individuals
+    if "exponent" not in own:
+        return {}
+    return {
+        str(who): {"exponent": float(value)}
+        for who, value in zip(own[PARTICIPANT], own["exponent"], strict=True)
+    }
+
+
+#: Levels stand in the files; a number there is where it is, not what was found.
+GIVEN = re.compile(r"(^|\.)(amplitude|from|to|removed|amplitudes|reduction)(_um_pp)?(\.[\d.]+)?$")
+
+
+def _numbers(value: Json, name: str = "") -> Iterator[tuple[str, float]]:
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from _numbers(inner, f"{name}.{key}" if name else key)
+    elif isinstance(value, list):
+        for place, inner in enumerate(value):
+            yield from _numbers(inner, f"{name}.{place}")
+    elif isinstance(value, int | float) and not isinstance(value, bool) and not GIVEN.search(name):
+        yield name, value
+
+
+def settings(analysis: Analysis) -> pd.DataFrame:
+    """Return ``name value``: the choices, and what the columns of levels are called."""
+    data, choices = analysis.dataset, analysis.dataset.choices
+    plate = data.quantity.of_plate
+    page = analysis.inference.page_trend
+    found = {
+        "level": own_name("amplitude_um_pp", data.quantity),
+        "before": "amplitude_before_um_pp" if plate else own_name("amplitude_um_pp", data.quantity),
+        "after": "amplitude_um_pp" if plate else "reference",
+        "answer": "difference_felt" if plate else "yes",
+        "confidence": f"{choices.confidence!r}",
+        "zero_rule": choices.zero_rule,
+        "standard_deviation": choices.standard_deviation,
+        "equivalence_ratio": f"{choices.equivalence_ratio!r}",
+        "page_method": "" if isinstance(page, NotComputed) else page.method,
+    }
+    return pd.DataFrame(list(found.items()), columns=["name", "value"])

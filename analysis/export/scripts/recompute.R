@@ -1,0 +1,608 @@
+# Recompute the numbers of a Slipscale report from the files in this folder: Rscript recompute.R
+# It needs R only; the mixed model needs lme4, else nlme, which comes with R. It reads estimates.csv,
+# answers.csv, quality.csv and settings.csv, computes every number anew and prints it beside the one
+# of numbers.csv. Exit status 1: a number differs.
+
+close_enough <- 1e-5 # relative; fits that are iterated agree within the next
+close_fits <- 1e-2
+fitted <- "^(mixed_model|growth|difference\\.psychometric|difference\\.signal_detection\\.(by|all))"
+
+read <- function(name) {
+  if (!file.exists(name)) return(NULL)
+  read.csv(name, na.strings = "", check.names = FALSE, encoding = "UTF-8",
+           colClasses = c(participant_id = "character", session = "character", run = "character",
+                          flags = "character", name = "character")[intersect(
+                            c("participant_id", "session", "run", "flags", "name"),
+                            names(read.csv(name, nrows = 1, check.names = FALSE)))])
+}
+under <- function(prefix, values) if (length(values)) setNames(values, paste0(prefix, names(values)))
+
+mean_test <- function(x, confidence) {
+  x <- x[is.finite(x)]
+  if (length(x) < 3 || diff(range(x)) <= 1e-12 * max(abs(x), 1)) return(NULL)
+  t <- t.test(x, conf.level = confidence)
+  c(mean = mean(x), ci.0 = t$conf.int[1], ci.1 = t$conf.int[2], sd = sd(x),
+    t = unname(t$statistic), df = length(x) - 1, p = t$p.value)
+}
+student <- function(b, se, df, n, confidence) {
+  half <- qt((1 + confidence) / 2, df) * se
+  c(mean = b, ci.0 = b - half, ci.1 = b + half, sd = se * sqrt(n), t = b / se, df = df,
+    p = 2 * pt(-abs(b / se), df))
+}
+whole_rows <- function(m) m[complete.cases(m), , drop = FALSE]
+
+descriptives <- function(cells, logs, confidence, sample) {
+  out <- NULL
+  within <- which(colSums(is.na(logs)) == 0)
+  if (length(within) < 2) within <- which(colSums(!is.na(logs)) > 0)
+  w <- whole_rows(logs[, within, drop = FALSE])
+  n <- nrow(w)
+  k <- ncol(w)
+  half <- rep(NA, ncol(logs))
+  if (n >= 3 && k >= 2) {
+    shifted <- w - rowMeans(w) + mean(w)
+    half[within] <- apply(shifted, 2, sd) * sqrt(k / (k - 1)) / sqrt(n) * qt((1 + confidence) / 2, n - 1)
+  }
+  for (i in seq_len(ncol(cells))) {
+    x <- cells[!is.na(cells[, i]), i]
+    y <- logs[!is.na(logs[, i]), i]
+    far <- max(abs(x - mean(x)))
+    population <- sqrt(mean((x - mean(x))^2))
+    ends <- function(v) mean(v) + c(-1, 1) * qt((1 + confidence) / 2, length(v) - 1) * sd(v) / sqrt(length(v))
+    enough <- function(v) length(v) >= 3 && sd(v) > 0
+    m <- if (enough(x)) ends(x) else c(NA, NA)
+    g <- if (enough(y)) exp(ends(y)) else c(NA, NA)
+    out <- c(out, under(paste0("table3.", i - 1, "."), c(
+      n = length(x), mean = mean(x), maximum_deviation = far,
+      standard_deviation = if (sample) sd(x) else population)),
+      under(paste0("descriptives.", i - 1, "."), c(
+        n = length(x), mean = mean(x), maximum_deviation = far, sd_sample = sd(x),
+        sd_population = population, median = median(x), geometric_n = length(y),
+        geometric_mean = exp(mean(y)), mean_low = m[1], mean_high = m[2], geometric_low = g[1],
+        geometric_high = g[2], within_low = exp(mean(y) - half[i]), within_high = exp(mean(y) + half[i]))))
+  }
+  out
+}
+
+eta_squared <- function(v, confidence) {
+  ratio <- function(v) nrow(v) * sum((colMeans(v) - mean(v))^2) / sum((v - mean(v))^2)
+  n <- nrow(v)
+  each <- sapply(seq_len(n), function(i) ratio(v[-i, , drop = FALSE]))
+  pseudo <- n * atanh(sqrt(ratio(v))) - (n - 1) * atanh(sqrt(each))
+  ends <- mean(pseudo) + c(-1, 1) * qt((1 + confidence) / 2, n - 1) * sd(pseudo) / sqrt(n)
+  ends <- tanh(pmax(ends, 0))^2
+  c(eta2_generalised = ratio(v), eta2_generalised_ci.0 = ends[1], eta2_generalised_ci.1 = ends[2])
+}
+
+rm_anova <- function(logs, confidence) {
+  v <- whole_rows(logs[, colSums(!is.na(logs)) > 0, drop = FALSE])
+  n <- nrow(v)
+  k <- ncol(v)
+  if (n < 3 || k < 2) return(NULL)
+  residuals <- v - rowMeans(v)
+  residuals <- sweep(residuals, 2, colMeans(residuals))
+  df1 <- k - 1
+  df2 <- df1 * (n - 1)
+  f <- n * sum((colMeans(v) - mean(v))^2) / df1 / (sum(residuals^2) / df2)
+  s <- cov(v %*% contr.helmert(k) %*% diag(1 / sqrt(colSums(contr.helmert(k)^2)), df1))
+  gg <- sum(diag(s))^2 / (df1 * sum(s^2))
+  hf <- if (k > 2) min((n * df1 * gg - 2) / (df1 * (n - 1 - df1 * gg)), 1) else 1
+  p <- function(e) pf(f, df1 * e, df2 * e, lower.tail = FALSE)
+  out <- c(F = f, df1 = df1, df2 = df2, p = p(1), epsilon_gg = gg, p_gg = p(gg), epsilon_hf = hf,
+           p_hf = p(hf), n = n, n_incomplete = nrow(logs) - n, eta_squared(v, confidence))
+  if (k > 2 && n >= k) {
+    sphericity <- mauchly.test(lm(v ~ 1), X = ~1)
+    out <- c(out, mauchly_w = unname(sphericity$statistic), mauchly_p = sphericity$p.value)
+  }
+  if (length(residuals) <= 5000) {
+    normal <- shapiro.test(residuals)
+    out <- c(out, shapiro_w = unname(normal$statistic), shapiro_p = normal$p.value)
+  }
+  out
+}
+
+friedman <- function(cells) {
+  v <- whole_rows(cells)
+  if (nrow(v) < 3 || ncol(v) < 3) return(NULL)
+  t <- friedman.test(unname(v))
+  chi2 <- unname(t$statistic)
+  c(chi2 = chi2, df = ncol(v) - 1, p = t$p.value, kendalls_w = chi2 / (nrow(v) * (ncol(v) - 1)),
+    n = nrow(v), n_incomplete = nrow(cells) - nrow(v))
+}
+
+convolve_counts <- function(a, b) {
+  out <- numeric(length(a) + length(b) - 1)
+  for (i in which(b != 0)) out[i - 1 + seq_along(a)] <- out[i - 1 + seq_along(a)] + a * b[i]
+  out
+}
+orders <- function(k) {
+  if (k == 1) return(matrix(1))
+  shorter <- orders(k - 1)
+  do.call(rbind, lapply(seq_len(k), function(i) cbind(i, ifelse(shorter >= i, shorter + 1, shorter))))
+}
+page_trend <- function(cells, method) {
+  v <- whole_rows(cells)
+  n <- nrow(v)
+  k <- ncol(v)
+  if (n < 3 || k < 3) return(NULL)
+  ell <- sum(t(apply(v, 1, rank)) %*% seq_len(k))
+  if (method == "exact") {
+    one <- tabulate(orders(k) %*% seq_len(k) + 1)
+    total <- 1
+    for (i in seq_len(n)) total <- convolve_counts(total, one / sum(one))
+    p <- sum(total[(floor(ell) + 1):length(total)])
+  } else {
+    p <- pnorm((ell - n * k * (k + 1)^2 / 4) / sqrt(n * (k^3 - k)^2 / (144 * (k - 1))), lower.tail = FALSE)
+  }
+  c(L = ell, p = p, n = n, n_incomplete = nrow(cells) - n)
+}
+
+signed_rank <- function(steps) {
+  steps <- steps[steps != 0]
+  if (!length(steps)) return(NA)
+  ranks <- rank(abs(steps))
+  tied <- anyDuplicated(ranks) > 0
+  if ((tied && length(steps) <= 13) || (!tied && length(steps) <= 50)) {
+    # Every pattern of signs is as likely as another: sums of doubled ranks, by convolution.
+    counts <- 1
+    for (r in round(2 * ranks)) counts <- convolve_counts(counts, c(0.5, rep(0, r - 1), 0.5))
+    up <- round(2 * sum(ranks[steps > 0]))
+    return(min(1, 2 * min(sum(counts[seq_len(up + 1)]), sum(counts[(up + 1):length(counts)]))))
+  }
+  wilcox.test(steps, exact = FALSE, correct = FALSE)$p.value
+}
+
+noncentrality <- function(t, df, p) {
+  y <- qchisq(c(1e-14, 1 - 1e-14), df)
+  below <- function(shift) integrate(function(v) pnorm(t * sqrt(v / df) - shift) * dchisq(v, df),
+                                     y[1], y[2], rel.tol = 1e-11, subdivisions = 1000)$value - p
+  width <- 10 + 3 * abs(t)
+  uniroot(below, c(t - width, t + width), tol = 1e-11)$root
+}
+
+bayes_factor <- function(t, n, scale = 0.707) {
+  log_of <- function(u) {
+    a <- 1 + n * exp(u) * scale^2
+    -log(a) / 2 - n / 2 * log(1 + t^2 / (a * (n - 1))) + n / 2 * log(1 + t^2 / (n - 1)) -
+      (u + log(2 * pi) + exp(-u)) / 2
+  }
+  grid <- seq(-30, 30, length.out = 601)
+  peak <- grid[which.max(log_of(grid))]
+  top <- max(log_of(grid))
+  part <- function(a, b) integrate(function(u) exp(log_of(u) - top), a, b, rel.tol = 1e-10, subdivisions = 1000)$value
+  exp(top) * (part(peak - 30, peak) + part(peak, peak + 60))
+}
+
+pairwise <- function(cells, logs, confidence, bound) {
+  rows <- list()
+  for (pair in asplit(combn(ncol(cells), 2), 2)) {
+    d <- logs[, pair[2]] - logs[, pair[1]]
+    d <- d[!is.na(d)]
+    s <- cells[, pair[2]] - cells[, pair[1]]
+    s <- s[!is.na(s)]
+    row <- c(n = length(s), n_logs = length(d), up = sum(s > 0), down = sum(s < 0),
+             p_wilcoxon = if (length(s) >= 3) signed_rank(s) else NA)
+    m <- mean_test(d, confidence)
+    if (!is.null(m)) {
+      n <- length(d)
+      t <- m[["t"]]
+      df <- n - 1
+      se <- m[["sd"]] / sqrt(n)
+      half <- qt(confidence, df) * se
+      row <- c(row, ratio = exp(m[["mean"]]), ratio_ci.0 = exp(m[["ci.0"]]), ratio_ci.1 = exp(m[["ci.1"]]),
+               t = t, df = df, p = m[["p"]], d_z = m[["mean"]] / m[["sd"]],
+               d_z_ci.0 = noncentrality(t, df, (1 + confidence) / 2) / sqrt(n),
+               d_z_ci.1 = noncentrality(t, df, (1 - confidence) / 2) / sqrt(n),
+               equivalence_ratio = bound, equivalence_ci.0 = exp(m[["mean"]] - half),
+               equivalence_ci.1 = exp(m[["mean"]] + half),
+               equivalence_p = pt(min(log(bound) + m[["mean"]], log(bound) - m[["mean"]]) / se, df, lower.tail = FALSE),
+               bayes_factor_10 = bayes_factor(t, n))
+    }
+    rows[[length(rows) + 1]] <- row
+  }
+  for (name in c("p", "p_wilcoxon", "equivalence_p")) {
+    p <- sapply(rows, function(row) if (name %in% names(row)) row[[name]] else NA)
+    # Tests that are not defined do not count.
+    p[!is.na(p)] <- p.adjust(p[!is.na(p)], "holm")
+    for (i in seq_along(rows)) rows[[i]][[paste0(name, "_holm")]] <- p[i]
+  }
+  unlist(lapply(seq_along(rows), function(i) under(paste0("pairwise.", i - 1, "."), rows[[i]])))
+}
+
+slopes <- function(logs, levels) {
+  above <- levels > 0
+  apply(logs[, above, drop = FALSE], 1, function(y) {
+    if (sum(!is.na(y)) > 1) coef(lm(y ~ log(levels[above])))[[2]] else NA
+  })
+}
+power_law <- function(logs, levels, confidence) {
+  m <- mean_test(slopes(logs, levels), confidence)
+  if (is.null(m)) return(NULL)
+  c(exponent = m[["mean"]], m[c("ci.0", "ci.1", "sd")], n = m[["df"]] + 1,
+    points = max(rowSums(!is.na(logs[, levels > 0, drop = FALSE]))))
+}
+linear_trend <- function(logs, levels, confidence) {
+  some <- colSums(!is.na(logs)) > 0
+  w <- whole_rows(logs[, some, drop = FALSE])
+  x <- levels[some] - mean(levels[some])
+  if (nrow(w) < 3 || ncol(w) < 2) return(NULL)
+  m <- mean_test(as.vector(w %*% x) / sum(x^2), confidence)
+  if (!is.null(m)) c(m, n = nrow(w), n_incomplete = nrow(logs) - nrow(w))
+}
+
+mixed_model <- function(trials, confidence) {
+  d <- trials[trials$level > 0 & !is.na(trials$log), ]
+  centre <- mean(log(d$level))
+  d$lx <- log(d$level) - centre
+  if (requireNamespace("lme4", quietly = TRUE)) {
+    m <- suppressMessages(suppressWarnings(lme4::lmer(log ~ lx + (1 + lx | who), d)))
+    b <- lme4::fixef(m)
+    se <- sqrt(diag(as.matrix(vcov(m))))[[2]]
+    g <- as.matrix(lme4::VarCorr(m)$who)
+    residual <- sigma(m)
+  } else {
+    # At a bound nlme stops with an error where lme4 goes on.
+    m <- tryCatch(nlme::lme(log ~ lx, d, ~ lx | who, control = nlme::lmeControl(opt = "optim")),
+                  error = function(e) NULL)
+    if (is.null(m)) return(NULL)
+    b <- nlme::fixef(m)
+    se <- sqrt(diag(vcov(m)))[[2]]
+    g <- as.matrix(nlme::getVarCov(m))
+    residual <- m$sigma
+  }
+  n <- length(unique(d$who))
+  half <- qt((1 + confidence) / 2, n - 1) * se
+  at_one <- c(1, -centre)
+  c(intercept = b[[1]] - centre * b[[2]], exponent = b[[2]], se = se, ci.0 = b[[2]] - half,
+    ci.1 = b[[2]] + half, sd_intercept = sqrt(max(at_one %*% g %*% at_one, 0)),
+    sd_exponent = sqrt(g[2, 2]), sd_residual = residual, log_likelihood_reml = as.numeric(logLik(m)),
+    n = n, trials = nrow(d))
+}
+
+order_effects <- function(trials, confidence) {
+  keys <- intersect(c("who", "session", "run"), names(trials)[colSums(is.na(trials)) == 0])
+  run <- do.call(paste, c(trials[keys], sep = "\r"))
+  trials$position <- ave(seq_len(nrow(trials)), trials$who, FUN = seq_along)
+  trials$before <- ave(trials$level, run, FUN = function(x) c(NA, head(x, -1)))
+  d <- trials[!is.na(trials$before) & !is.na(trials$log), ]
+  people <- unique(d$who)
+  if (length(people) < 3) return(NULL)
+  fit <- function(part) tail(coef(lm(log ~ factor(who) + factor(level) + position + before, part)), 2)
+  whole <- fit(d)
+  each <- sapply(people, function(person) fit(d[d$who != person, ]))
+  n <- length(people)
+  se <- sqrt((n - 1) / n * rowSums((each - whole)^2))
+  c(under("position.", student(whole[[1]], se[[1]], n - 1, n, confidence)),
+    under("carry_over.", student(whole[[2]], se[[2]], n - 1, n, confidence)))
+}
+
+reliability <- function(trials, confidence) {
+  d <- trials[!is.na(trials$log), ]
+  counts <- table(d$who, d$level)
+  repeated <- table(counts[counts > 1])
+  if (!length(repeated)) return(NULL)
+  r <- as.integer(names(repeated)[which.max(repeated)])
+  levels <- colnames(counts)[colMeans(counts >= r) >= 0.5]
+  people <- rownames(counts)[rowSums(counts[, levels, drop = FALSE] < r) == 0]
+  n <- length(people)
+  k <- length(levels)
+  if (n < 3) return(NULL)
+  block <- array(NA, c(n, k, r))
+  for (i in seq_len(n)) for (j in seq_len(k))
+    block[i, j, ] <- head(d$log[d$who == people[i] & as.character(d$level) == levels[j]], r)
+  components <- function(b) {
+    m <- dim(b)[1]
+    cells <- apply(b, 1:2, mean)
+    centred <- sweep(cells, 2, colMeans(cells))
+    own <- rowMeans(centred)
+    error <- sum((b - as.vector(cells))^2) / (m * k * (r - 1))
+    mixed <- if (k > 1) r * sum((centred - own)^2) / ((m - 1) * (k - 1)) else error
+    c((k * r * sum(own^2) / (m - 1) - mixed) / (k * r), (mixed - error) / r, error)
+  }
+  of <- function(b, times) {
+    v <- components(b)
+    (v[1] + v[2]) / (v[1] + v[2] + v[3] / times)
+  }
+  v <- components(block)
+  out <- c(variance_participants = max(v[1], 0), variance_interaction = max(v[2], 0),
+           variance_repetitions = v[3], n = n, amplitudes = k, repetitions = r)
+  for (name in c("single", "mean")) {
+    times <- if (name == "single") 1 else r
+    value <- of(block, times)
+    each <- sapply(seq_len(n), function(i) of(block[-i, , , drop = FALSE], times))
+    pseudo <- n * atanh(value) - (n - 1) * atanh(each)
+    ends <- tanh(mean(pseudo) + c(-1, 1) * qt((1 + confidence) / 2, n - 1) * sd(pseudo) / sqrt(n))
+    out <- c(out, under(paste0(name, "."), c(value = value, ci.0 = ends[1], ci.1 = ends[2])))
+  }
+  out
+}
+
+# Growth function: its logarithm, limits of the search, where it starts, what is reported.
+growth_functions <- function(x) {
+  lx <- log(x)
+  least <- min(x)
+  most <- max(x)
+  below <- least * (1 - 1e-6)
+  softplus <- function(z) ifelse(z > 0, z + log1p(exp(-abs(z))), log1p(exp(-abs(z))))
+  middle <- expand.grid(c(0.5, 2), seq(min(lx), max(lx), length.out = 3))
+  list(
+    power = list(f = function(q) q[1] * lx, low = -20, high = 20, starts = list(1),
+                 as = function(q) c(exponent = q[1])),
+    threshold = list(f = function(q) q[1] * log(x - q[2]), low = c(-20, -10 * most), high = c(20, below),
+                     starts = list(c(1, 0), c(0.5, 0.5 * least), c(0.3, 0.95 * least), c(1, -most)),
+                     as = function(q) c(exponent = q[1], threshold = q[2])),
+    linear = list(f = function(q) log(x + q[1]), low = -below, high = 1000 * most,
+                  starts = list(0, -0.5 * least, -0.9 * least, 2 * most), as = function(q) c(offset = q[1])),
+    fechner = list(f = function(q) log(lx - q[1]), low = min(lx) - 50, high = min(lx) - 1e-6,
+                   starts = list(min(lx) - 0.1, min(lx) - 2, min(lx) - 10),
+                   as = function(q) c(threshold = exp(q[1]))),
+    ekman = list(f = function(q) softplus(q[1] * (lx - q[2])), low = c(0, min(lx) - 7), high = c(20, max(lx) + 7),
+                 starts = asplit(as.matrix(middle), 1),
+                 as = function(q) c(exponent = q[[1]], doubling_stimulus = exp(q[[2]]))),
+    naka_rushton = list(f = function(q) -softplus(q[1] * (q[2] - lx)), low = c(0, min(lx) - 7),
+                        high = c(20, max(lx) + 7), starts = asplit(as.matrix(middle), 1),
+                        as = function(q) c(exponent = q[[1]], half_saturation = exp(q[[2]]))))
+}
+growth <- function(logs, levels, wanted) {
+  usable <- logs[, levels > 0, drop = FALSE]
+  usable <- usable[rowSums(!is.na(usable)) >= 2, , drop = FALSE]
+  here <- !is.na(usable)
+  centred <- usable - rowMeans(usable, na.rm = TRUE)
+  found <- list()
+  for (name in wanted) {
+    of <- growth_functions(levels[levels > 0])[[name]]
+    cost <- function(q) {
+      f <- matrix(suppressWarnings(of$f(q)), nrow(usable), ncol(usable), byrow = TRUE)
+      f[!here] <- NA
+      value <- sum((centred - (f - rowMeans(f, na.rm = TRUE)))^2, na.rm = TRUE)
+      if (is.finite(value) && all(is.finite(f[here]))) value else 1e10
+    }
+    fits <- lapply(of$starts, function(start) nlminb(
+      as.numeric(start), cost, lower = of$low, upper = of$high, scale = 1 / pmax(abs(as.numeric(start)), 1e-3),
+      control = list(rel.tol = 1e-14, eval.max = 5000, iter.max = 5000)))
+    best <- fits[[which.min(sapply(fits, `[[`, "objective"))]]
+    points <- sum(here)
+    estimated <- length(of$low) + nrow(usable) + 1
+    squares <- max(best$objective, 1e-300)
+    ll <- -points / 2 * (log(2 * pi * squares / points) + 1)
+    spare <- points - estimated - 1
+    found[[name]] <- c(under("parameters.", of$as(best$par)), sd = sqrt(squares / max(spare + 2, 1)),
+                       log_likelihood = ll, aic = 2 * estimated - 2 * ll, bic = estimated * log(points) - 2 * ll,
+                       points = points, estimated = estimated,
+                       aicc = if (spare > 0) 2 * estimated - 2 * ll + 2 * estimated * (estimated + 1) / spare else NA)
+  }
+  scores <- sapply(found, `[[`, "aicc")
+  delta <- scores - min(scores, na.rm = TRUE)
+  weights <- exp(-delta / 2) / sum(exp(-delta / 2), na.rm = TRUE)
+  c(unlist(lapply(names(found), function(name) under(
+    paste0("amplitude.models.", name, "."),
+    c(found[[name]], delta_aicc = delta[[name]], weight = weights[[name]])))), amplitude.n = nrow(usable))
+}
+
+clustered_interval <- function(yes, answers, confidence) {
+  people <- length(answers)
+  total <- sum(answers)
+  share <- sum(yes) / total
+  tail <- (1 - confidence) / 2
+  n <- total
+  if (people == 1 && total > 1) return(c(0, 1))
+  if (people != total) {
+    independent <- share * (1 - share) / total
+    n <- people
+    if (independent > 0) {
+      clustered <- people / (people - 1) * sum((yes - share * answers)^2) / total^2
+      n <- min(total / max(clustered / independent, 1) * (qt(tail, total - 1) / qt(tail, people - 1))^2, total)
+    }
+  }
+  k <- share * n
+  c(if (k > 0) qbeta(tail, k, n - k + 1) else 0, if (k < n) qbeta(1 - tail, k + 1, n - k) else 1)
+}
+d_prime <- function(counts) {
+  z <- qnorm((counts[c(1, 3)] + 0.5) / (counts[c(2, 4)] + 1))
+  c(z[1] - z[2], -sum(z) / 2)
+}
+
+difference <- function(rows, settings, confidence) {
+  before <- rows[[settings[["before"]]]]
+  after <- rows[[settings[["after"]]]]
+  felt <- rows[[settings[["answer"]]]]
+  who <- rows$participant_id
+  catch <- before == after
+  share <- function(part) {
+    yes <- tapply(felt[part], who[part], sum)
+    ends <- clustered_interval(yes, tapply(felt[part], who[part], length), confidence)
+    c(n = sum(part), yes = sum(felt[part]), ci.0 = ends[1], ci.1 = ends[2])
+  }
+  kinds <- unique(data.frame(before, after)[!catch, ])
+  kinds <- kinds[order(-kinds$before, -kinds$after), ]
+  out <- c(participants = length(unique(who)), catch.n = sum(catch), catch.yes = sum(felt[catch]))
+  for (i in seq_len(nrow(kinds))) out <- c(out, under(
+    paste0("steps.", i - 1, "."), share(before == kinds$before[i] & after == kinds$after[i])))
+  if (any(catch)) out <- c(out, under("catch.", share(catch))[c("catch.ci.0", "catch.ci.1")])
+  out["answers_per_participant_and_step"] <- sum(!catch) / nrow(unique(data.frame(who, before, after)[!catch, ]))
+  if (any(catch) && any(!catch)) {
+    names4 <- c("hits", "changes", "false_alarms", "catches")
+    counts <- function(one) c(sum(felt[one & !catch]), sum(one & !catch), sum(felt[one & catch]), sum(one & catch))
+    pooled <- counts(TRUE)
+    s <- c(pooled_d_prime = d_prime(pooled)[1], pooled_criterion = d_prime(pooled)[2], setNames(pooled, names4))
+    own <- NULL
+    for (person in intersect(who[!catch], who[catch])) {
+      each <- counts(who == person)
+      d <- d_prime(each)
+      own <- c(own, d[1])
+      s <- c(s, under(paste0("participants.", person, "."), c(setNames(each, names4), d_prime = d[1], criterion = d[2])))
+    }
+    s <- c(s, under("mean_of_participants.", mean_test(own, confidence)), by_size(felt, before, after, who, confidence))
+    out <- c(out, d_prime = s[["pooled_d_prime"]], under("signal_detection.", s))
+  }
+  c(out, under("psychometric.", curve(felt, before - after, who, confidence)))
+}
+
+# Generalised estimating equations, answers of a participant exchangeable; errors of Mancl and DeRouen.
+curve <- function(felt, removed, who, confidence) {
+  x <- cbind(1, removed)
+  groups <- split(seq_along(felt), who)
+  n <- length(groups)
+  if (n < 3) return(NULL)
+  b <- c(0, 0)
+  alpha <- 0
+  parts <- function(b, alpha, use) {
+    mu <- plogis(as.vector(x %*% b))
+    lapply(groups, function(g) {
+      d <- x[g, , drop = FALSE] * (mu[g] * (1 - mu[g]))
+      a <- sqrt(mu[g] * (1 - mu[g]))
+      v <- outer(a, a) * (alpha + diag(1 - alpha, length(g)))
+      use(d, solve(v), felt[g] - mu[g], (felt[g] - mu[g]) / a)
+    })
+  }
+  for (i in seq_len(500)) {
+    left <- Reduce(`+`, parts(b, alpha, function(d, w, r, z) t(d) %*% w %*% d))
+    right <- Reduce(`+`, parts(b, alpha, function(d, w, r, z) t(d) %*% w %*% r))
+    step <- tryCatch(as.vector(solve(left, right)), error = function(e) NULL)
+    if (is.null(step) || any(!is.finite(step))) return(NULL)
+    b <- b + step
+    z <- parts(b, alpha, function(d, w, r, z) c(sum(z^2), (sum(z)^2 - sum(z^2)) / 2, length(z) * (length(z) - 1) / 2))
+    z <- Reduce(`+`, z)
+    alpha <- z[2] / (z[1] / (length(felt) - 2)) / (z[3] - 2)
+    if (sum(step^2) < 1e-22) break
+  }
+  bread <- solve(Reduce(`+`, parts(b, alpha, function(d, w, r, z) t(d) %*% w %*% d)))
+  meat <- Reduce(`+`, parts(b, alpha, function(d, w, r, z) {
+    s <- t(d) %*% w %*% solve(diag(length(r)) - d %*% bread %*% t(d) %*% w, r)
+    s %*% t(s)
+  }))
+  se <- sqrt((bread %*% meat %*% bread)[2, 2])
+  t <- b[2] / se
+  half <- qt((1 + confidence) / 2, n - 2) * se
+  c(log_odds_per = b[2], se = se, ci.0 = b[2] - half, ci.1 = b[2] + half, t = t, df = n - 2,
+    p = 2 * pt(-abs(t), n - 2), intercept = b[1], correlation = alpha, n = n, answers = length(felt),
+    half_yes = if (b[2] > 0) -b[1] / b[2] else NA)
+}
+
+# d' of each size of step, by a probit model with participants; profile likelihood.
+by_size <- function(felt, before, after, who, confidence) {
+  largest <- max(abs(before), abs(after))
+  size <- round(before - after, -ceiling(log10(largest * 1e-9)))
+  people <- length(unique(who))
+  if (people < 3) return(NULL)
+  drop <- qt((1 + confidence) / 2, people - 1)^2 / 2
+  kinds <- sort(unique(size[size != 0]))
+  out <- NULL
+  for (i in seq_along(kinds)) out <- c(out, under(paste0("by_size.", i - 1, "."), c(
+    steps = sum(size == kinds[i]), yes = sum(felt[size == kinds[i]]), profile_of(size, kinds, i, felt, who, drop))))
+  c(out, under("all_sizes.", c(steps = sum(size != 0), yes = sum(felt[size != 0]),
+                               profile_of(as.numeric(size != 0), 1, 1, felt, who, drop))))
+}
+profile_of <- function(size, kinds, place, felt, who, drop, far = 8) {
+  nodes <- seq(-6, 6, length.out = 241)
+  weights <- dnorm(nodes, log = TRUE) + log(nodes[2] - nodes[1])
+  yes <- sapply(c(0, kinds), function(k) tapply(felt * (size == k), who, sum))
+  all <- sapply(c(0, kinds), function(k) tapply(size == k, who, sum))
+  minus_log <- function(theta) {
+    m <- length(theta)
+    z <- outer(c(0, theta[seq_len(m - 2)]) - theta[m - 1], theta[m] * nodes, `-`)
+    terms <- yes %*% pnorm(z, log.p = TRUE) + (all - yes) %*% pnorm(-z, log.p = TRUE)
+    terms <- sweep(terms, 2, weights, `+`)
+    peak <- apply(terms, 1, max)
+    -sum(peak + log(rowSums(exp(terms - peak))))
+  }
+  low <- c(rep(-far, length(kinds) + 1), 0)
+  high <- c(rep(far, length(kinds) + 1), 4)
+  fit <- function(start, held = NULL) {
+    free <- setdiff(seq_along(start), if (!is.null(held)) place)
+    if (!is.null(held)) start[place] <- held
+    # At a spread of 0 the slope is 0: a search that begins there stays there.
+    start[length(start)] <- max(start[length(start)], 0.3)
+    of <- function(q) minus_log(replace(start, free, q))
+    first <- nlminb(start[free], of, lower = low[free], upper = high[free], control = list(rel.tol = 1e-13))
+    # nlminb stops early on a narrow ridge: the other rule goes on from there.
+    then <- optim(first$par, of, method = "L-BFGS-B", lower = low[free], upper = high[free],
+                  control = list(factr = 10, maxit = 1000))
+    list(par = replace(start, free, then$par), objective = then$value)
+  }
+  best <- fit(c(rep(1, length(kinds)), 0.5, 0.5))
+  ends <- list(fit(best$par, -far), fit(best$par, far))
+  for (end in ends) if (end$objective < best$objective) best <- end
+  beyond <- function(value) fit(best$par, value)$objective - best$objective - drop
+  out <- NULL
+  if (ends[[1]]$objective - best$objective > drop) out["ci.0"] <- uniroot(beyond, c(-far, best$par[place]), tol = 1e-6)$root
+  if (ends[[2]]$objective - best$objective > drop) out["ci.1"] <- uniroot(beyond, c(best$par[place], far), tol = 1e-6)$root
+  if (min(ends[[1]]$objective, ends[[2]]$objective) - best$objective >= 1e-3) out["d_prime"] <- best$par[place]
+  out
+}
+
+estimates <- function(settings, names_wanted) {
+  trials <- read("estimates.csv")
+  if (is.null(trials)) return(NULL)
+  confidence <- as.numeric(settings[["confidence"]])
+  names(trials)[names(trials) == settings[["level"]]] <- "level"
+  names(trials)[names(trials) == "participant_id"] <- "who"
+  values <- trials$normalised
+  if (settings[["zero_rule"]] == "half_minimum") values[values <= 0] <- min(values[values > 0]) / 2
+  trials$log <- ifelse(values > 0, log(pmax(values, 1e-300)), NA)
+  mean_of <- function(v) if (all(is.na(v))) NA else mean(v, na.rm = TRUE)
+  cells <- tapply(trials$normalised, list(trials$who, trials$level), mean_of)
+  logs <- tapply(trials$log, list(trials$who, trials$level), mean_of)
+  levels <- as.numeric(colnames(cells))
+  law <- power_law(logs, levels, confidence)
+  ranks <- friedman(cells)
+  out <- c(
+    descriptives(cells, logs, confidence, settings[["standard_deviation"]] == "sample"),
+    under("friedman.", ranks), under("power_law.", law), under("rm_anova.", rm_anova(logs, confidence)),
+    under("page_trend.", page_trend(cells, settings["page_method"])),
+    under("linear_trend.", linear_trend(logs, levels, confidence)),
+    if (ncol(cells) > 1) pairwise(cells, logs, confidence, as.numeric(settings[["equivalence_ratio"]])),
+    under("individuals.", setNames(slopes(logs, levels), paste0(rownames(logs), ".exponent"))))
+  wants <- function(part) any(startsWith(names_wanted, part))
+  if (wants("mixed_model.")) out <- c(out, under("mixed_model.", mixed_model(trials, confidence)))
+  if (wants("order.")) out <- c(out, under("order.", order_effects(trials, confidence)))
+  if (wants("reliability.")) out <- c(out, under("reliability.", reliability(trials, confidence)))
+  models <- regmatches(names_wanted, regexpr("(?<=^growth\\.amplitude\\.models\\.)[a-z_]+", names_wanted, perl = TRUE))
+  if (length(models)) out <- c(out, under("growth.", growth(logs, levels, unique(models))))
+  quality <- read("quality.csv")
+  flagged <- quality$participant_id[!is.na(quality$flags)]
+  subsets <- list(rownames(cells), setdiff(rownames(cells), flagged))
+  for (i in 1:2) {
+    c_ <- cells[subsets[[i]], , drop = FALSE]
+    f <- friedman(c_)
+    l <- power_law(logs[subsets[[i]], , drop = FALSE], levels, confidence)
+    at <- function(v, name) if (is.null(v)) NA else v[[name]]
+    out <- c(out, under(paste0("robustness.", i - 1, "."), c(
+      n = nrow(c_), friedman_chi2 = at(f, "chi2"), friedman_p = at(f, "p"), exponent = at(l, "exponent"),
+      exponent_ci.0 = at(l, "ci.0"), exponent_ci.1 = at(l, "ci.1"),
+      setNames(colMeans(c_, na.rm = TRUE), paste0("means.", seq_along(levels) - 1)))))
+  }
+  out
+}
+
+main <- function() {
+  script <- sub("^--file=", "", grep("^--file=", commandArgs(), value = TRUE))
+  if (length(script)) setwd(dirname(script))
+  table <- read.csv("settings.csv", colClasses = "character")
+  settings <- setNames(table$value, table$name)
+  reported <- read("numbers.csv")
+  found <- estimates(settings, reported$name)
+  answers <- read("answers.csv")
+  if (!is.null(answers) && nrow(answers)) {
+    found <- c(found, under("difference.", difference(answers, settings, as.numeric(settings[["confidence"]]))))
+  }
+  differ <- 0
+  missing <- NULL
+  for (i in seq_len(nrow(reported))) {
+    name <- reported$name[i]
+    value <- reported$value[i]
+    ours <- if (name %in% names(found)) found[[name]] else NA
+    if (!is.finite(ours)) {
+      missing <- c(missing, name)
+      next
+    }
+    close <- if (grepl(fitted, name)) close_fits else close_enough
+    same <- abs(ours - value) <= close * max(abs(value), 1e-2)
+    if (!same) differ <- differ + 1
+    cat(sprintf("%-60s %18.10g %18.10g%s\n", name, value, ours, if (same) "" else "   DIFFERS"))
+  }
+  cat(nrow(reported) - length(missing), "of", nrow(reported), "numbers recomputed,", differ, "differ\n")
+  if (length(missing)) cat(paste0("not recomputed: ", missing, "\n"), sep = "")
+  if (differ) quit(status = 1)
+}
+main()
