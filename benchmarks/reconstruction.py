@@ -13,7 +13,8 @@ SPRITE is run as pysprite 1.2.1 where an interpreter has it, best one of its own
     python -m venv /tmp/peers && /tmp/peers/bin/pip install pysprite
     python benchmarks/reconstruction.py --pysprite /tmp/peers/bin/python
 
-Not run, for want of R or Rust: unsum and closure-core (CLOSURE), rsprite2, and CORVIDS, whose
+Counting Likert columns beside closure-core's counter is in ``likert.py``, how counting grows in
+``reconstruction_growth.py``. Not run: unsum and rsprite2, which are R packages, and CORVIDS, whose
 program is in Python 2.
 """
 
@@ -179,4 +180,4 @@ if __name__ == "__main__":
     against_enumeration()
     against_sprite(arguments.pysprite)
     large()
-    print("\nnot run: unsum, closure-core, rsprite2, CORVIDS")
+    print("\nnot run: unsum, rsprite2, CORVIDS; closure-core: likert.py")

@@ -75,18 +75,19 @@ def roundings(below: Shape, above: Shape, goals: Sequence[Goal]) -> int:
 
 def _lives(shape: Shape) -> list[tuple[int, int]]:
     """Return for each distance the largest k that needs it, and its number of cells."""
-    extents = (_extent(shape, d) for d in shape.distances)
-    return [(last, (i + 1) * (j + 1)) for last, i, j in extents]
+    return [(last, (i + 1) * (j + 1)) for last, i, j in _extents(shape)]
 
 
-def _extent(shape: Shape, distance: int) -> tuple[int, int, int]:
-    """Return the largest k that needs this distance, and the largest i and j over all k."""
-    last, most_i, most_j = -1, -1, -1
-    for k, (a, w) in enumerate(shape.reach):
-        i, j = a - k * distance, w - k * shape.triangle(distance)
-        if i >= 0 and j >= 0:
-            last, most_i, most_j = k, max(most_i, i), max(most_j, j)
-    return last, most_i, most_j
+def _extents(shape: Shape) -> list[tuple[int, int, int]]:
+    """Return for each distance the largest k that needs it, and the largest i and j over all k."""
+    if not shape.distances:
+        return []
+    k, d = np.arange(len(shape.reach))[:, None], np.array(shape.distances, dtype=np.int64)
+    a, w = np.array(shape.reach, dtype=np.int64).T[:, :, None]
+    i, j = a - k * d, w - k * (d * (d + shape.sign) // 2)
+    there = (i >= 0) & (j >= 0)
+    found = (np.where(there, values, -1).max(axis=0).tolist() for values in (k, i, j))
+    return list(zip(*found, strict=True))
 
 
 @dataclass
@@ -104,8 +105,7 @@ class _Half:
     def __init__(self, shape: Shape, kind: type) -> None:
         self.shape = shape
         self.planes = []
-        for d in shape.distances:
-            last, most_i, most_j = _extent(shape, d)
+        for d, (last, most_i, most_j) in zip(shape.distances, _extents(shape), strict=True):
             self.planes.append(_Plane(d, last, np.zeros((most_i + 1, most_j + 1), dtype=kind)))
 
     def extent(self, place: int, k: int) -> tuple[int, int]:
