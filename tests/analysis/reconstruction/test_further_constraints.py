@@ -94,6 +94,24 @@ def test_the_definitions_refuse_what_enumeration_refuses(column, all_multisets):
     assert 0 < len(fit) < len(loose)
 
 
+@pytest.mark.parametrize(
+    "sd, told",
+    [
+        ("0.8", {"absent": (Fraction(3, 2),)}),
+        ("0.7", {"frequencies": [(2, 0), (Fraction(3, 2), 0)]}),
+    ],
+    ids=str,
+)
+def test_the_smallest_rating_may_be_one_of_several_that_somebody_gave(
+    column, all_multisets, sd, told
+):
+    """Printed as 2, the smallest of ratings in halves is 1.5, 2 or 2.5."""
+    facts = {"n": 5, "mean": "2.8", "sd": sd, "maximum": 4, "step": "1/2", "observed_minimum": "2"}
+    found = all_multisets(column(**facts, **told))
+    assert 0 < len(found) < len(all_multisets(column(**facts)))
+    assert Solutions(column(**facts, **told)).multisets == len(found)
+
+
 TOLD = {"frequencies": [(3, 2)], "absent": [5], "present": [2]}
 
 
