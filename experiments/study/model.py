@@ -41,6 +41,7 @@ from experiments.protocols.base import (
     protocol_texts,
 )
 from experiments.study.analysis_choices import AnalysisChoices
+from experiments.study.participant_keys import ParticipantKeys
 from experiments.study.person_questions import PersonQuestion, unanswerable
 from faults import UserError
 from faults.validation import refuse
@@ -226,6 +227,11 @@ class Study(BaseModel):
         description="What a further session or run does in the counterbalancing. advance: it takes "
         "the next place (the next Williams row, the other order of tasks); same: it keeps the "
         "participant's place. The order of the surfaces is drawn anew in both cases.",
+    )
+    keys: ParticipantKeys = Field(
+        default=ParticipantKeys(),
+        description="Keys of the participant where they are not the usual ones: of a keypad, a "
+        "response box or a pedal.",
     )
     informed_consent: Switch = Field(
         default=False,

@@ -165,7 +165,8 @@ class RunPlan:
         for options in self.study.tasks:
             protocol = load_protocol(options.protocol)
             brought |= protocol_texts(protocol, self.language)
-        return load_texts(self.language, self.study.texts.get(self.language), brought)
+        texts = load_texts(self.language, self.study.texts.get(self.language), brought)
+        return {**texts, **self.study.keys.texts()}
 
     def context(self, task: str = "") -> Context:
         """Return what the protocol of a task knows of the run."""

@@ -31,7 +31,8 @@ from experiments.protocols.steps import (
 )
 
 Texts = Mapping[str, str]
-SPACE = " "
+# The keys that go on and have a name of their own in the texts; any other is its character.
+NAMED_KEYS = {"space": " ", "enter": "\r"}
 CARET = "|"
 
 
@@ -70,19 +71,22 @@ class Screen(Protocol):
 
 
 class Waiting:
-    """What the screens that wait for the space bar share."""
+    """What the screens that wait for the key that goes on share: the space bar, as a rule."""
 
     single_key = True
     typed = ""
 
-    def __init__(self, minimum_s: float = 0.0, maximum_s: float | None = None) -> None:
+    def __init__(
+        self, texts: Texts, minimum_s: float = 0.0, maximum_s: float | None = None
+    ) -> None:
         self.rejected: list[str] = []
+        self._go_on = NAMED_KEYS.get(texts["window.go_on_key"], texts["window.go_on_key"])
         self._minimum_s = minimum_s
         self._maximum_s = maximum_s
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """End on the space bar, at the earliest after the minimum."""
-        if character == SPACE and elapsed_s >= self._minimum_s:
+        """End on the key that goes on, at the earliest after the minimum."""
+        if character.casefold() == self._go_on.casefold() and elapsed_s >= self._minimum_s:
             return ScreenResult()
         return None
 
@@ -99,17 +103,26 @@ class Waiting:
         return None
 
     def wait_s(self, elapsed_s: float) -> int:
-        """Return the whole seconds until the space bar works, 0 when it does."""
+        """Return the whole seconds until the key works, 0 when it does."""
         return max(math.ceil(self._minimum_s - elapsed_s), 0)
+
+
+def naming_key(texts: Texts, text: str) -> str:
+    """Return a text that names the key that goes on, as the participant knows it."""
+    key = texts["window.go_on_key"]
+    name = texts[f"window.key_{key}"] if key in NAMED_KEYS else key.upper()
+    return texts[text].format(key=name)
 
 
 class Reading(Waiting):
     """A text, read at the participant's own pace."""
 
     def __init__(self, step: Instruct, texts: Texts) -> None:
-        super().__init__()
+        super().__init__(texts)
         self._step = step
-        self._hint = texts["window.press_space_last" if step.last else "window.press_space"]
+        self._hint = naming_key(
+            texts, "window.press_space_last" if step.last else "window.press_space"
+        )
 
     def scene(self, elapsed_s: float) -> Scene:  # noqa: ARG002  a text does not change with time
         """Return title, text and hint; a single paragraph stands in the middle."""
@@ -127,7 +140,7 @@ class Exploring(Waiting):
     """The participant strokes the plate."""
 
     def __init__(self, step: Explore, texts: Texts) -> None:
-        super().__init__(step.minimum_s, step.maximum_s)
+        super().__init__(texts, step.minimum_s, step.maximum_s)
         self._step = step
         self._texts = texts
 
@@ -138,7 +151,7 @@ class Exploring(Waiting):
         if wait_s:
             foot = scene.hint(self._texts["window.explore_longer"].format(seconds=wait_s))
         else:
-            foot = scene.hint(self._texts["window.ready_space"])
+            foot = scene.hint(naming_key(self._texts, "window.ready_space"))
         return (task, *remaining(self._maximum_s, elapsed_s, self._texts, y=-0.17), foot)
 
 
@@ -146,7 +159,7 @@ class Resting(Waiting):
     """A break, with the progress."""
 
     def __init__(self, step: Rest, texts: Texts) -> None:
-        super().__init__(step.minimum_s)
+        super().__init__(texts, step.minimum_s)
         self._step = step
         self._texts = texts
 
@@ -158,7 +171,7 @@ class Resting(Waiting):
         if wait_s:
             foot = self._texts["window.rest_longer"].format(seconds=wait_s)
         else:
-            foot = self._texts["window.press_space"]
+            foot = naming_key(self._texts, "window.press_space")
         return (
             Text(content=step.text.strip(), y=0.14, size=0.055, width=1.1, height=0.4),
             *scene.bar(step.done / step.total if step.total else 0.0, y=-0.12),
@@ -170,8 +183,8 @@ class Resting(Waiting):
 class Telling(Waiting):
     """A text that goes by itself; no key hurries it."""
 
-    def __init__(self, step: Feedback, _texts: Texts) -> None:
-        super().__init__()
+    def __init__(self, step: Feedback, texts: Texts) -> None:
+        super().__init__(texts)
         self._step = step
 
     def scene(self, elapsed_s: float) -> Scene:  # noqa: ARG002  it stays as it is
@@ -191,7 +204,7 @@ class Adjusting(Waiting):
     """The participant turns the plate, by arrow keys or the wheel."""
 
     def __init__(self, step: Adjust, texts: Texts) -> None:
-        super().__init__(maximum_s=step.time_limit_s)
+        super().__init__(texts, maximum_s=step.time_limit_s)
         self._step = step
         self._texts = texts
 
@@ -201,7 +214,7 @@ class Adjusting(Waiting):
         meanings = (self._texts["window.turn_up"], self._texts["window.turn_down"])
         left = remaining(self._maximum_s, elapsed_s, self._texts, y=-0.26)
         keys = scene.key_row((scene.UP, scene.DOWN), meanings, y=0.0)
-        return (task, *keys, *left, scene.hint(self._texts["window.turned"]))
+        return (task, *keys, *left, scene.hint(naming_key(self._texts, "window.turned")))
 
 
 class Asking:

@@ -1,0 +1,57 @@
+"""The participant's keys where a laboratory has its own: a keypad, a response box, a pedal.
+
+All of these are keyboards to the computer, and send characters. What the keys are is shown on the
+screen. Numbers and choices need nothing here: their keys are digits, and Enter hands a number in.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+
+NAMED = ("space", "enter")
+Key = Annotated[str, Field(strict=True)]
+
+
+class ParticipantKeys(BaseModel):
+    """The ``[keys]`` table of a study file."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    go_on: Key = Field(
+        default="space",
+        description="Key that goes on: space, enter, or the character that the key sends.",
+    )
+    yes: Key = Field(
+        default="",
+        description="Character of the key for yes; left out, as no: the language's own letter.",
+    )
+    no: Key = Field(default="", description="Character of the key for no.")
+
+    @field_validator("go_on")
+    @classmethod
+    def _a_key(cls, value: str) -> str:
+        if value not in NAMED and not _is_character(value):
+            raise ValueError(f"expected {' or '.join(NAMED)}, or one character")
+        return value
+
+    @model_validator(mode="after")
+    def _two_keys(self) -> Self:
+        if self.yes == self.no == "":
+            return self
+        told = all(_is_character(key) for key in (self.yes, self.no))
+        if not told or self.yes.casefold() == self.no.casefold():
+            raise ValueError("expected yes and no both, as two different characters")
+        return self
+
+    def texts(self) -> dict[str, str]:
+        """Return the texts that name the keys, in place of the language's."""
+        named = {"window.go_on_key": self.go_on}
+        if self.yes:
+            named |= {"window.yes_key": self.yes, "window.no_key": self.no}
+        return named
+
+
+def _is_character(key: str) -> bool:
+    return len(key) == 1 and key.isprintable() and not key.isspace()
