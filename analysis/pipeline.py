@@ -11,7 +11,7 @@ from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING
 
-from analysis.preprocessing import data_quality, data_warnings, normalisation
+from analysis.preprocessing import data_quality, data_warnings, normalisation, sessions
 from analysis.preprocessing.log_transform import prepare
 from analysis.reading.dataset import Dataset
 from analysis.reading.load import load
@@ -104,6 +104,7 @@ def analyse(
         problems=(
             *data.problems,
             *absences,
+            *sessions.pooled(data),
             *changes,
             *notes,
             *data_warnings.changing_tops(data),

@@ -16,9 +16,11 @@ from experiments.dataset.schema import (
     MISSING,
     NOTES,
     PARTICIPANT,
+    SESSION,
     SIDECAR,
     columns,
     person_columns,
+    session_columns,
     table_stem,
 )
 from experiments.protocols.base import load_protocol, protocol_names
@@ -42,6 +44,11 @@ PEOPLE = f"""
 
 One row a participant: `{PARTICIPANT}`, then a column for each question of the study's `about_you`
 tables, then
+"""
+SESSIONS = f"""
+## sub-01_sessions.tsv
+
+Where runs have a session, each participant has a table with one row a session: `{SESSION}`, then
 """
 MEASURED_TEXT = """
 ## What is measured beside
@@ -80,6 +87,7 @@ def page() -> str:
         ]
     parts += [MEASURED_TEXT, "\n", _columns(MEASURED)]
     parts += [PEOPLE, "\n", _columns(person_columns())]
+    parts += [SESSIONS, "\n", _columns(session_columns())]
     parts += [FLAG_TEXT, "\n", _table(("flag", "meaning"), _quoted(FLAGS))]
     parts += [SIDECAR_TEXT, "\n", _table(("key", "meaning"), _quoted(NOTES))]
     return "".join(parts)

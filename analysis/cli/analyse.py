@@ -73,6 +73,11 @@ def add_data(parser: ArgumentParser) -> None:
         **dataset_default(),
     )
     parser.add_argument(
+        "--in-session",
+        metavar="LABEL",
+        help="analyse the trials of one session alone (default: all together)",
+    )
+    parser.add_argument(
         "--normalise",
         metavar="RULE",
         choices=rules,
@@ -131,6 +136,7 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     """Read what the options name, under their mapping, and analyse it as they say."""
     from analysis.cli.mapping_options import mapping_from  # noqa: PLC0415
     from analysis.pipeline import analyse  # noqa: PLC0415
+    from analysis.preprocessing.sessions import only_session  # noqa: PLC0415
     from analysis.reading import mapping as mappings  # noqa: PLC0415
     from analysis.reading.load import load  # noqa: PLC0415
 
@@ -139,6 +145,8 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     progress("reading the data")
     mapping = mapping_from(args)
     data = load(args.dataset, mapping)
+    if args.in_session:
+        data = only_session(data, args.in_session)
     if args.map and mapping is not None:
         mappings.write_mapping(mapping, Path(args.dataset))
     return analyse(
@@ -161,6 +169,8 @@ def run_analyse(args: Namespace) -> int:
         analysis = analysed(args, progress)
         data = analysis.dataset
         out = Path(args.out) if args.out else default_folder(data, args.dataset)
+        if args.in_session and not args.out:
+            out /= f"ses-{args.in_session}"  # beside the results of all together
         progress("writing tables, figures and the report")
         # Matplotlib takes a second to load: not before something is to be drawn.
         from analysis.reporting.files import write_analysis  # noqa: PLC0415

@@ -15,9 +15,11 @@ from experiments.dataset.schema import (
     MISSING,
     MODE,
     PARTICIPANT,
+    SESSION,
     SIDECAR,
     columns,
     person_columns,
+    session_columns,
     table_stem,
 )
 from experiments.dataset.tsv import cell, sidecar, table
@@ -52,6 +54,7 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
     studies: dict[str, RunPlan] = {}
     tasks: dict[str, Protocol] = {}
     measured: dict[str, set[str]] = {}
+    sessions: dict[str, dict[str, list[Run]]] = {}
     for run in runs:
         plan = run.plan
         protocols = {protocol.task: protocol for protocol, _ in plan.tasks()}
@@ -70,6 +73,8 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
             )
             continue
         files.update(own)
+        if plan.session:
+            sessions.setdefault(plan.participant, {}).setdefault(plan.session, []).append(run)
         studies.setdefault(study_hash(plan.study_text), plan)
         row = people.setdefault(f"sub-{plan.participant}", {})
         row.update(run.gathered.person)
@@ -78,10 +83,35 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
         tasks.update(protocols)
         for task in protocols:
             measured.setdefault(task, set()).update(run.gathered.measured(task))
+    for participant, theirs in sessions.items():
+        files.update(_sessions(participant, theirs))
     if studies:
         simulated = {run.records[0].data["answered_by"] for run in runs} == {"simulated"}
         files.update(_top(people, list(studies.values()), tasks, measured, simulated=simulated))
     return files, problems
+
+
+def _sessions(
+    participant: str, sessions: dict[str, list[Run]]
+) -> Iterator[tuple[PurePosixPath, Content]]:
+    """Yield a participant's table of sessions, and its sidecar."""
+    described = session_columns()
+    path = PurePosixPath(f"sub-{participant}", f"sub-{participant}_sessions.tsv")
+    rows = [
+        [f"ses-{session}", *(cell(value) for value in _session_row(runs))]
+        for session, runs in sorted(sessions.items())
+    ]
+    yield path, table([SESSION, *described], rows)
+    yield path.with_suffix(".json"), sidecar(described)
+
+
+def _session_row(runs: list[Run]) -> tuple[Value, ...]:
+    """Return when a session began, and whether all its runs came to their end."""
+    # A pilot's day is of no meaning, and would make equal data sets differ.
+    person = runs[0].plan.mode == "participant"
+    began = min(str(run.records[0].data["started_utc"]) for run in runs)
+    complete = all(run.complete for run in runs)
+    return (began.replace("+00:00", "Z") if person else None, "yes" if complete else "no")
 
 
 def stem_of(run: Run, task: str) -> PurePosixPath:

@@ -27,6 +27,9 @@ MISSING = "n/a"
 # so in every table of the analysis.
 PARTICIPANT, MODE, COMPLETE = TAKEN
 
+# The column of a participant's sessions.tsv that says which session a row is about.
+SESSION = "session_id"
+
 PRACTICE, MAIN = "practice", "main"
 
 VOIDED, TIMED_OUT, FAULT, PAUSED = "voided", "timed_out", "fault", "paused"
@@ -261,6 +264,23 @@ def _common(protocol: Protocol) -> dict[str, Column]:
             kind="label",
             description=f"What happened in the trial, separated by '{FLAG_SEPARATOR}': "
             + ", ".join(f"{flag} ({meaning})" for flag, meaning in FLAGS.items()),
+        ),
+    }
+
+
+def session_columns() -> dict[str, Column]:
+    """Return the columns of a participant's sessions.tsv after `SESSION`, in order."""
+    return {
+        "acq_time": Column(
+            value=lambda _: None,
+            kind="text",
+            description="When the session's first run began, in UTC; n/a for a pilot",
+        ),
+        COMPLETE: Column(
+            value=lambda _: None,
+            kind="label",
+            description="Whether every run of the session came to its end",
+            levels={"yes": "complete", "no": "interrupted, or still going on"},
         ),
     }
 

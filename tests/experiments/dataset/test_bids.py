@@ -10,8 +10,10 @@ import pytest
 from experiments.dataset.bids import build_dataset
 from experiments.dataset.runs import mode_of
 from experiments.dataset.tsv import cell
+from experiments.dataset.verification import verify
 from experiments.participants.scripted import ScriptedParticipant
 from experiments.protocols.steps import NumberQuestion, TextQuestion, YesNoQuestion
+from experiments.study.file import study_text
 from faults import UserError
 
 REPORT = 'it said "less" slippery;\tthen — collé, é'
@@ -145,3 +147,25 @@ def test_a_damaged_journal_does_not_keep_the_next_participant_waiting(laboratory
     (problem,) = build_dataset(laboratory.folder)
     assert problem.file == "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
     assert problem.what == "damaged: the checksum does not fit"
+
+
+def test_sessions_have_a_table_of_their_own(laboratory, plan, record_runs):
+    text = study_text("biet2007").replace("seed = 2007", 'seed = 2007\nsessions = ["01", "02"]')
+    for session in ("01", "02"):
+        record_runs(laboratory.folder, "01", study_text=text, session=session, mode="participant")
+    build_dataset(laboratory.folder)
+    path = laboratory.folder / "sub-01/sub-01_sessions.tsv"
+    table = pd.read_csv(path, sep="\t")
+    assert list(table["session_id"]) == ["ses-01", "ses-02"]
+    assert list(table["complete"]) == ["yes", "yes"]
+    assert table["acq_time"].str.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ").all()
+    described = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+    assert set(described) == set(table.columns) - {"session_id"}
+    assert verify(laboratory.folder) == []
+    validator = Path(sys.executable).with_name("bids-validator-deno")
+    done = subprocess.run([validator, laboratory.folder], capture_output=True, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+def test_without_sessions_there_is_no_such_table(dataset):
+    assert not list(dataset.rglob("*_sessions.tsv"))

@@ -1,0 +1,66 @@
+"""Sessions: one of them analysed by itself, or all together, and that is said."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from analysis.reading.dataset import Dataset
+
+
+def sessions_of(data: Dataset) -> list[str]:
+    """Return the labels of all sessions in which there are trials, sorted."""
+    found: set[str] = set()
+    tables = (data.estimates, data.answers, data.differences, data.textures, data.forced_choices)
+    for table in tables:
+        if "session" in table:
+            found |= set(table["session"].dropna().astype(str))
+    return sorted(found - {""})
+
+
+def only_session(data: Dataset, session: str) -> Dataset:
+    """Return a data set with the trials of one session alone.
+
+    Raises
+    ------
+    UserError
+        There is no such session.
+    """
+    known = sessions_of(data)
+    if session not in known:
+        there = ", ".join(known) or "none"
+        raise UserError(f"{data.name}: there is no session '{session}'; there are: {there}")
+    note = f"Only session {session} is analysed, of {', '.join(known)}."
+    return replace(
+        data,
+        estimates=_rows(data.estimates, session),
+        answers=_rows(data.answers, session),
+        differences=_rows(data.differences, session),
+        textures=_rows(data.textures, session),
+        forced_choices=_rows(data.forced_choices, session),
+        problems=(*data.problems, note),
+    )
+
+
+def _rows(table: pd.DataFrame, session: str) -> pd.DataFrame:
+    if "session" not in table:
+        return table
+    return table[table["session"].astype(str) == session].reset_index(drop=True)
+
+
+def pooled(data: Dataset) -> list[str]:
+    """Say so where a participant's sessions are taken together."""
+    known = sessions_of(data)
+    if len(known) < 2:  # noqa: PLR2004 - several
+        return []
+    sentence = (
+        f"Sessions {', '.join(known)} are taken together: each participant's mean is over all of "
+        "theirs, and a change from one to the next stays unseen. To compare them, analyse each by "
+        f"itself: --in-session {known[0]}."
+    )
+    return [sentence]

@@ -1,0 +1,55 @@
+"""Several sessions: taken together and said so, or one by itself."""
+
+import pytest
+
+from analysis.pipeline import analyse
+from analysis.preprocessing.sessions import only_session, sessions_of
+from analysis.reading.load import load
+from faults import UserError
+from slipscale import main
+
+ROWS = "".join(
+    f"{person},{session},{amplitude},{10 + factor * amplitude + person}\n"
+    for person in (1, 2, 3)
+    for session, factor in (("01", 20), ("02", 40))
+    for amplitude in (0, 1, 2)
+)
+TEXT = "participant_id,session,amplitude_um_pp,estimate\n" + ROWS
+
+
+@pytest.fixture
+def table(table_by_hand):
+    return table_by_hand(TEXT)
+
+
+def test_sessions_taken_together_are_said_to_be(table):
+    [sentence] = [each for each in analyse(table, normalise="none").problems if "Sessions" in each]
+    assert "Sessions 01, 02 are taken together" in sentence
+    assert "--in-session 01" in sentence
+
+
+def test_one_session_is_analysed_by_itself(table):
+    data = load(table)
+    assert sessions_of(data) == ["01", "02"]
+    for session, top in (("01", 52.0), ("02", 92.0)):
+        found = analyse(only_session(data, session), normalise="none")
+        assert found.table3["mean"].iloc[-1] == pytest.approx(top)
+        assert f"Only session {session} is analysed, of 01, 02." in found.problems
+        assert not [each for each in found.problems if "taken together" in each]
+
+
+def test_a_session_that_is_not_there_is_told_with_those_that_are(table):
+    with pytest.raises(UserError, match=r"no session '03'; there are: 01, 02"):
+        only_session(load(table), "03")
+
+
+def test_without_sessions_nothing_is_said(table_by_hand):
+    data = table_by_hand("participant_id,amplitude_um_pp,estimate\na,0,1\na,1,5\nb,0,2\nb,1,6\n")
+    assert not [each for each in analyse(data).problems if "ession" in each]
+    with pytest.raises(UserError, match="there are: none"):
+        only_session(load(data), "01")
+
+
+def test_its_results_lie_beside_those_of_all(table, capsys):
+    assert main(["analyse", str(table), "--in-session", "02", "--normalise", "none"]) == 0
+    assert "ses-02" in capsys.readouterr().out
