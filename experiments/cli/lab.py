@@ -60,9 +60,8 @@ def run_lab(args: Namespace) -> int:
         return _console(args)
     from experiments.lab.folder import FILE, LabFile, init  # noqa: PLC0415
 
-    given = {
-        key: value for key in LabFile.model_fields if (value := getattr(args, key)) is not None
-    }
+    said = {key: getattr(args, key, None) for key in LabFile.model_fields}
+    given = {key: value for key, value in said.items() if value is not None}
     lab = init(args.folder, given, _ask if sys.stdin.isatty() else None)
     print(
         f"wrote {args.folder / FILE}: study {lab.study}, plate {lab.plate}, data in {lab.data}\n"

@@ -56,6 +56,22 @@ def test_what_cannot_be_used_is_refused_and_nothing_is_written(folder, given, co
     assert not (folder / "new").exists()
 
 
+def test_lab_init_makes_a_folder_in_which_commands_work(folder, capsys, monkeypatch):
+    words = ["--study", "textures_demo", "--plate", "serial:COM3", "--windowed"]
+    assert main(["lab", "init", "mine", *words]) == 0
+    assert "study textures_demo, plate serial:COM3" in capsys.readouterr().out
+    monkeypatch.chdir(folder / "mine")
+    assert (here().plate, here().windowed, here().markers) == ("serial:COM3", True, ())
+    assert main(["participants"]) == 0
+    assert main(["lab", "init"]) == 2
+    assert "exists already" in capsys.readouterr().err
+
+
+def test_a_folders_markers_and_sources_are_its_sessions(folder):
+    (folder / FILE).write_text('markers = ["lsl"]\nposition = "simulated"\n')
+    assert (here().markers, here().position, here().force) == (("lsl",), "simulated", None)
+
+
 def test_a_folder_that_is_one_is_not_overwritten(folder):
     init(folder, {}, None)
     with pytest.raises(UserError, match="exists already"):
