@@ -63,7 +63,15 @@ def analyse(
     tell = progress or (lambda _: None)
     tell("reading the data")
     data = dataset if isinstance(dataset, Dataset) else load(dataset)
-    if not any(map(len, (data.estimates, data.differences, data.forced_choices))):
+    if not any(
+        map(
+            len,
+            (
+                *(data.estimates, data.differences, data.forced_choices),
+                *(data.comparisons, data.matches),
+            ),
+        )
+    ):
         raise UserError(f"{data.name}: {data_warnings.nothing(data)}")
     absences = data_warnings.absent(data)
     data, changes = _with_ratio(data, equivalence_ratio)
@@ -155,6 +163,8 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
             differences=keep(data.differences),
             textures=keep(data.textures),
             forced_choices=keep(data.forced_choices),
+            comparisons=keep(data.comparisons),
+            matches=keep(data.matches),
         ),
         why,
     )

@@ -76,14 +76,24 @@ LEFT_OUT = {
     "choice_practice": "practice trials of forced choice",
     "choice_voided": "voided trials of forced choice",
     "choice_unanswered": "trials of forced choice without a usable answer",
+    **{
+        f"{task}_{reason}": words
+        for task in ("comparison", "matching")
+        for reason, words in (
+            ("practice", f"practice trials of {task}"),
+            ("voided", f"voided trials of {task}"),
+            ("unanswered", f"trials of {task} without a usable answer"),
+        )
+    },
 }
+
+
+TASKS = ("estimation", "difference", "choice", "comparison", "matching")
 
 
 def nothing(data: Dataset) -> str:
     """Say why there is nothing to analyse."""
-    rows = sum(
-        data.counts.get(f"{task}_rows", 0) for task in ("estimation", "difference", "choice")
-    )
+    rows = sum(data.counts.get(f"{task}_rows", 0) for task in TASKS)
     parts = [
         f"{data.counts[key]} {words}" for key, words in LEFT_OUT.items() if data.counts.get(key)
     ]

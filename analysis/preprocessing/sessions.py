@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 def sessions_of(data: Dataset) -> list[str]:
     """Return the labels of all sessions in which there are trials, sorted."""
     found: set[str] = set()
-    tables = (data.estimates, data.answers, data.differences, data.textures, data.forced_choices)
+    tables = (
+        *(data.estimates, data.answers, data.differences, data.textures),
+        *(data.forced_choices, data.comparisons, data.matches),
+    )
     for table in tables:
         if "session" in table:
             found |= set(table["session"].dropna().astype(str))
@@ -43,6 +46,8 @@ def only_session(data: Dataset, session: str) -> Dataset:
         differences=_rows(data.differences, session),
         textures=_rows(data.textures, session),
         forced_choices=_rows(data.forced_choices, session),
+        comparisons=_rows(data.comparisons, session),
+        matches=_rows(data.matches, session),
         problems=(*data.problems, note),
     )
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from analysis.reading.comparing_and_matching import empty_comparisons, empty_matches
 from analysis.reading.delimited import Source, digest
 from analysis.reading.forced_choice import empty_choices
 from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
@@ -40,6 +41,9 @@ class Dataset:
         Steps of the descending difference, answered ones.
     forced_choices : DataFrame
         Trials of forced choice, answered ones: see `analysis.reading.forced_choice`.
+    comparisons, matches : DataFrame
+        Trials of paired comparison and of matching, answered ones: see
+        `analysis.reading.comparing_and_matching`.
     participants : DataFrame
         ``participants.tsv``, where there is one.
     mode : {"pilot", "participant", "unknown"}
@@ -82,15 +86,17 @@ class Dataset:
     quantity: Quantity = PLATE_AMPLITUDE
     textures: pd.DataFrame = field(default_factory=pd.DataFrame)
     forced_choices: pd.DataFrame = field(default_factory=empty_choices)
+    comparisons: pd.DataFrame = field(default_factory=empty_comparisons)
+    matches: pd.DataFrame = field(default_factory=empty_matches)
 
     @property
     def people(self) -> set[str]:
         """Everybody who has trials of any task, answered or not."""
-        return {
-            str(who)
-            for rows in (self.answers, self.differences, self.forced_choices)
-            for who in rows[PARTICIPANT].unique()
-        }
+        tasks = (
+            *(self.answers, self.differences, self.forced_choices),
+            *(self.comparisons, self.matches),
+        )
+        return {str(who) for rows in tasks for who in rows[PARTICIPANT].unique()}
 
     @property
     def sha256(self) -> str:

@@ -5,29 +5,23 @@ Which tables these are their columns say: a study may give its tasks labels of t
 
 from __future__ import annotations
 
-import csv
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from analysis.reading.cleaning import FALSE, TRUE, labels, numbers
-from analysis.reading.delimited import Problems, Source, read_tables
+from analysis.reading.labelled_tasks import add_counts, header_of, read_main_trials
 from analysis.reading.quantity import AMPLITUDE_DECIMALS
 from analysis.reading.trial_tables import IDENTITY
-from experiments.dataset.schema import (
-    DAMAGED,
-    FLAG_SEPARATOR,
-    INTERVAL,
-    PARTICIPANT,
-    PRACTICE,
-    VOIDED,
-)
+from experiments.dataset.schema import INTERVAL, PARTICIPANT
 
 if TYPE_CHECKING:
     import re
     from collections.abc import Sequence
     from pathlib import Path
+
+    from analysis.reading.delimited import Problems, Source
 
 #: Columns that make a table one of these: the level, and the answer to it.
 FORCED_CHOICE = ("level_um_pp", "correct")
@@ -47,15 +41,9 @@ def empty_choices() -> pd.DataFrame:
     )
 
 
-def header_of(path: Path) -> list[str]:
-    """Return the names of a table's columns."""
-    with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
-        return next(csv.reader(stream, delimiter="\t"), [])
-
-
-def is_choice(header: Sequence[str]) -> bool:
+def is_choice(header: frozenset[str]) -> bool:
     """Tell by its header whether a table holds trials of forced choice or constant stimuli."""
-    return any(set(marks) <= set(header) for marks in (FORCED_CHOICE, COMPARISON))
+    return any(header.issuperset(marks) for marks in (FORCED_CHOICE, COMPARISON))
 
 
 def read_choices(
@@ -82,7 +70,7 @@ def read_choices(
     """
     frames, sources = [], []
     for marks in (FORCED_CHOICE, COMPARISON):
-        own = [entry for entry in entries if set(marks) <= set(header_of(entry[0]))]
+        own = [entry for entry in entries if header_of(entry[0]).issuperset(marks)]
         if own:
             frame, read = _read(own, marks, folder, problems, counts)
             frames.append(frame)
@@ -102,27 +90,20 @@ def _read(
     counts: dict[str, int],
 ) -> tuple[pd.DataFrame, list[Source]]:
     """Read tables of one shape."""
-    frame, sources = read_tables(
-        [path for path, _ in entries],
+    level, answer = marks
+    third = f"{INTERVAL}3_surface"
+    frame, sources = read_main_trials(
+        entries,
         folder,
+        kind="choice",
         required=marks,
         columns=(
-            *("trial", "track", "catch", "phase", "standard_um_pp", *marks),
-            *("response", "response_time", "flag", f"{INTERVAL}3_surface"),
+            *("trial", "track", "catch", "standard_um_pp", *marks),
+            *("response", "response_time", third),
         ),
         problems=problems,
+        counts=counts,
     )
-    level, answer = marks
-    place = frame["file"].to_numpy()
-    for name, group in (
-        (PARTICIPANT, "sub"),
-        ("session", "ses"),
-        ("task", "task"),
-        ("run", "run"),
-    ):
-        values = np.array([match[group] or "" for _, match in entries], dtype=object)
-        frame[name] = values[place]
-    frame[PARTICIPANT] = "sub-" + frame[PARTICIPANT].astype(str)
     for name in NUMBERS:
         read = level if name == FORCED_CHOICE[0] else name
         frame[name] = (
@@ -131,7 +112,6 @@ def _read(
     correct = frame[answer].astype("object").map(lambda value: str(value).strip().lower())
     frame["correct"] = correct.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
     frame["catch"] = labels(frame, "catch", "false").astype(str).str.lower().isin(TRUE)
-    third = f"{INTERVAL}3_surface"
     if marks == FORCED_CHOICE:
         has_third = frame[third].notna() if third in frame else pd.Series(False, frame.index)
         three = has_third.groupby(frame["task"]).transform("any")
@@ -139,20 +119,9 @@ def _read(
     else:
         frame["method"] = frame["task"].map(_methods(frame))
         _one_sided(frame)
-    frame["flag"] = labels(frame, "flag", "").astype(str)
-    flags = frame["flag"].str.split(FLAG_SEPARATOR)
-    voided = flags.map(lambda found: bool({VOIDED, DAMAGED} & set(found)))
-    practice = labels(frame, "phase", "").astype(str) == PRACTICE
     answered = frame["correct"].notna() & frame["level_um_pp"].notna()
-    for name, count in (
-        ("rows", len(frame)),
-        ("practice", practice.sum()),
-        ("voided", (voided & ~practice).sum()),
-        ("unanswered", (~answered & ~voided & ~practice).sum()),
-    ):
-        counts[f"choice_{name}"] = counts.get(f"choice_{name}", 0) + int(count)
-    kept = frame[answered & ~voided & ~practice]
-    counts["choice_analysed"] = counts.get("choice_analysed", 0) + len(kept)
+    kept = frame[answered]
+    add_counts(counts, "choice", unanswered=(~answered).sum(), analysed=len(kept))
     return kept.astype({"correct": bool})[list(COLUMNS)].reset_index(drop=True), sources
 
 

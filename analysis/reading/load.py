@@ -22,10 +22,17 @@ from analysis.reading.cleaning import (
     empty_differences,
     empty_estimates,
 )
+from analysis.reading.comparing_and_matching import (
+    COMPARED,
+    MATCHED,
+    read_comparisons,
+    read_matches,
+)
 from analysis.reading.dataset import Dataset
 from analysis.reading.delimited import Problems, Source, read_tables
-from analysis.reading.forced_choice import header_of, is_choice, read_choices
+from analysis.reading.forced_choice import is_choice, read_choices
 from analysis.reading.foreign import ForeignTable, read_foreign
+from analysis.reading.labelled_tasks import header_of
 from analysis.reading.mapping import beside
 from analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
 from analysis.reading.table_by_hand import read_table
@@ -52,6 +59,19 @@ if TYPE_CHECKING:
     from analysis.reading.mapping import TableMapping
     from analysis.reading.quantity import Quantity
     from analysis.reading.trial_tables import TrialTable
+
+
+#: Field of `Dataset`: which tables it is read from, by their columns, and how.
+KINDS = {
+    "forced_choices": (is_choice, read_choices),
+    "comparisons": (lambda header: header.issuperset(COMPARED), read_comparisons),
+    "matches": (lambda header: header.issuperset(MATCHED), read_matches),
+}
+
+
+def kind_of(header: frozenset[str]) -> str | None:
+    """Return the kind of a task that a study may give a label of its own, by its columns."""
+    return next((kind for kind, (belongs, _) in KINDS.items() if belongs(header)), None)
 
 
 def load(path: str | Path, mapping: TableMapping | None = None) -> Dataset:
@@ -87,7 +107,7 @@ def _load_folder(folder: Path) -> Dataset:
     files: dict[str, list[tuple[Path, re.Match[str]]]] = {
         table.task: [] for table in (ESTIMATION, DIFFERENCE)
     }
-    forced: list[tuple[Path, re.Match[str]]] = []
+    labelled: dict[str, list[tuple[Path, re.Match[str]]]] = {name: [] for name in KINDS}
     problems = Problems()
     for path in sorted(folder.glob("sub-*/**/beh/*_beh.tsv")):
         match = TABLE_NAME.fullmatch(path.name)
@@ -95,21 +115,24 @@ def _load_folder(folder: Path) -> Dataset:
             problems.add(f"{path.relative_to(folder)}: in another participant's folder; not read")
         elif match and match["task"] in files:
             files[match["task"]].append((path, match))
-        elif match and is_choice(header_of(path)):
-            forced.append((path, match))
+        elif match and (kind := kind_of(header_of(path))) is not None:
+            labelled[kind].append((path, match))
         elif match is None:
             problems.add(f"{path.relative_to(folder)}: not a name of the BIDS form; not read")
-    if not any(files.values()) and not forced and journals(folder):
+    found = any(files.values()) or any(labelled.values())
+    if not found and journals(folder):
         raise UserError(
             f"{folder}: holds journals and no tables; slipscale data build {folder} makes them"
         )
-    if not any(files.values()) and not forced:
+    if not found:
         raise UserError(
             f"{folder}: no data found; expected files like "
             f"sub-01/beh/sub-01_task-{ESTIMATION.task}_run-01_beh.tsv, or one table (CSV or TSV) "
             "with participant_id, amplitude_um_pp, estimate"
         )
-    everyone = [*(entry for entries in files.values() for entry in entries), *forced]
+    everyone = [
+        entry for tables in (files, labelled) for entries in tables.values() for entry in entries
+    ]
     details, modes, sources = metadata.sidecars([path for path, _ in everyone], folder, problems)
     metadata.refuse_mixture(modes, folder)
     counts: dict[str, int] = {}
@@ -118,8 +141,10 @@ def _load_folder(folder: Path) -> Dataset:
         frame, read_sources = _read_task(table, files[table.task], folder, problems)
         sources += read_sources
         read[table.task] = frame
-    forced_choices, read_sources = read_choices(forced, folder, problems, counts)
-    sources += read_sources
+    tasks = {}
+    for kind, (_, read_trials) in KINDS.items():
+        tasks[kind], read_sources = read_trials(labelled[kind], folder, problems, counts)
+        sources += read_sources
     # What the journals say and the tables do not: rows edited by hand, runs without tables.
     differences = [str(problem) for problem in verify(folder)] if journals(folder) else []
     problems.add_many(differences, "slipscale data verify tells all")
@@ -133,7 +158,9 @@ def _load_folder(folder: Path) -> Dataset:
         estimates=_answered(answers, counts),
         answers=answers,
         differences=_keep_steps(read[DIFFERENCE.task], counts),
-        forced_choices=forced_choices,
+        forced_choices=tasks["forced_choices"],
+        comparisons=tasks["comparisons"],
+        matches=tasks["matches"],
         participants=participants,
         mode=modes[0][0] if modes else "unknown",
         counts=counts,

@@ -15,6 +15,7 @@ from analysis.figures import (
     exponents,
     growth,
     measured_friction,
+    scales,
     thresholds,
     yes_no,
 )
@@ -190,4 +191,23 @@ def draw(analysis: Analysis) -> dict[str, Figure]:
         found[f"thresholds_{task.task}"] = thresholds.functions(task, trials)
         if trials["track"].notna().any():
             found[f"tracks_{task.task}"] = thresholds.tracks(task, trials)
+    return found | _draw_scales(analysis)
+
+
+def _draw_scales(analysis: Analysis) -> dict[str, Figure]:
+    """Return the figures of paired comparison and of matching."""
+    found: dict[str, Figure] = {}
+    compared, matched = analysis.inference.scales, analysis.inference.matching
+    for scale in () if isinstance(compared, NotComputed) else compared:
+        if not (
+            isinstance(scale.bradley_terry, NotComputed)
+            and isinstance(scale.differences, NotComputed)
+        ):
+            found[f"scale_{scale.task}"] = scales.scale(scale)
+    rows = () if isinstance(matched, NotComputed) else matched
+    for task in sorted({each.task for each in rows}):
+        trials = analysis.dataset.matches
+        found[f"matching_{task}"] = scales.matches(
+            [each for each in rows if each.task == task], trials[trials["task"] == task]
+        )
     return found

@@ -10,7 +10,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from analysis.reading.own_words import in_own_words
-from analysis.reporting import apa, apa_difference, apa_groups, apa_thresholds, html
+from analysis.reporting import apa, apa_difference, apa_groups, apa_scales, apa_thresholds, html
 from analysis.reporting.numbers import grouped
 from analysis.reporting.sections.assumptions import assumptions
 from analysis.reporting.sections.comparisons import comparisons
@@ -22,6 +22,7 @@ from analysis.reporting.sections.measured_friction import measured_friction
 from analysis.reporting.sections.methods import methods, normalisations
 from analysis.reporting.sections.multiplicity import tests_made
 from analysis.reporting.sections.quality import quality
+from analysis.reporting.sections.scales import matching, scales
 from analysis.reporting.sections.summary import summary
 from analysis.reporting.sections.thresholds import thresholds
 from experiments.dataset.schema import PARTICIPANT
@@ -144,6 +145,8 @@ def sections(
         measured_friction(analysis, svgs),
         difference(analysis, svgs),
         thresholds(analysis, svgs),
+        scales(analysis, svgs),
+        matching(analysis, svgs),
         tests_made(analysis),
         assumptions(analysis, svgs),
         quality(analysis),
@@ -170,6 +173,10 @@ def results(analysis: Analysis) -> html.ReportSection:
     )
     texts_of["Thresholds"] = apa_thresholds.sentences(
         analysis.inference.thresholds, choices.confidence
+    )
+    texts_of["Paired comparison"] = apa_scales.scale_sentences(analysis.inference.scales)
+    texts_of["Matching"] = apa_scales.matching_sentences(
+        analysis.inference.matching, choices.confidence
     )
     for title, texts in texts_of.items():
         if texts:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from analysis.reporting.json_form import record
+from analysis.reporting.task_tables import task_tables
 from analysis.statistics.not_computed import NotComputed
 from experiments.dataset.schema import PARTICIPANT
 
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from analysis.statistics.descending_difference.yes_no import StepAnswers
     from analysis.statistics.measured_friction import ParticipantLine
     from analysis.statistics.pairwise import PairComparison
-    from analysis.statistics.psychometrics.forced_choice import TaskThresholds
 
 
 def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
@@ -51,9 +51,7 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
         found["answers"] = answers(analysis)
         if difference.steps:
             found["difference"] = flat(difference.steps)
-    if not isinstance(analysis.inference.thresholds, NotComputed):
-        found["thresholds"] = threshold_table(analysis.inference.thresholds)
-    return found
+    return found | task_tables(analysis)
 
 
 #: Columns of a yes or no, where they hold anything.
@@ -85,39 +83,6 @@ def answers(analysis: Analysis) -> pd.DataFrame:
 
 def _empty(cells: pd.Series[Any]) -> bool:
     return bool(cells.isna().all() or (cells.astype(str) == "").all())
-
-
-def threshold_table(tasks: Sequence[TaskThresholds]) -> pd.DataFrame:
-    """Return one row a participant and task; missing numbers where nothing was fitted."""
-    rows: list[JsonObject] = []
-    for task in tasks:
-        for each in task.participants:
-            row: JsonObject = {
-                "task": task.task,
-                "participant_id": each.participant,
-                "standard_um_pp": task.standard_um_pp,
-                "trials": each.trials,
-                "correct": each.correct,
-                "catch_trials": each.catch_trials,
-                "catch_correct": each.catch_correct,
-            }
-            if isinstance(each.function, NotComputed):
-                rows.append(row | {"reason": each.function.reason})
-                continue
-            low, high = each.function.threshold_um_pp.interval
-            row |= {
-                "threshold_um_pp": each.function.threshold_um_pp.value,
-                "threshold_ci_low": low,
-                "threshold_ci_high": high,
-                "slope": each.function.slope_value,
-                "lapse": each.function.lapse,
-            }
-            if not isinstance(each.weber_fraction, NotComputed):
-                row["weber_fraction"] = each.weber_fraction.value
-            if not isinstance(each.fit, NotComputed):
-                row |= {"deviance": each.fit.deviance, "fit_p": each.fit.p}
-            rows.append(row)
-    return pd.DataFrame(rows)
 
 
 def flat(rows: Sequence[PairComparison | StepAnswers | ParticipantLine]) -> pd.DataFrame:

@@ -14,6 +14,7 @@ from analysis.statistics.descending_difference.verbal_coding import SHIPPED, loa
 from analysis.statistics.descending_difference.yes_no import analyse_differences
 from analysis.statistics.group_comparison import compare_groups, membership
 from analysis.statistics.growth import growth
+from analysis.statistics.matching import matching
 from analysis.statistics.mixed_model import mixed_model
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.order_effects import order_effects
@@ -21,9 +22,12 @@ from analysis.statistics.pairwise import pairwise
 from analysis.statistics.power_law import power_law
 from analysis.statistics.psychometrics.forced_choice import thresholds
 from analysis.statistics.reliability import reliability
+from analysis.statistics.scaling.task_scales import scales
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    import pandas as pd
 
     from analysis.preprocessing.log_transform import Prepared
     from analysis.reading.dataset import Dataset
@@ -31,6 +35,7 @@ if TYPE_CHECKING:
     from analysis.statistics.descending_difference.yes_no import DescendingDifference
     from analysis.statistics.group_comparison import GroupComparison
     from analysis.statistics.growth import Growth
+    from analysis.statistics.matching import MatchedReference
     from analysis.statistics.mixed_model import MixedModel
     from analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
     from analysis.statistics.order_effects import OrderEffects
@@ -38,6 +43,7 @@ if TYPE_CHECKING:
     from analysis.statistics.power_law import PowerLaw
     from analysis.statistics.psychometrics.forced_choice import TaskThresholds
     from analysis.statistics.reliability import Reliability
+    from analysis.statistics.scaling.task_scales import TaskScale
     from experiments.study.analysis_choices import SdConvention, Test, ZeroRule
 
 T = TypeVar("T")
@@ -87,6 +93,8 @@ class Inference:
     normalisation: NormalisationUsed
     difference: DescendingDifference | NotComputed
     thresholds: tuple[TaskThresholds, ...] | NotComputed
+    scales: tuple[TaskScale, ...] | NotComputed
+    matching: tuple[MatchedReference, ...] | NotComputed
 
 
 def conclude(
@@ -114,6 +122,13 @@ def conclude(
             return NotComputed("no magnitude estimates")
         return test(prepared)
 
+    def of_task(
+        name: Test, test: Callable[[pd.DataFrame, float], T], trials: pd.DataFrame
+    ) -> T | NotComputed:
+        if chosen is not None and name not in chosen:
+            return NotComputed("not chosen in the study file")
+        return test(trials, data.choices.confidence)
+
     return Inference(
         rm_anova=run("rm_anova", omnibus.rm_anova),
         friedman=run("friedman", omnibus.friedman),
@@ -138,9 +153,9 @@ def conclude(
         difference=NotComputed("not chosen in the study file")
         if chosen is not None and "difference" not in chosen
         else difference(data),
-        thresholds=NotComputed("not chosen in the study file")
-        if chosen is not None and "thresholds" not in chosen
-        else thresholds(data.forced_choices, data.choices.confidence),
+        thresholds=of_task("thresholds", thresholds, data.forced_choices),
+        scales=of_task("scales", scales, data.comparisons),
+        matching=of_task("matching", matching, data.matches),
     )
 
 

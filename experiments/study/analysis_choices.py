@@ -49,6 +49,8 @@ Test = Literal[
     "groups",
     "difference",
     "thresholds",
+    "scales",
+    "matching",
 ]
 Primary = Literal["ranks", "logarithms"]
 Share = Annotated[float, Field(ge=0, le=1)]

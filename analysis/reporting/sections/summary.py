@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from analysis.figures.shared import LINES_AT_MOST
 from analysis.preprocessing import normalisation
-from analysis.reporting import apa, apa_difference, apa_thresholds, html
+from analysis.reporting import apa, apa_difference, apa_scales, apa_thresholds, html
 from analysis.reporting.html import ReportSection
 from analysis.reporting.numbers import counted, grouped
 from analysis.statistics.not_computed import NotComputed
@@ -49,6 +49,10 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     found = analysis.inference.thresholds
     if not isinstance(found, NotComputed):
         answers += [apa_thresholds.answer(task, choices.confidence) for task in found]
+    compared, matched = analysis.inference.scales, analysis.inference.matching
+    if not isinstance(compared, NotComputed):
+        answers += [apa_scales.scale_answer(task) for task in compared]
+    answers += apa_scales.matching_sentences(matched, choices.confidence)
     section.blocks.append(html.labelled("Answer", " ".join(answers)))
     if "fig15" in svgs and analysis.prepared is not None:
         section.blocks.append(_figure(analysis, svgs["fig15"]))
@@ -85,6 +89,10 @@ def _question(analysis: Analysis) -> str:
         parts.append("Do participants feel a step down in amplitude, and what do they say of it?")
     if not isinstance(analysis.inference.thresholds, NotComputed):
         parts.append("How small an amplitude, or a change of it, is felt?")
+    if not isinstance(analysis.inference.scales, NotComputed):
+        parts.append("How do the surfaces lie on one scale of slipperiness?")
+    if not isinstance(analysis.inference.matching, NotComputed):
+        parts.append("Which amplitude feels the same as a reference?")
     return " ".join(parts)
 
 
@@ -102,9 +110,14 @@ def _design(analysis: Analysis) -> str:
             f"{counted(steps, 'step', 'steps')} down and "
             f"{counted(felt.catch.n, 'catch step', 'catch steps')}"
         )
-    chosen = len(analysis.dataset.forced_choices)
-    if chosen:
-        parts.append(f"{counted(chosen, 'trial', 'trials')} of forced choice")
+    data = analysis.dataset
+    for rows, what in (
+        (data.forced_choices, "forced choice"),
+        (data.comparisons, "paired comparison"),
+        (data.matches, "matching"),
+    ):
+        if len(rows):
+            parts.append(f"{counted(len(rows), 'trial', 'trials')} of {what}")
     return "; ".join(parts) + "."
 
 

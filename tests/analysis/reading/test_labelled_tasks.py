@@ -1,4 +1,4 @@
-"""From a simulated study with four tasks of thresholds to what is read and reported of each."""
+"""From a simulated study of seven tasks to what is read and reported of each."""
 
 import json
 import shutil
@@ -67,6 +67,22 @@ comparisons_um_pp = [0.8, 1.0, 1.5, 1.7]
 repetitions = 6
 practice = 1
 catch_trials = 0
+
+[[tasks]]
+protocol = "paired_comparison"
+label = "pairs"
+repetitions = 1
+
+[[tasks]]
+protocol = "paired_comparison"
+label = "triads"
+form = "triads"
+repetitions = 1
+
+[[tasks]]
+protocol = "matching"
+references_um_pp = [1.2]
+repetitions = 2
 """
 
 
@@ -108,6 +124,26 @@ def test_every_answered_main_trial_is_read_with_how_it_was_asked(folder):
     assert own["correct"].tolist() == table["comparison_more"].tolist()
 
 
+def test_pairs_triads_and_matches_are_read_as_the_tables_have_them(folder, analysis):
+    data = load(folder)
+    assert data.comparisons.groupby("task")["stimulus3"].unique().map(len).to_dict().keys() == {
+        "pairs",
+        "triads",
+    }
+    table = pd.read_csv(
+        folder / "sub-02/beh/sub-02_task-matching_run-01_beh.tsv", sep="\t", na_values="n/a"
+    )
+    table = table[table["phase"] == "main"]
+    own = data.matches[data.matches["participant_id"] == "sub-02"]
+    assert own["matched_um_pp"].tolist() == table["matched_um_pp"].tolist()
+    assert set(own["reference_um_pp"]) == {1.2}
+    (matched,) = analysis.inference.matching
+    assert (matched.reference_um_pp, matched.participants) == (1.2, 2)
+    pairs, triads = analysis.inference.scales
+    assert pairs.surfaces == triads.surfaces == ("0", "0.8", "1", "1.2", "1.3", "1.5", "1.7")
+    assert sum(pairs.chosen) == pairs.answers
+
+
 def test_rows_left_out_are_counted(folder):
     counts = load(folder).counts
     read = counts["choice_rows"]
@@ -132,6 +168,11 @@ def test_each_task_has_its_thresholds_and_the_report_its_figures(analysis, tmp_p
     assert "Detection threshold (detectionthreshold)" in page
     for task in found:
         assert (tmp_path / f"thresholds_{task.task}.svg").exists()
+    for name in ("Paired comparison of 7 surfaces (pairs)", "Triads of 7 surfaces (triads)"):
+        assert name in page
+    assert {"scales.csv", "matching.csv", "matching_matching.svg"} <= {
+        path.name for path in tmp_path.iterdir()
+    }
     assert (tmp_path / "tracks_detectionthreshold.svg").exists()
     assert not (tmp_path / "tracks_oneside.svg").exists()
     table = pd.read_csv(tmp_path / "thresholds.csv")

@@ -1,0 +1,115 @@
+"""Trials of paired comparison, of triads, and of matching, read from a data set."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from analysis.reading.cleaning import TRUE, labels, numbers
+from analysis.reading.labelled_tasks import add_counts, read_main_trials
+from analysis.reading.trial_tables import IDENTITY
+from experiments.dataset.schema import INTERVAL, PARTICIPANT
+
+if TYPE_CHECKING:
+    import re
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from analysis.reading.delimited import Problems, Source
+
+    Entries = Sequence[tuple[Path, re.Match[str]]]
+
+STIMULI = ("stimulus1", "stimulus2", "stimulus3")
+#: Columns that make a table one of comparisons, or of matching.
+COMPARED = (*STIMULI[:2], "response")
+MATCHED = ("matched_um_pp", "direction")
+REFERENCE = f"{INTERVAL}1_amplitude_um_pp"
+COMPARISONS = (*IDENTITY, "task", "trial", "catch", *STIMULI, "response")
+MATCHES = (*IDENTITY, "task", "trial", "direction", "reference_um_pp", "matched_um_pp")
+
+
+def empty_comparisons() -> pd.DataFrame:
+    """Return the columns of `read_comparisons`, without a row."""
+    return pd.DataFrame({name: pd.Series(dtype=object) for name in COMPARISONS})
+
+
+def empty_matches() -> pd.DataFrame:
+    """Return the columns of `read_matches`, without a row."""
+    return pd.DataFrame({name: pd.Series(dtype=object) for name in MATCHES})
+
+
+def read_comparisons(
+    entries: Entries, folder: Path, problems: Problems, counts: dict[str, int]
+) -> tuple[pd.DataFrame, list[Source]]:
+    """Return the answered main trials of pairs and triads.
+
+    Returns
+    -------
+    DataFrame, list of Source
+        Columns `COMPARISONS`: stimuli are labels, the third empty in pairs; ``response`` is the
+        number of the interval chosen, or of the larger step.
+    """
+    if not entries:
+        return empty_comparisons(), []
+    frame, sources = read_main_trials(
+        entries,
+        folder,
+        kind="comparison",
+        required=COMPARED,
+        columns=("trial", "catch", *STIMULI, "response"),
+        problems=problems,
+        counts=counts,
+    )
+    for name in STIMULI:
+        frame[name] = labels(frame, name, "").astype(str).map(_plain)
+    frame["catch"] = labels(frame, "catch", "false").astype(str).str.lower().isin(TRUE)
+    for name in ("trial", "response"):
+        frame[name] = numbers(frame, name, sources, problems) if name in frame else np.nan
+    answered = frame["response"].isin([1, 2])
+    kept = frame[answered]
+    add_counts(counts, "comparison", unanswered=(~answered).sum(), analysed=len(kept))
+    return _named(kept, COMPARISONS), sources
+
+
+def read_matches(
+    entries: Entries, folder: Path, problems: Problems, counts: dict[str, int]
+) -> tuple[pd.DataFrame, list[Source]]:
+    """Return the answered main trials of matching: columns `MATCHES`, amplitudes peak to peak."""
+    if not entries:
+        return empty_matches(), []
+    frame, sources = read_main_trials(
+        entries,
+        folder,
+        kind="matching",
+        required=(*MATCHED, REFERENCE),
+        columns=("trial", *MATCHED, REFERENCE),
+        problems=problems,
+        counts=counts,
+    )
+    frame["direction"] = labels(frame, "direction", "").astype(str)
+    frame["trial"] = numbers(frame, "trial", sources, problems) if "trial" in frame else np.nan
+    frame["reference_um_pp"] = numbers(frame, REFERENCE, sources, problems, minimum=0.0)
+    frame["matched_um_pp"] = numbers(frame, "matched_um_pp", sources, problems, minimum=0.0)
+    answered = frame[["reference_um_pp", "matched_um_pp"]].notna().all(axis=1)
+    kept = frame[answered]
+    add_counts(counts, "matching", unanswered=(~answered).sum(), analysed=len(kept))
+    return _named(kept, MATCHES), sources
+
+
+def _plain(label: str) -> str:
+    """Return an amplitude as every table writes it; other labels as they are.
+
+    >>> _plain("0.50"), _plain("fine")
+    ('0.5', 'fine')
+    """
+    try:
+        return f"{float(label):g}"
+    except ValueError:
+        return label
+
+
+def _named(rows: pd.DataFrame, columns: tuple[str, ...]) -> pd.DataFrame:
+    people = pd.Categorical(rows[PARTICIPANT].astype(str))
+    return rows.assign(**{PARTICIPANT: people})[list(columns)].reset_index(drop=True)

@@ -1,0 +1,82 @@
+"""Main trials of tasks that a study may give labels of its own: known by their columns."""
+
+from __future__ import annotations
+
+import csv
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.reading.cleaning import labels
+from analysis.reading.delimited import read_tables
+from experiments.dataset.schema import DAMAGED, FLAG_SEPARATOR, PARTICIPANT, PRACTICE, VOIDED
+
+if TYPE_CHECKING:
+    import re
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    import pandas as pd
+
+    from analysis.reading.delimited import Problems, Source
+
+#: Label of a file name's part: column that it fills.
+IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run"}
+
+
+def header_of(path: Path) -> frozenset[str]:
+    """Return the names of a table's columns."""
+    with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
+        return frozenset(next(csv.reader(stream, delimiter="\t"), []))
+
+
+def read_main_trials(
+    entries: Sequence[tuple[Path, re.Match[str]]],
+    folder: Path,
+    *,
+    kind: str,
+    required: tuple[str, ...],
+    columns: tuple[str, ...],
+    problems: Problems,
+    counts: dict[str, int],
+) -> tuple[pd.DataFrame, list[Source]]:
+    """Return the trials that are neither practice nor voided, as they were written.
+
+    Parameters
+    ----------
+    entries : sequence of (Path, Match)
+        Tables, each with its name's parts (`experiments.dataset.schema.TABLE_NAME`).
+    kind : str
+        What the rows read and left out are counted under: ``{kind}_rows`` and so on.
+    required, columns : tuple of str
+        Columns that must be there, and all that are read.
+    counts : dict
+        Gets the counts, beside those that it holds already.
+    """
+    frame, sources = read_tables(
+        [path for path, _ in entries],
+        folder,
+        required=required,
+        columns=(*columns, "phase", "flag"),
+        problems=problems,
+    )
+    place = frame["file"].to_numpy()
+    for group, name in IDENTITY_OF.items():
+        values = np.array([match[group] or "" for _, match in entries], dtype=object)
+        frame[name] = values[place]
+    frame[PARTICIPANT] = "sub-" + frame[PARTICIPANT].astype(str)
+    frame["flag"] = labels(frame, "flag", "").astype(str)
+    flags = frame["flag"].str.split(FLAG_SEPARATOR)
+    voided = flags.map(lambda found: bool({VOIDED, DAMAGED} & set(found)))
+    practice = labels(frame, "phase", "").astype(str) == PRACTICE
+    add_counts(
+        counts, kind, rows=len(frame), practice=practice.sum(), voided=(voided & ~practice).sum()
+    )
+    return frame[~practice & ~voided].reset_index(drop=True), sources
+
+
+def add_counts(counts: dict[str, int], kind: str, **more: int) -> None:
+    """Add to the counts of a kind of trials."""
+    for name, count in more.items():
+        key = f"{kind}_{name}"
+        counts[key] = counts.get(key, 0) + int(count)
