@@ -46,13 +46,13 @@ def test_with_yes_and_no_the_comparison_is_always_second_and_a_catch_is_the_stan
 def test_every_pair_is_presented_in_both_orders_and_every_triad_in_order(plan):
     made = plan(study_text("paired_comparison"))
     shown = [(t.task, tuple(s)) for t, s in trials(made) if not t.factors["catch"]]
-    amplitudes = (0.0, 0.5, 1.0, 1.5, 2.0)
+    amplitudes = (1.0, 1.06, 1.12, 1.18, 1.24)
     pairs = [pair for task, pair in shown if task == "pairs"]
     labels = Counter(frozenset(pair) for pair in pairs)
-    # The texture's largest amplitude is 2.0 as well: it makes a pair of its own with each surface.
+    # The texture's largest amplitude is 1.24 as well: it makes a pair of its own with each surface.
     assert len(pairs) == 2 * len(list(combinations(range(6), 2))) == sum(labels.values())
     for low, high in combinations(amplitudes, 2):
-        both = 2 if 2.0 in (low, high) else 1
+        both = 2 if 1.24 in (low, high) else 1
         assert pairs.count((low, high)) == pairs.count((high, low)) == both
     triads = Counter(triad for task, triad in shown if task == "triads")
     for triad in combinations(amplitudes, 3):
@@ -126,7 +126,7 @@ def test_a_reference_is_matched_from_below_as_often_as_from_above(plan):
         ),
         (
             "paired_comparison",
-            ("[0.0, 0.5, 1.0, 1.5, 2.0]", "[0.0, 0.5]"),
+            ("[1.0, 1.06, 1.12, 1.18, 1.24]", "[1.0, 1.06]"),
             "compares 3 surfaces, the study has 2",
         ),
         ("matching", ("[0.8, 1.2, 1.6]", "[0.4]"), "the reference 0.4 µm p-p begins at -0.2 to 1"),

@@ -38,7 +38,7 @@ SHORT = {
         "catch_trials = 4": "catch_trials = 1",
     },
     "paired_comparison": {
-        "[0.0, 0.5, 1.0, 1.5, 2.0]": "[0.0, 1.0, 2.0]",
+        "[1.0, 1.06, 1.12, 1.18, 1.24]": "[1.0, 1.12, 1.24]",
         "repetitions = 2": "repetitions = 1",
         "practice = 2": "practice = 0",
         "catch_trials = 2": "catch_trials = 0",
