@@ -74,6 +74,11 @@ def check_folder(dataset: Path, folder: Path) -> None:
         raise UserError(f"--backup {folder}: no such folder; connect its disk, or make it")
     if folder.resolve().is_relative_to(dataset.resolve()):
         raise UserError(f"--backup {folder}: lies in the data set itself; name a folder elsewhere")
+    if folder.resolve() == dataset.resolve().parent:
+        raise UserError(
+            f"--backup {folder}: the data set lies in it, and would be its own copy; name a folder "
+            "elsewhere"
+        )
 
 
 def backups(dataset: Path) -> list[Path]:
@@ -89,7 +94,7 @@ def backups(dataset: Path) -> list[Path]:
         return [Path(str(entry)) for entry in json.loads(path.read_text(encoding="utf-8"))]
     except (FileNotFoundError, NotADirectoryError):
         return []
-    except (OSError, ValueError, TypeError) as error:
+    except (OSError, ValueError, TypeError, RecursionError) as error:
         raise UserError(
             f"{path}: cannot be read ({error}); expected the list that --backup writes"
         ) from None

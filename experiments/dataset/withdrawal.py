@@ -34,7 +34,7 @@ def withdrawn(dataset: Path) -> list[str]:
         return [str(entry["participant"]) for entry in entries]
     except (FileNotFoundError, NotADirectoryError):
         return []
-    except (OSError, ValueError, LookupError, TypeError) as error:
+    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
         raise UserError(
             f"{dataset / RECORD}: cannot be read ({error}); expected the list that slipscale data "
             "withdraw writes"
@@ -51,8 +51,9 @@ def replacement(participant: str) -> str:
 
 
 def theirs(dataset: Path, participant: str) -> list[Path]:
-    """Return all files and folders that hold something of a participant.
+    """Return all files and folders that hold something of a participant, their journals last.
 
+    The journals tell where else to look: a withdrawal that was broken off finds the rest by them.
     What was derived from all participants holds them too. Journals that were written in a fallback
     folder are looked for by their label and study; in backups, by their label.
 
@@ -63,20 +64,27 @@ def theirs(dataset: Path, participant: str) -> list[Path]:
         there.
     """
     own = [path for path in journals(dataset) if path.parent.name == f"sub-{participant}"]
-    if not own and not (dataset / f"sub-{participant}").exists():
+    here = [path for path in _places(dataset, participant) if path.exists()]
+    if not own and dataset / f"sub-{participant}" not in here and not _begun(dataset, participant):
         raise UserError(f"--participant {participant}: {dataset} holds nothing of them")
     if any(is_being_written(path) for path in own):
         raise UserError(f"--participant {participant}: a session of theirs runs now; end it first")
-    here = [path for path in _places(dataset, participant) if path.exists()]
-    return [*here, *_backed_up(dataset, participant), *_kept_elsewhere(own)]
+    return [*_kept_elsewhere(own), *_backed_up(dataset, participant), *here]
 
 
 def _places(dataset: Path, participant: str) -> tuple[Path, ...]:
     return (
-        dataset / "sourcedata" / f"sub-{participant}",
-        dataset / f"sub-{participant}",
         dataset / "derivatives" / "slipscale",
+        dataset / f"sub-{participant}",
+        dataset / "sourcedata" / f"sub-{participant}",
     )
+
+
+def _begun(dataset: Path, participant: str) -> bool:
+    """Return whether a withdrawal was noted, and broken off before the tables were made anew."""
+    people = dataset / "participants.tsv"
+    noted = participant in withdrawn(dataset) and people.is_file()
+    return noted and f"sub-{participant}\t" in people.read_text(encoding="utf-8", errors="replace")
 
 
 def _backed_up(dataset: Path, participant: str) -> Iterator[Path]:
@@ -121,7 +129,8 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
     known = withdrawn(dataset)  # raises where the list cannot be read
     entries = json.loads((dataset / RECORD).read_text(encoding="utf-8")) if known else []
     day = datetime.now(UTC).date().isoformat()
-    entries.append({"participant": participant, "withdrawn_utc": day})
+    if participant not in known:
+        entries.append({"participant": participant, "withdrawn_utc": day})
     # First the note: a crash in between must not have the number offered again.
     write_file(dataset / RECORD, json.dumps(entries, indent=2) + "\n")
     for path in gone:

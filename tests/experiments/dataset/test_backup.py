@@ -89,3 +89,9 @@ def test_a_list_of_backups_that_cannot_be_read_is_told(dataset):
     (dataset / "sourcedata/backups.json").write_text("{")
     with pytest.raises(UserError, match=r"backups\.json: cannot be read"):
         withdraw(dataset, "01")
+
+
+def test_the_folder_that_the_data_set_lies_in_is_no_backup_of_it(dataset):
+    """The copy would be the journal itself."""
+    with pytest.raises(UserError, match="would be its own copy"):
+        back_up(dataset, journals(dataset)[0], dataset.parent)

@@ -7,6 +7,8 @@ import pandas as pd
 import pytest
 
 import slipscale
+from experiments.dataset import withdrawal
+from experiments.dataset.backup import back_up
 from experiments.dataset.bids import build_dataset
 from experiments.dataset.runs import read_runs
 from experiments.dataset.verification import verify
@@ -81,6 +83,45 @@ def test_the_command_removes_only_when_told_twice(dataset, capsys):
     assert slipscale.main([*words, "--yes"]) == 0
     assert "--participant R02" in capsys.readouterr().out
     assert slipscale.main([*words, "--yes"]) == 2
+
+
+class Killed(BaseException):
+    """The process is gone."""
+
+
+@pytest.mark.parametrize("step", range(6))
+def test_a_withdrawal_that_is_killed_at_any_step_can_be_ended(
+    dataset, plan, tmp_path, monkeypatch, step
+):
+    kept = tmp_path / "home" / FALLBACK / "x"
+    path = plan().journal_path(kept)
+    path.parent.mkdir(parents=True)
+    path.write_bytes(plan().journal_path(dataset).read_bytes())
+    (tmp_path / "disk").mkdir()
+    back_up(dataset, plan().journal_path(dataset), tmp_path / "disk")
+    calls = []
+
+    def dying(call):
+        def counted(*arguments):
+            calls.append(call)
+            if len(calls) == step + 1:
+                raise Killed
+            return call(*arguments)
+
+        return counted
+
+    with monkeypatch.context() as life:
+        life.setattr(withdrawal.shutil, "rmtree", dying(withdrawal.shutil.rmtree))
+        life.setattr(withdrawal, "build_dataset", dying(withdrawal.build_dataset))
+        with pytest.raises(Killed):
+            withdraw(dataset, "01")
+    withdraw(dataset, "01")
+    assert named(dataset, "sub-01") == []
+    assert not kept.exists()
+    assert not list(tmp_path.rglob("sub-01*"))
+    assert withdrawn(dataset) == ["01"]
+    with pytest.raises(UserError, match="holds nothing of them"):
+        withdraw(dataset, "01")
 
 
 def test_nobody_withdraws_while_their_session_runs(dataset, plan):
