@@ -12,17 +12,16 @@ import math
 from abc import ABC, abstractmethod
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from faults import UserError
+from hardware.device_check import check_device
 from hardware.errors import (
     NotReached,
     OverLimit,
     PlateFault,
     PlateRefused,
     StillVibrating,
-    WrongDevice,
 )
 from hardware.limits import OnTime, PlateLimits
 from stimuli.modulation import DEFAULT_MODULATOR
@@ -120,8 +119,7 @@ class PlateDriver(ABC):
         """
         try:
             self.identity = self._connect()
-            self._check_device(self.identity)
-            self.notes = self._check_calibration(self.identity)
+            self.notes = check_device(self, self.identity)
         except BaseException:
             self.close()
             raise
@@ -355,27 +353,6 @@ class PlateDriver(ABC):
             return UNKNOWN_TIME_CONSTANT_S
         resonance = self.calibration.resonance
         return resonance.quality_factor / (math.pi * resonance.frequency_hz)
-
-    def _check_device(self, identity: PlateIdentity) -> None:
-        """Raise `WrongDevice` unless the device that answers is the one of the plate file."""
-        wanted = self.plate_file.identity.device_serial if self.plate_file else ""
-        if wanted and identity.serial != wanted and not self.simulated:
-            raise WrongDevice(
-                f"the plate file is for device '{wanted}', this is '{identity.serial}'"
-            )
-
-    def _check_calibration(self, identity: PlateIdentity) -> tuple[str, ...]:
-        """Return what the operator should know of the calibration; raise if it is of no use."""
-        if self.calibration is None:
-            return ()
-        today = datetime.now(tz=UTC).date()
-        other = self.calibration.mismatches(identity, backend=self.name)
-        if self.simulated:
-            return (*other, *self.calibration.notes(today))
-        if other:
-            raise WrongDevice("; ".join(other))
-        self.calibration.check_date(today)
-        return self.calibration.notes(today)
 
     def _check_duty(self) -> None:
         duty = self._on_time.duty(self.clock.now())

@@ -280,7 +280,7 @@ def test_wiring_and_spec_that_differ_are_refused(tmp_path, gain, channel, spec, 
     assert sign(path) == 0
     plate = open_plate(f"scpi:/dev/ttyUSB0,plate={path}", clock=VirtualClock())
     assert plate.amplifier_gain == 20
-    assert plate._channel == (2 if channel else 1)
+    assert plate._output.channel == (2 if channel else 1)
     with pytest.raises(UserError, match=said):
         open_plate(f"scpi:/dev/ttyUSB0,plate={path}{spec}", clock=VirtualClock())
 

@@ -9,9 +9,10 @@ from pathlib import Path
 import pytest
 
 from faults import UserError
-from hardware.backends import function_generator
+from hardware.backends import generator_line
 from hardware.backends.function_generator import FunctionGenerator
 from hardware.backends.generator_dialects import DIALECTS
+from hardware.backends.generator_line import GeneratorLine
 from hardware.calibration.record import (
     Calibration,
     Device,
@@ -67,22 +68,29 @@ def calibration(**drive):
     )
 
 
-class Watched(FunctionGenerator):
+class WatchedLine(GeneratorLine):
     """Writes down what goes over the wire; answers can be replaced."""
 
-    def __init__(self, resource=RESOURCE, **options):
-        options.setdefault("calibration", calibration())
-        super().__init__(resource, clock=SystemClock(), visa_library=SIMULATED, **options)
+    def __init__(self, resource):
+        super().__init__(resource, SIMULATED)
         self.wire = []
         self.answers = {}
 
-    def _write(self, command):
+    def write(self, command):
         self.wire.append(command)
-        super()._write(command)
+        super().write(command)
 
-    def _ask(self, query):
-        answer = super()._ask(query)
+    def ask(self, query):
+        answer = super().ask(query)
         return self.answers.get(query, answer)
+
+
+class Watched(FunctionGenerator):
+    def __init__(self, resource=RESOURCE, **options):
+        options.setdefault("calibration", calibration())
+        super().__init__(resource, clock=SystemClock(), **options)
+        self._output.line = line = WatchedLine(resource)
+        self.wire, self.answers, self._ask = line.wire, line.answers, line.ask
 
     def volts_pp(self):
         return float(self._ask("VOLT?")), self._ask("OUTP?") == "1"
@@ -257,7 +265,7 @@ CHANNELS = [(make, channel) for make in DIALECTS for channel in (1, 2)]
 
 def on_the_bench(bench, monkeypatch, **options):
     """A driver of a simulated generator that does not wait, but for a line that is gone."""
-    monkeypatch.setattr(function_generator, "TIMEOUT_MS", 60)
+    monkeypatch.setattr(generator_line, "TIMEOUT_MS", 60)
     options.setdefault("calibration", calibration_of(bench))
     plate = FunctionGenerator(bench.resource, clock=VirtualClock(), **options)
     plate._machine = VirtualClock()
@@ -332,7 +340,7 @@ def test_a_make_that_is_not_known_is_refused_with_the_remedy(bench, monkeypatch)
 def test_the_spec_names_channel_and_dialect():
     address = f"scpi:{RESOURCE},gain=10,channel=2,dialect=rigol"
     plate = open_plate(address, clock=SystemClock())
-    assert (plate._channel, plate._dialect.name) == (2, "rigol")
+    assert (plate._output.channel, plate._output.dialect.name) == (2, "rigol")
     with pytest.raises(UserError, match="channel is '3', expected 1 or 2"):
         open_plate(f"scpi:{RESOURCE},gain=10,channel=3", clock=SystemClock())
     with pytest.raises(UserError, match="dialect is 'hp', expected one of keysight"):

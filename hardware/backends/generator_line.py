@@ -1,0 +1,93 @@
+"""The line to a function generator, whose every failure is a `PlateFault`. Through PyVISA."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from hardware.errors import ConnectionLost, PlateNotFound, PlateTimeout
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+TIMEOUT_MS = 1_000
+BAUD = 115_200  # where the resource is a serial port
+
+
+class GeneratorLine:
+    """A VISA resource that takes commands and answers queries.
+
+    Parameters
+    ----------
+    resource : str
+        VISA resource or serial port.
+    visa_library : str
+        PyVISA's backend: ``@py`` needs no vendor's library.
+    """
+
+    def __init__(self, resource: str, visa_library: str = "@py") -> None:
+        self.resource = resource if "::" in resource else f"ASRL{resource}::INSTR"
+        self._visa_library = visa_library
+        self._instrument: Any = None
+
+    @property
+    def opened(self) -> bool:
+        """Whether it was opened, and not released since."""
+        return self._instrument is not None
+
+    def open(self) -> None:
+        """Open the resource. Raises `PlateNotFound`."""
+        # PyVISA takes a third of a second to import.
+        from pymeasure.adapters import VISAAdapter  # noqa: PLC0415
+        from pymeasure.instruments import Instrument, SCPIMixin  # noqa: PLC0415
+
+        class Generator(SCPIMixin, Instrument):  # type: ignore[misc] # PyMeasure has no types
+            """Any generator that speaks SCPI."""
+
+        with self._told_as_faults(opening=True):
+            adapter = VISAAdapter(
+                self.resource,
+                visa_library=self._visa_library,
+                timeout=TIMEOUT_MS,
+                open_timeout=TIMEOUT_MS,
+                read_termination="\n",
+                write_termination="\n",
+                asrl={"baud_rate": BAUD},
+            )
+            self._instrument = Generator(adapter, "function generator")
+
+    def release(self) -> None:
+        """Let go of the resource."""
+        instrument, self._instrument = self._instrument, None
+        if instrument is not None:
+            with self._told_as_faults():
+                instrument.adapter.close()
+
+    def write(self, command: str) -> None:
+        """Send a command. Raises `PlateFault`."""
+        with self._told_as_faults():
+            self._require().write(command)
+
+    def ask(self, query: str) -> str:
+        """Return the answer to a query. Raises `PlateFault`."""
+        with self._told_as_faults():
+            return str(self._require().ask(query)).strip()
+
+    def _require(self) -> Any:
+        if self._instrument is None:
+            raise ConnectionLost(f"{self.resource}: not connected")
+        return self._instrument
+
+    @contextmanager
+    def _told_as_faults(self, *, opening: bool = False) -> Iterator[None]:
+        from pyvisa.constants import StatusCode  # noqa: PLC0415 - loaded by now, or never needed
+        from pyvisa.errors import VisaIOError  # noqa: PLC0415
+
+        try:
+            yield
+        except (VisaIOError, OSError, ValueError) as error:
+            if opening:
+                raise PlateNotFound(f"{self.resource}: cannot be opened ({error})") from error
+            if getattr(error, "error_code", None) == StatusCode.error_timeout:
+                raise PlateTimeout(f"{self.resource}: no answer") from error
+            raise ConnectionLost(f"{self.resource}: the device went away ({error})") from error

@@ -1,0 +1,192 @@
+"""One output of a function generator: set, read back, and switched off whatever the line does.
+
+A generator has no watchdog. So an output that was reached is taken to be on until it has confirmed
+that it is off; where the line drops, it is opened anew for that, within a bound.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from hardware.backends.generator_dialects import (
+    DIALECTS,
+    KEYSIGHT,
+    dialect_of,
+    is_on,
+    number,
+    words_of,
+)
+from hardware.errors import (
+    GarbledReply,
+    PlateFault,
+    PlateRefused,
+    StillVibrating,
+    WrongDevice,
+)
+from hardware.records import PlateIdentity
+
+if TYPE_CHECKING:
+    from hardware.backends.generator_dialects import Dialect, Item
+    from hardware.backends.generator_line import GeneratorLine
+    from hardware.clock import Clock
+
+AGREEMENT = 1e-3  # of a setting that is read back
+REOPENINGS, REOPENING_PAUSE_S = 3, 0.5  # after a drop, to switch the output off
+
+
+class GeneratorOutput:
+    """A channel of a generator, in the generator's own volts.
+
+    Parameters
+    ----------
+    line : GeneratorLine
+    channel : int
+        1 or 2.
+    chosen : Dialect or None
+        The generator's make; None: as it answers to ``*IDN?``.
+    """
+
+    def __init__(self, line: GeneratorLine, channel: int, chosen: Dialect | None) -> None:
+        self.line = line
+        self.channel = channel
+        self.dialect = chosen or KEYSIGHT  # until it is known who answers
+        self._chosen = chosen
+        self._may_be_on = False  # a generator was reached, and its output not confirmed off since
+        self._out_of_reach = False  # and could not be switched off; that was told
+
+    def prepare(self) -> PlateIdentity:
+        """Find out who answers, switch off, and set what stays.
+
+        Raises
+        ------
+        WrongDevice
+            No generator answers, or one of a make that is not known.
+        PlateRefused
+            It does not keep a setting.
+        """
+        resource = self.line.resource
+        fields = self.line.ask("*IDN?").split(",")
+        if len(fields) != len(PlateIdentity.__slots__):
+            raise WrongDevice(f"{resource}: '{','.join(fields)}' answers, no generator")
+        found = self._chosen or dialect_of(fields[0], fields[1])
+        if found is None:
+            raise WrongDevice(
+                f"{resource}: '{fields[0]} {fields[1]}' answers, a make that is not known; "
+                f"dialect=... makes it one of: {', '.join(DIALECTS)}"
+            )
+        self.dialect = found
+        self._may_be_on = True
+        self.switch_off()
+        self.line.write("*CLS")
+        for each in found.fixed:
+            self.write(each.item, each.value)
+            value = self._ask(each.item)
+            if not each.holds(value):
+                raise PlateRefused(
+                    f"{resource}: {self._command(each.item.ask)} is {value} after {each.value}"
+                )
+        self._no_errors()
+        return PlateIdentity(
+            manufacturer=fields[0], model=fields[1], serial=fields[2], firmware=fields[3]
+        )
+
+    def switch_on(self) -> None:
+        """Switch the output on."""
+        self._may_be_on = True
+        self.write(self.dialect.output, self.dialect.on)
+
+    def switch_off(self) -> None:
+        """Switch the output off, and have that confirmed. Raises `PlateFault`."""
+        self.write(self.dialect.output, self.dialect.off)
+        if self.is_on():
+            raise PlateRefused(
+                f"{self.line.resource}: the output is still on after it was switched off"
+            )
+        self._may_be_on = self._out_of_reach = False
+
+    def end(self, machine: Clock) -> None:
+        """Switch off a generator that may be on, over a line that may have dropped.
+
+        Raises
+        ------
+        StillVibrating
+            It could not be switched off, however often the line was opened anew.
+        """
+        if not self.line.opened and not self._may_be_on:
+            return
+        try:
+            self.switch_off()
+        except PlateFault as fault:
+            if not self._may_be_on:
+                raise
+            self._reopen_and_switch_off(fault, machine)
+
+    def _reopen_and_switch_off(self, fault: PlateFault, machine: Clock) -> None:
+        """Open the line anew, at most so many times, until the output is off."""
+        reopenings = 1 if self._out_of_reach else REOPENINGS
+        for attempt in range(reopenings):
+            if attempt:
+                machine.sleep(REOPENING_PAUSE_S)
+            try:
+                self.line.release()
+                self.line.open()
+                self.switch_off()
+            except PlateFault:
+                continue
+            return
+        self._out_of_reach = True
+        raise StillVibrating(
+            f"{self.line.resource}: the output could not be switched off ({fault.message}; tried "
+            f"{reopenings} times to open it anew), so the plate may still vibrate"
+        ) from fault
+
+    def set(self, item: Item, value: float) -> None:
+        """Set a value, read it back, and look whether the generator complains."""
+        self.write(item, f"{value:.6f}")
+        self._no_errors()
+        answer = self.number(item)
+        if not math.isclose(answer, value, rel_tol=AGREEMENT):
+            raise PlateRefused(
+                f"{self.line.resource}: {self._command(item.ask)} is {answer:g} after {value:g}"
+            )
+
+    def is_on(self) -> bool:
+        """Return whether the output is on."""
+        value = self._ask(self.dialect.output)
+        on = is_on(value)
+        if on is None:
+            raise GarbledReply(
+                f"{self.line.resource}: '{value}' answers {self._command(self.dialect.output.ask)}"
+            )
+        return on
+
+    def number(self, item: Item) -> float:
+        """Return a value that the generator holds."""
+        text = self._ask(item)
+        value = number(text)
+        if math.isnan(value):
+            raise GarbledReply(f"{self.line.resource}: '{text}' answers {self._command(item.ask)}")
+        return value
+
+    def write(self, item: Item, value: str) -> None:
+        """Set a value, without looking what became of it."""
+        self.line.write(self._command(item.write, value))
+
+    def _ask(self, item: Item) -> str:
+        query = self._command(item.ask)
+        answer = self.line.ask(query)
+        value = item.read(answer)
+        if value is None:
+            raise GarbledReply(f"{self.line.resource}: '{answer}' answers {query}")
+        return value
+
+    def _no_errors(self) -> None:
+        if self.dialect.error is None:
+            return
+        code, _, text = self.line.ask(self.dialect.error).partition(",")
+        if code.strip("+ ") != "0":
+            raise PlateRefused(f"{self.line.resource}: error {code}, {text}")
+
+    def _command(self, template: str, value: str = "") -> str:
+        return template.format(value=value, **words_of(self.dialect, self.channel))
