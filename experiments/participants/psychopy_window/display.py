@@ -141,7 +141,9 @@ class Pointer:
             return None
         x, y = (float(each) for each in self._mouse.getPos())
         width, height = self._window.size
-        return Touch(x, y) if abs(x) <= width / 2 and abs(y) <= height / 2 else None
+        # Until it moves, a pointer is told to be in the lower left corner.
+        inside = -width / 2 < x <= width / 2 and -height / 2 < y <= height / 2
+        return Touch(x, y) if inside else None
 
 
 class Display:

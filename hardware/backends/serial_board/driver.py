@@ -61,7 +61,9 @@ LONGEST_SETTLING_S = 2.0
 # From `follow` to the plate: the board's ramp of 25 ms, begun anew at each command, and the line;
 # measured by benchmarks/texture_latency.py.
 FOLLOW_LAG_S = 0.017
-FOLLOWED_UM_PP = 0.001  # as good as none: at 0 the board would open its output stage
+# As good as none: at 0 the board would open its output stage, and at less than its sensor's noise
+# it would correct its voltage by what is only noise.
+FOLLOWED_UM_PP = 0.05
 OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
 
 OPTIONS: dict[str, Callable[[str], Any]] = {

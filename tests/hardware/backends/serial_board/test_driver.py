@@ -517,18 +517,46 @@ def test_a_finger_that_comes_and_goes_is_no_fault(emulate, options):
 
 
 @pytest.mark.parametrize("options", [[], ["--firmware"]])
+def test_a_plate_that_follows_goes_where_it_is_told_and_stays_on_in_a_groove_of_0(emulate, options):
+    board = emulate(*options)
+    with serial_plate(board) as plate:
+        plate.present(SURFACE)
+        for amplitude_um_pp in (2.0, 0.4, 0.0, 1.0):
+            plate.follow(amplitude_um_pp)
+            checked_for(plate, 0.2)  # the ramp, and some heartbeats
+            state = board.state()
+            assert state["amplitude_um_pp"] == pytest.approx(max(amplitude_um_pp, 0.05), abs=0.03)
+            assert state["vibrates"]
+        with pytest.raises(OverLimit):
+            plate.follow(2.6)
+        assert plate.present(SURFACE).settled_by == "readback"
+
+
+def test_a_board_that_silences_itself_while_it_follows_is_a_fault(emulate):
+    board = emulate()
+    with serial_plate(board) as plate:
+        plate.present(SURFACE)
+        plate.follow(1.0)
+        board.fault("hot")
+        with pytest.raises(PlateFault):
+            checked_for(plate, 2.0)
+
+
+def checked_for(plate, duration_s):
+    for _ in range(round(duration_s / 0.02)):
+        time.sleep(0.02)
+        plate.check()
+
+
+@pytest.mark.parametrize("options", [[], ["--firmware"]])
 def test_a_finger_on_a_slow_texture_is_no_fault_while_the_board_corrects_its_mean(emulate, options):
     """By 5 % a period: two a second take longer than the 0.3 s that one amplitude is given."""
     board = emulate(*options)
     with serial_plate(board) as plate:
         plate.present(replace(TEXTURE, spatial_period_mm=25.0, finger_speed_mm_s=50.0))
-        for _ in range(60):  # the first period tells nothing yet
-            time.sleep(0.02)
-            plate.check()
+        checked_for(plate, 1.2)  # the first period tells nothing yet
         board.finger()
-        for _ in range(60):  # it is off, and the heartbeat has seen it
-            time.sleep(0.02)
-            plate.check()
+        checked_for(plate, 1.2)  # it is off, and the heartbeat has seen it
         mean_um_pp = plate.read_back().amplitude_um_pp
         assert mean_um_pp == pytest.approx(TEXTURE.mean_um_pp, rel=0.05)
         plate.check()

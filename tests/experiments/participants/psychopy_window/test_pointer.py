@@ -1,0 +1,49 @@
+"""The window's pointer as a finger: moved by a hand outside the program, read in millimetres."""
+
+import shutil
+import subprocess
+import sys
+import time
+
+import pytest
+
+from experiments.languages.texts import load_texts
+from experiments.participants.psychopy_window import PsychoPyWindow
+from hardware.clock import SystemClock
+from hardware.contact.registry import open_source
+from hardware.contact.source import Surroundings
+
+pytestmark = [
+    pytest.mark.window,
+    pytest.mark.skipif(
+        not sys.platform.startswith("linux") or not shutil.which("xdotool"),
+        reason="the pointer is moved by xdotool, under X11",
+    ),
+]
+
+
+def moved_to(window, x, y):
+    """Move the pointer to a place of the screen, and let the window hear of it."""
+    subprocess.run(["xdotool", "mousemove", str(x), str(y)], check=True)
+    end_s = time.monotonic() + 0.5
+    while time.monotonic() < end_s:
+        window.hold("", iter([False, True]).__next__)
+
+
+def test_the_pointer_is_where_the_hand_moved_it(display):
+    clock = SystemClock()
+    window = PsychoPyWindow(texts=load_texts("en"), clock=clock, pilot=True, full_screen=True)
+    around = Surroundings(clock=clock, finger=window.finger)
+    source = open_source("position", "mouse:mm_per_pixel=0.5", around)
+    assert source.take() == []  # no window is open
+    with window:
+        assert source.take() == []  # it has not moved yet
+        moved_to(window, 100, 100)
+        places = []
+        for x, y in ((640, 400), (740, 400), (740, 300)):  # the middle, right of it, then up
+            moved_to(window, x, y)
+            places.append(source.take()[0].values)
+    first, right, up = places
+    assert first == pytest.approx((0.0, 0.0), abs=1.0)
+    assert right[0] - first[0] == pytest.approx(50.0, abs=1.0)
+    assert up[1] - right[1] == pytest.approx(50.0, abs=1.0)
