@@ -106,11 +106,16 @@ class Expected(PlateTable):
 
 
 class Wiring(PlateTable):
-    """What drives the plate; ``amplifier_gain`` and ``channel`` are those of a generator."""
+    """What drives the plate; ``amplifier_gain`` and ``channel`` are those of a generator.
+
+    ``position`` and ``force`` are SPECs of what measures the finger on it.
+    """
 
     backend: str
     amplifier_gain: Positive | None = None
     channel: Literal[1, 2] | None = None
+    position: str | None = None
+    force: str | None = None
     notes: str = ""
 
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from experiments.study.model import Study
     from hardware.contact.source import ContactSource, Kind
     from hardware.driver import PlateDriver
+    from hardware.plate_file import PlateFile
 
 SIMULATED = "simulated"
 NEED_A_PARTICIPANT = ("mouse", SIMULATED)
@@ -65,6 +66,12 @@ class NamedSource:
 def of_study(study: Study) -> ContactSpecs:
     """Return the sources that a study names."""
     return ContactSpecs(position=study.plate.position or None, force=study.plate.force or None)
+
+
+def of_plate(file: PlateFile | None) -> ContactSpecs:
+    """Return the sources that a plate's file names."""
+    wiring = file.wiring if file else None
+    return ContactSpecs(position=wiring.position, force=wiring.force) if wiring else NOT_NAMED
 
 
 def simulated(specs: ContactSpecs) -> ContactSpecs:

@@ -26,6 +26,7 @@ from experiments.participants.psychopy_window import PsychoPyWindow
 from experiments.running.contact import (
     NOT_NAMED,
     ContactSpecs,
+    of_plate,
     of_records,
     of_study,
     open_sources,
@@ -233,7 +234,8 @@ def _conduct(
             screen=setting.screen,
         )
         surroundings = Surroundings(clock=clock, seed=plan.seed, finger=person.finger)
-        sources = open_sources(setting.contact, surroundings, stack)
+        specs = setting.contact.otherwise(of_plate(plate.plate_file))
+        sources = open_sources(specs, surroundings, stack)
         stack.enter_context(person)
         keys = stack.enter_context(Keys())
         terminal = stack.enter_context(TerminalOperator(Console(), keys, heading=heading))

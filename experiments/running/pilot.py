@@ -24,6 +24,7 @@ from experiments.participants.simulated import SimulatedParticipant
 from experiments.running.contact import (
     NOT_NAMED,
     ContactSpecs,
+    of_plate,
     of_study,
     open_sources,
     require_virtual,
@@ -195,6 +196,7 @@ def run_simulated(
         plate_for(plan, spec, clock) as plate,
         ExitStack() as stack,
     ):
+        contact = contact.otherwise(simulated(of_plate(plate.plate_file)))
         person = SimulatedParticipant(
             seed=plan.seed,
             participant=plan.participant,

@@ -22,6 +22,7 @@ from experiments.languages.texts import load_texts
 from experiments.running.contact import (
     NOT_NAMED,
     ContactSpecs,
+    of_plate,
     of_study,
     try_sources,
 )
@@ -288,8 +289,7 @@ def _scatter(plate: PlateDriver) -> Iterator[str]:
 
 def check_contact(planned: PlannedSession) -> Finding:
     """Connect what measures the finger, and look for a while at what it tells."""
-    study, _ = read_study(planned.study)
-    told = try_sources(planned.contact.otherwise(of_study(study)), study.seed)
+    told = try_sources(_contact_specs(planned), _plan(planned).study.seed)
     return Finding(name="finger", passed=True, detail="; ".join(told))
 
 
@@ -394,12 +394,20 @@ NEED_STUDY = ("plate", "finger", "sound")
 
 
 def _measures_finger(planned: PlannedSession) -> bool:
-    """Return whether command or study name a source; a study with faults is told elsewhere."""
+    """Return whether command, study or plate name a source; their faults are told elsewhere."""
     try:
-        study, _ = read_study(planned.study)
+        return bool(_contact_specs(planned).used)
     except UserError:
         return bool(planned.contact.used)
-    return bool(planned.contact.otherwise(of_study(study)).used)
+
+
+def _contact_specs(planned: PlannedSession) -> ContactSpecs:
+    """Return the sources that measure the finger: the command's, the study's, the plate's."""
+    plan = _plan(planned)
+    spec = with_plate_file(planned.plate, plan.study.plate.file)
+    plate = plate_for(plan, spec, SystemClock())
+    named = planned.contact.otherwise(of_study(plan.study))
+    return named.otherwise(of_plate(plate.plate_file))
 
 
 def check(planned: PlannedSession, tell: Callable[[Finding], None]) -> list[Finding]:

@@ -61,6 +61,7 @@ practice = 0
 randomisation = "blocked"
 """
 PLAIN = STUDY.replace(STUDY[STUDY.index("[[textures]]") : STUDY.index("[[tasks]]")], "")
+UNNAMED = PLAIN[: PLAIN.index("[plate]")] + PLAIN[PLAIN.index("[[tasks]]") :]
 MEASURED = ("exploration_speed_mm_s", "strokes", "friction_coefficient", "normal_force_n")
 
 
@@ -306,6 +307,25 @@ def test_check_tells_what_a_source_reads(capsys, tmp_path):
     assert "position: " in finger["detail"]
     assert "x_mm 1.5" in finger["detail"]
     assert "force: simulated, not to be tried without a session" in finger["detail"]
+
+
+def test_the_plates_file_names_sources_after_command_and_study(tmp_path, capsys, plans):
+    way, file = tmp_path / "way.csv", tmp_path / "desk.toml"
+    way.write_text("time_s,x_mm,y_mm\n0,1.5,0\n")
+    main(["plate", "new", str(file), "--backend", "mock"])
+    wired = f'[wiring]\nposition = "scripted:{way}"\nforce = "load_cells:/dev/nowhere"'
+    file.write_text(file.read_text().replace("[wiring]", wired))
+    assert main(["plate", "sign", str(file)]) == 0
+    run_simulated(tmp_path / "data", plans(UNNAMED), f"mock:plate={file}")
+    header = read_plan(plans().journal_path(tmp_path / "data"))[1][0].data
+    assert header["contact"]["position"]["spec"] == f"scripted:{way}"
+    assert header["contact"]["force"]["spec"] == "simulated"  # in place of what a pilot lacks
+    words = ["check", "--plate", f"mock:plate={file}", "--force", "none", "--json"]
+    capsys.readouterr()
+    main([*words, "--out", str(tmp_path / "other")])
+    finger = next(f for f in json.loads(capsys.readouterr().out) if f["name"] == "finger")
+    assert "x_mm 1.5" in finger["detail"]
+    assert "force" not in finger["detail"]
 
 
 def test_check_says_nothing_of_the_finger_where_nothing_measures_it(capsys, tmp_path):
