@@ -39,6 +39,10 @@ NOT_AVAILABLE = (
 #: Names and words, those of a code book too.
 TEXT = (*FREE_TEXT, "coder", "category")
 LISTED_PROBLEMS = 12
+#: Files are parsed in parts of so many bytes.
+PART_BYTES = 8_000_000
+#: Kinds of column that are one kind, numbers, where parts of a table differ in them.
+NUMBERS = ("int64", "float64")
 #: Characters of a list of column names in a message: a foreign file's first line may be long.
 LONGEST_LIST = 400
 
@@ -173,9 +177,15 @@ def _read_group(
 ) -> pd.DataFrame:
     """Read files with the same header, joined; every row with its file and line."""
     first, sample = group[0]
-    text = b"".join([sample.header, b"\n", *(lines.body for _, lines in group)])
+
+    def parsed(part: Sequence[tuple[int, Lines]]) -> pd.DataFrame:
+        text = b"".join([sample.header, b"\n", *(lines.body for _, lines in part)])
+        return parse(sample, text, paths[first], separator=separator, columns=columns)
+
     try:
-        frame = parse(sample, text, paths[first], separator=separator, columns=columns)
+        frame = _joined([parsed(part) for part in _parts(group)])
+        # A column of numbers in one part and of words in another is decided from the whole.
+        frame = parsed(group) if frame is None else frame
     except UserError:
         for number, lines in group:
             complain(lines, paths[number], separator)
@@ -187,6 +197,30 @@ def _read_group(
         "line": np.concatenate([lines.places for _, lines in group]),
     }
     return pd.concat([frame, pd.DataFrame(places, index=frame.index)], axis=1)
+
+
+def _parts(group: Sequence[tuple[int, Lines]]) -> list[list[tuple[int, Lines]]]:
+    """Return files in parts of some `PART_BYTES`: pandas takes several times a text's size."""
+    parts: list[list[tuple[int, Lines]]] = [[]]
+    size = 0
+    for entry in group:
+        if size >= PART_BYTES:
+            parts.append([])
+            size = 0
+        parts[-1].append(entry)
+        size += len(entry[1].body)
+    return parts
+
+
+def _joined(frames: list[pd.DataFrame]) -> pd.DataFrame | None:
+    """Return parts as one table, or None where together a column would be of another kind.
+
+    Whole and decimal numbers of a column are decimals together, as they would be at once.
+    """
+    kinds = [["number" if kind in NUMBERS else str(kind) for kind in f.dtypes] for f in frames]
+    if any(other != kinds[0] for other in kinds):
+        return None
+    return pd.concat(frames, ignore_index=True) if len(frames) > 1 else frames[0]
 
 
 def _name(path: Path, root: Path) -> str:

@@ -100,20 +100,35 @@ def eta2_interval(f: float, df1: float, df2: float, confidence: float) -> Confid
 
     Steiger (2004), Psychol. Methods 9, 164-182: from the non-centrality λ, λ / (λ + df1 + df2 + 1).
     """
-    from scipy import optimize, stats  # noqa: PLC0415
-
     if not f < LARGEST_F:
         return None
     tail = (1 - confidence) / 2
+    low, high = (_f_noncentrality(f, df1, df2, p) for p in (1 - tail, tail))
+    if not np.isfinite([low, high]).all():
+        return None
+    people = df1 + df2 + 1
+    return ConfidenceInterval(low / (low + people), high / (high + people), confidence)
 
-    def share(p: float) -> float:
-        if stats.f.cdf(f, df1, df2) <= p:
-            return 0.0
-        above = 10 * (f * df1 + df1 + df2)
-        found = optimize.brentq(lambda shift: stats.ncf.cdf(f, df1, df2, shift) - p, 0, above)
-        return float(found / (found + df1 + df2 + 1))
 
-    return ConfidenceInterval(share(1 - tail), share(tail), confidence)
+def _f_noncentrality(f: float, df1: float, df2: float, p: float) -> float:
+    """Return the non-centrality at which F has the cumulative probability p; 0 where none has.
+
+    NaN where SciPy cannot compute the distribution.
+    """
+    from scipy import optimize, stats  # noqa: PLC0415
+
+    if stats.f.cdf(f, df1, df2) <= p:
+        return 0.0
+    # From near the answer: SciPy's distribution is NaN at some far larger non-centralities.
+    above = max(f * df1, 1.0)
+    while stats.ncf.cdf(f, df1, df2, above) > p:
+        above *= 1.5
+    try:
+        return float(
+            optimize.brentq(lambda shift: stats.ncf.cdf(f, df1, df2, shift) - p, 0.0, above)
+        )
+    except ValueError:
+        return float("nan")
 
 
 def generalised_eta_squared(values: Array) -> float:

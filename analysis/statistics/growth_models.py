@@ -229,13 +229,17 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
 
     model = MODELS[name]
     here = ~np.isnan(logs)
-    factor = np.nanmean(logs, axis=1, keepdims=True)
+    centred = logs - np.nanmean(logs, axis=1, keepdims=True)
+    # Who has the same stimuli has the same shape: least squares need their mean and number only.
+    patterns, whose, people_of = np.unique(here, axis=0, return_inverse=True, return_counts=True)
+    means = np.array([centred[whose == place].mean(axis=0) for place in range(len(patterns))])
+    weights = np.sqrt(people_of)[:, None]
+    around = float(np.nansum((centred - means[whose]) ** 2))
 
     def residuals(theta: Array) -> Array:
-        shape = np.where(here, model.log_f(stimuli, theta), np.nan)
-        return np.asarray(
-            ((logs - factor) - (shape - np.nanmean(shape, axis=1, keepdims=True)))[here]
-        )
+        shape = np.where(patterns, model.log_f(stimuli, theta), np.nan)
+        shape -= np.nanmean(shape, axis=1, keepdims=True)
+        return np.asarray((weights * (means - shape))[patterns])
 
     fits = [
         optimize.least_squares(residuals, start, bounds=model.bounds(stimuli), x_scale="jac")
@@ -243,7 +247,7 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     ]
     best = min(fits, key=lambda found: found.cost)
     points, people = int(here.sum()), len(logs)
-    squares = max(2 * float(best.cost), 1e-300)
+    squares = max(2 * float(best.cost) + around, 1e-300)
     estimated = len(model.parameters) + people + 1
     log_likelihood = -points / 2 * (np.log(2 * np.pi * squares / points) + 1)
     spare = points - estimated - 1

@@ -176,11 +176,11 @@ def sample(
         keys = jax.random.split(jax.random.PRNGKey(seed), chains)
         drawn, diverging = _chains(warm_up, draws)(keys, known.xx, known.xy, known.yy, known.trials)
         found = {name: np.asarray(values, float) for name, values in drawn.items()}
-    own = _own_lines(known, found, np.random.default_rng(seed))
+    own = own_lines(known, found, np.random.default_rng(seed))
     return Draws(values=found | {"own": own}, divergences=int(np.asarray(diverging).sum()))
 
 
-def _own_lines(known: Sums, drawn: Mapping[str, Array], rng: np.random.Generator) -> Array:
+def own_lines(known: Sums, drawn: Mapping[str, Array], rng: np.random.Generator) -> Array:
     """Draw participants' lines given each draw of the rest; they are normal."""
     mean = np.stack([drawn["A"], drawn["B"]], axis=-1)[..., None, :]
     r = 2 * drawn["half_r"] - 1

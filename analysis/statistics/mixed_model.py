@@ -161,8 +161,11 @@ def _fit(frame: pd.DataFrame) -> tuple[MixedLMResults, str, list[str]]:
     for optimiser in OPTIMISERS:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            fit = model.fit(reml=True, method=[optimiser])
-            fit.bse_fe  # noqa: B018 - computed on first use, and it warns
+            try:
+                fit = model.fit(reml=True, method=[optimiser])
+                fit.bse_fe  # noqa: B018 - computed on first use, and it warns
+            except np.linalg.LinAlgError:
+                continue  # this optimiser's end has no standard error; another's may have
         # An optimiser that diverged leaves no likelihood.
         if np.isfinite(fit.llf):
             said = sorted({str(w.message).splitlines()[0] for w in caught})

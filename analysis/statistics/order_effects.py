@@ -14,6 +14,8 @@ from analysis.statistics.not_computed import NotComputed
 from experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from analysis.preprocessing.log_transform import Prepared
@@ -62,17 +64,21 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
         before = before.mask(trials["after_texture"])
     here = (before.notna() & trials["log"].notna()).to_numpy()
     who, _ = pd.factorize(trials.loc[here, PARTICIPANT])
-    kinds = pd.get_dummies(trials.loc[here, "amplitude_um_pp"], dtype=float).to_numpy()[:, 1:]
-    order = np.column_stack([trials.loc[here, "position"], before[here]]).astype(float)
-    y = trials.loc[here, "log"].to_numpy(float)
     people = int(who.max()) + 1 if len(who) else 0
     if people < FEWEST:
         why = few("participants", people)
         return OrderEffects(
             log_slope_per_trial=NotComputed(why), log_slope_per_um_pp_before=NotComputed(why)
         )
-    design = _within(np.column_stack([kinds, order, y]), who, people)
-    slopes = [_slope(design, place, who, people, data) for place in (-3, -2)]
+    shown = trials.loc[here, "amplitude_um_pp"].to_numpy(float)
+    columns = [
+        *(shown == amplitude for amplitude in np.unique(shown)[1:]),
+        trials.loc[here, "position"].to_numpy(float),
+        before[here].to_numpy(float),
+        trials.loc[here, "log"].to_numpy(float),
+    ]
+    products = _products([_within(column, who, people) for column in columns], who, people)
+    slopes = [_slope(products, place, data) for place in (-3, -2)]
     return OrderEffects(log_slope_per_trial=slopes[0], log_slope_per_um_pp_before=slopes[1])
 
 
@@ -103,26 +109,26 @@ def not_identifiable(trials: pd.DataFrame) -> str | None:
     return None
 
 
-def _within(columns: Array, who: NDArray[np.intp], people: int) -> Array:
-    """Return columns less each participant's means."""
-    counts = np.bincount(who, minlength=people)
-    means = np.column_stack(
-        [np.bincount(who, column, people) / counts for column in columns.T],
-    )
-    return np.asarray(columns - means[who])
+def _within(column: Array, who: NDArray[np.intp], people: int) -> Array:
+    """Return a column less each participant's mean."""
+    means = np.bincount(who, column, people) / np.bincount(who, minlength=people)
+    return np.asarray(column - means[who])
 
 
-def _slope(
-    design: Array, place: int, who: NDArray[np.intp], people: int, data: Prepared
-) -> MeanOverParticipants | NotComputed:
-    """Return the slope on one column of the design; its last column is the log estimate."""
-    width = design.shape[1]
-    # Each participant's sums of products: leaving one out is a subtraction.
+def _products(design: Sequence[Array], who: NDArray[np.intp], people: int) -> Array:
+    """Return each participant's sums of products of columns: leaving one out is a subtraction."""
+    width = len(design)
     products = np.empty((people, width, width))
     for row in range(width):
         for column in range(row, width):
-            sums = np.bincount(who, design[:, row] * design[:, column], people)
+            sums = np.bincount(who, design[row] * design[column], people)
             products[:, row, column] = products[:, column, row] = sums
+    return products
+
+
+def _slope(products: Array, place: int, data: Prepared) -> MeanOverParticipants | NotComputed:
+    """Return the slope on one column of the design; its last column is the log estimate."""
+    width = products.shape[1]
     total = products.sum(axis=0)
     target = width + place
     others = [column for column in range(width - 1) if column != target]

@@ -103,8 +103,8 @@ def _block(data: Prepared) -> tuple[Array, str | None]:
     The most frequent number of repetitions counts; more are cut, who has fewer is left out.
     """
     nothing = np.empty((0, 0, 0))
-    usable = data.trials[data.trials["log"].notna()]
     cell = [PARTICIPANT, "amplitude_um_pp"]
+    usable = data.trials.loc[data.trials["log"].notna(), [*cell, "log"]]
     sizes = usable.groupby(cell, observed=True).size()
     if not len(sizes) or sizes.max() < 2:  # noqa: PLR2004
         return nothing, "no repetitions: reliability needs two estimates of a surface or more"

@@ -47,7 +47,8 @@ def robustness(everyone: Prepared, flagged: set[str]) -> tuple[SubsetSummary, ..
     kept = ~everyone.trials[PARTICIPANT].isin(flagged)
     sets = {"all analysed": everyone}
     if flagged and kept.any():
-        trials = everyone.trials[kept].reset_index(drop=True)
+        trials = everyone.trials.loc[kept, [PARTICIPANT, "amplitude_um_pp", "normalised"]]
+        trials = trials.reset_index(drop=True)
         sets["without the flagged"] = prepare(trials, everyone.choices)
     return tuple(
         SubsetSummary(

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from analysis.reading import delimited
 from analysis.reading.delimited import LISTED_PROBLEMS, Problems, read_tables
 from analysis.reading.load import load
 from faults import UserError
@@ -205,3 +206,20 @@ def test_whatever_is_in_the_cells_rows_and_lines_are_those_of_the_csv_module(
     found = frame[["one", "two", "three"]]
     if all(pd.api.types.is_string_dtype(found[name]) for name in found):
         assert found.fillna("").to_numpy().tolist() == np.array(expected, object).tolist()
+
+
+CELLS = st.sampled_from(["1", "-2", "2.5", "n/a", "", "x", "True", "1e3", "007", "NA"])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.lists(st.tuples(CELLS, CELLS), max_size=4), min_size=1, max_size=5))
+def test_files_read_in_parts_are_those_read_at_once(tmp_path_factory, files):
+    folder = tmp_path_factory.mktemp("parts")
+    paths = [folder / f"{number}.tsv" for number in range(len(files))]
+    for path, rows in zip(paths, files, strict=True):
+        path.write_text("a\tb\n" + "".join(f"{a}\t{b}\n" for a, b in rows))
+    whole, _ = read_tables(paths, folder, columns=("a", "b"))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(delimited, "PART_BYTES", 1)
+        parts, _ = read_tables(paths, folder, columns=("a", "b"))
+    pd.testing.assert_frame_equal(parts, whole)

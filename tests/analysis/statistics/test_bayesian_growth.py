@@ -15,7 +15,7 @@ from analysis.pipeline import analyse
 from analysis.preprocessing.log_transform import prepare
 from analysis.reporting import apa
 from analysis.statistics.bayesian_growth import bayesian_growth
-from analysis.statistics.hierarchical_sampler import LKJ, PRIOR_SD, Trials, model, sums
+from analysis.statistics.hierarchical_sampler import LKJ, PRIOR_SD, Trials, model, own_lines, sums
 from analysis.statistics.not_computed import NotComputed
 from experiments.study.analysis_choices import AnalysisChoices
 from slipscale import main
@@ -89,6 +89,25 @@ def test_the_density_is_that_of_normal_trials_with_normal_lines_and_the_priors(i
         )
     # The factor leaves out the constant of the normal density.
     assert ours - 6 * 0.5 * np.log(2 * np.pi) == pytest.approx(expected, rel=1e-9)
+
+
+def test_lines_drawn_afterwards_are_normal_given_the_rest():
+    """Against the dense normal distribution of lines and trials, conditioned on the trials."""
+    rng = np.random.default_rng(3)
+    who = np.repeat([0, 1], [5, 1])
+    trials = Trials(log_y=rng.normal(0, 1, 6), log_x=rng.normal(0, 1, 6), who=who, names=("a", "b"))
+    values = {"A": 0.3, "B": 0.8, "ta": 0.7, "tb": 0.4, "s": 0.5, "half_r": 0.8}
+    drawn = {name: np.full((1, 40_000), value) for name, value in values.items()}
+    lines_drawn = own_lines(sums(trials), drawn, np.random.default_rng(4))[0]
+    covariance = 0.7 * 0.4 * 0.6
+    spread = np.array([[0.7**2, covariance], [covariance, 0.4**2]])
+    for person in range(2):
+        x = np.stack([np.ones((who == person).sum()), trials.log_x[who == person]], axis=1)
+        gain = spread @ x.T @ np.linalg.inv(x @ spread @ x.T + 0.5**2 * np.eye(len(x)))
+        centre = [0.3, 0.8] + gain @ (trials.log_y[who == person] - x @ [0.3, 0.8])
+        own = lines_drawn[:, person]
+        assert own.mean(axis=0) == pytest.approx(centre, abs=0.015)
+        assert np.cov(own.T) == pytest.approx(spread - gain @ x @ spread, abs=0.015)
 
 
 def test_exponents_are_recovered_and_drawn_to_the_group(found, slopes):

@@ -6,15 +6,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
 from analysis.statistics.effect_sizes import (
     _sums,
     d_z_interval,
+    eta2_interval,
     eta_squared_interval,
     generalised_eta_squared,
+    hedges_g,
 )
 
 HERE = Path(__file__).parents[2] / "data" / "r_reference"
@@ -101,3 +103,28 @@ def test_without_variance_there_is_no_interval():
 def test_differences_without_noise_have_no_interval_and_take_no_time():
     """SciPy's search took minutes at t = 1e8."""
     assert d_z_interval(1e8, 4, 0.95) is None
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.floats(1e-6, 9e3), st.floats(0.9, 6), st.floats(2, 2000))
+def test_the_interval_of_eta_squared_exists_for_every_f(f, df1, df2):
+    """SciPy's non-central F is NaN at non-centralities far beyond the answer."""
+    low, high = eta2_interval(f, df1, df2, 0.95)
+    assert 0 <= low <= high <= 1
+    # The ends are where F lies at either end of the confidence level.
+    for end, p in ((low, 0.975), (high, 0.025)):
+        if end > 0:
+            shift = end / (1 - end) * (df1 + df2 + 1)
+            assert stats.ncf.cdf(f, df1, df2, shift) == pytest.approx(p, abs=1e-6)
+
+
+def test_hedges_g_covers_and_is_less_than_cohens_d():
+    rng = np.random.default_rng(8)
+    held = 0
+    for _ in range(200):
+        first, second = rng.normal(0.8, 1, 6), rng.normal(0, 1, 9)
+        g, interval = hedges_g(first, second, 0.95)
+        held += interval.low <= 0.8 <= interval.high
+        pooled = ((5 * first.var(ddof=1) + 8 * second.var(ddof=1)) / 13) ** 0.5
+        assert abs(g) < abs(first.mean() - second.mean()) / pooled
+    assert held >= 180
