@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from analysis.result import Analysis
 
 #: What a name of inference.json says of the unit, which a script need not know.
-UNIT = re.compile(r"_um(_pp)?\b")
+PER_UNIT, UNIT = re.compile(r"per_um(_pp)?\b"), re.compile(r"_um(_pp)?\b")
 #: Parts that are no arithmetic on the files: words counted by a code book, what the film predicts.
 LEFT_OUT = re.compile(
     r"\.verbal_reports\.|\.finding\.|^growth\.(friction|individual)\.|covariance|^normalisation\."
@@ -41,7 +41,7 @@ def reported_numbers(analysis: Analysis) -> pd.DataFrame:
     }
     inference = json_form.record(analysis.inference)
     found = [
-        (LEVEL.sub("ci", UNIT.sub("", name)), value)
+        (LEVEL.sub("ci", UNIT.sub("", PER_UNIT.sub("per_unit", name))), value)
         for name, value in _numbers({**inference, **json_form.record(parts)})
         if not LEFT_OUT.search(name)
     ]
@@ -89,6 +89,7 @@ def settings(analysis: Analysis) -> pd.DataFrame:
         "before": "amplitude_before_um_pp" if plate else own_name("amplitude_um_pp", data.quantity),
         "after": "amplitude_um_pp" if plate else "reference",
         "answer": "difference_felt" if plate else "yes",
+        "weber_base": "amplitude_before_um_pp" if plate else "reference",
         "confidence": f"{choices.confidence!r}",
         "zero_rule": choices.zero_rule,
         "standard_deviation": choices.standard_deviation,

@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
 from analysis.reading.delimited import read_tables
+from analysis.reading.trial_tables import STEP_AMPLITUDES
 from analysis.statistics import omnibus
 from analysis.statistics.bayesian_growth import bayesian_growth
 from analysis.statistics.descending_difference.coder_agreement import agreement
@@ -163,7 +164,9 @@ def difference(data: Dataset) -> DescendingDifference | NotComputed:
     """Return the descending difference, with the data set's own code book and coders."""
     folder, name = data.folder, data.choices.codebook
     book = load_codebook(folder / name if folder and name else SHIPPED)
-    found = analyse_differences(data.differences, book, data.choices.confidence)
+    # Of a plate the amplitude before the step; elsewhere the reference of the stimulus.
+    base = STEP_AMPLITUDES[0 if data.quantity.of_plate else 1]
+    found = analyse_differences(data.differences, book, data.choices.confidence, base)
     codes = folder / "code" / "verbal_codes.tsv" if folder else None
     if isinstance(found, NotComputed) or codes is None or not codes.is_file():
         return found

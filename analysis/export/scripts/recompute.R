@@ -5,7 +5,7 @@
 
 close_enough <- 1e-5 # relative; fits that are iterated agree within the next
 close_fits <- 1e-2
-fitted <- "^(mixed_model|growth|difference\\.psychometric|difference\\.signal_detection\\.(by|all))"
+fitted <- "^(mixed_model|growth|difference\\.(psychometric|weber)|difference\\.signal_detection\\.(by|all))"
 
 read <- function(name) {
   if (!file.exists(name)) return(NULL)
@@ -435,7 +435,10 @@ difference <- function(rows, settings, confidence) {
     s <- c(s, under("mean_of_participants.", mean_test(own, confidence)), by_size(felt, before, after, who, confidence))
     out <- c(out, d_prime = s[["pooled_d_prime"]], under("signal_detection.", s))
   }
-  c(out, under("psychometric.", curve(felt, before - after, who, confidence)))
+  base <- rows[[settings[["weber_base"]]]]
+  some <- base > 0
+  c(out, under("psychometric.", curve(felt, before - after, who, confidence)),
+    under("weber.", curve(felt[some], (abs(before - after) / base)[some], who[some], confidence)))
 }
 
 # Generalised estimating equations, answers of a participant exchangeable; errors of Mancl and DeRouen.
@@ -443,7 +446,7 @@ curve <- function(felt, removed, who, confidence) {
   x <- cbind(1, removed)
   groups <- split(seq_along(felt), who)
   n <- length(groups)
-  if (n < 3) return(NULL)
+  if (n < 3 || length(unique(removed)) < 2) return(NULL)
   b <- c(0, 0)
   alpha <- 0
   parts <- function(b, alpha, use) {
@@ -471,12 +474,19 @@ curve <- function(felt, removed, who, confidence) {
     s <- t(d) %*% w %*% solve(diag(length(r)) - d %*% bread %*% t(d) %*% w, r)
     s %*% t(s)
   }))
-  se <- sqrt((bread %*% meat %*% bread)[2, 2])
+  v <- bread %*% meat %*% bread
+  se <- sqrt(v[2, 2])
   t <- b[2] / se
-  half <- qt((1 + confidence) / 2, n - 2) * se
-  c(log_odds_per = b[2], se = se, ci.0 = b[2] - half, ci.1 = b[2] + half, t = t, df = n - 2,
+  quantile <- qt((1 + confidence) / 2, n - 2)
+  half <- quantile * se
+  # Fieller's theorem: sizes at which the line is within t standard errors of 0.
+  square <- b[2]^2 - quantile^2 * v[2, 2]
+  middle <- b[1] * b[2] - quantile^2 * v[1, 2]
+  root <- sqrt(max(middle^2 - square * (b[1]^2 - quantile^2 * v[1, 1]), 0))
+  ends <- if (b[2] > 0 && square > 0) (-middle + c(-root, root)) / square else c(NA, NA)
+  c(log_odds_per_unit = b[2], se = se, ci.0 = b[2] - half, ci.1 = b[2] + half, t = t, df = n - 2,
     p = 2 * pt(-abs(t), n - 2), intercept = b[1], correlation = alpha, n = n, answers = length(felt),
-    half_yes = if (b[2] > 0) -b[1] / b[2] else NA)
+    half_yes = if (b[2] > 0) -b[1] / b[2] else NA, half_yes_ci.0 = ends[1], half_yes_ci.1 = ends[2])
 }
 
 # d' of each size of step, by a probit model with participants; profile likelihood.

@@ -23,6 +23,7 @@ FITTED = (
     "mixed_model.",
     "growth.",
     "difference.psychometric.",
+    "difference.weber.",
     "difference.signal_detection.by_",
     "difference.signal_detection.all_",
 )
@@ -689,16 +690,21 @@ def difference(rows, settings, confidence):
         out |= {f"{s}mean_of_participants.{k}": v for k, v in mean_test(own, confidence).items()}
         per = changes.groupby(["participant_id", settings["before"], settings["after"]]).size()
         out["difference.answers_per_participant_and_step"] = per.mean()
-    return (
-        out
-        | curve(felt.to_numpy(float), (before - after).to_numpy(float), who, confidence)
-        | sizes(felt, before, after, who, confidence)
-    )
+    size = (before - after).to_numpy(float)
+    base = rows[settings["weber_base"]].to_numpy(float)
+    some = base > 0
+    said = felt.to_numpy(float)
+    out |= curve(said, size, who, confidence, "difference.psychometric.")
+    fraction = np.abs(size[some]) / base[some]
+    out |= curve(said[some], fraction, who[some], confidence, "difference.weber.")
+    return out | sizes(felt, before, after, who, confidence)
 
 
-def curve(felt, removed, who, confidence):
-    """Return the logistic curve by generalised estimating equations."""
+def curve(felt, removed, who, confidence, p):
+    """Return the logistic curve by generalised estimating equations, its names behind ``p``."""
     frame = pd.DataFrame({"felt": felt, "removed": removed, "who": who.to_numpy()})
+    if frame["removed"].nunique() < 2 or who.nunique() < 3:
+        return {}
     with warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
         try:
@@ -717,9 +723,8 @@ def curve(felt, removed, who, confidence):
     if df < 1 or not np.isfinite([b, se]).all():
         return {}
     half = stats.t.ppf((1 + confidence) / 2, df) * se
-    p = "difference.psychometric."
     out = {
-        p + "log_odds_per": b,
+        p + "log_odds_per_unit": b,
         p + "se": se,
         p + "ci.0": b - half,
         p + "ci.1": b + half,
@@ -731,7 +736,21 @@ def curve(felt, removed, who, confidence):
         p + "n": n,
         p + "answers": len(frame),
     }
-    return out | ({p + "half_yes": -fit.params["Intercept"] / b} if b > 0 else {})
+    if b <= 0:
+        return out
+    a = fit.params["Intercept"]
+    out[p + "half_yes"] = -a / b
+    # Fieller's theorem: sizes at which the line is within t standard errors of 0.
+    c, quantile = fit.cov_params().to_numpy(), half / se
+    square = b**2 - quantile**2 * c[1, 1]
+    if square > 0:
+        middle = a * b - quantile**2 * c[0, 1]
+        root = sqrt(max(middle**2 - square * (a**2 - quantile**2 * c[0, 0]), 0))
+        out |= {
+            p + "half_yes_ci.0": (-middle - root) / square,
+            p + "half_yes_ci.1": (-middle + root) / square,
+        }
+    return out
 
 
 def sizes(felt, before, after, who, confidence):

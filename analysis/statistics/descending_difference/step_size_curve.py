@@ -71,7 +71,10 @@ class PsychometricCurve:
 
 
 def psychometric(
-    steps: pd.DataFrame, confidence: float = 0.95, measure: Measure = "removed_um_pp"
+    steps: pd.DataFrame,
+    confidence: float = 0.95,
+    measure: Measure = "removed_um_pp",
+    base: str = "amplitude_before_um_pp",
 ) -> PsychometricCurve | NotComputed:
     """Fit a logistic curve of "yes" on the size of the step, catch steps at 0.
 
@@ -85,14 +88,16 @@ def psychometric(
         `analysis.reading.dataset.Dataset.differences`: answered steps, catch steps among them.
     measure : {"removed_um_pp", "weber_fraction"}
         Of the size; a step from 0 has no Weber fraction and is left out of that curve.
+    base : str
+        The column that a Weber fraction is a fraction of.
     """
     if measure == "weber_fraction":
-        steps = steps[steps["amplitude_before_um_pp"] > 0]
+        steps = steps[steps[base] > 0]
     if not len(steps):
         return NotComputed("every step begins at 0: there is no amplitude to be a fraction of")
     removed = (steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]).to_numpy(float)
     if measure == "weber_fraction":
-        removed = np.abs(removed) / steps["amplitude_before_um_pp"].to_numpy(float)
+        removed = np.abs(removed) / steps[base].to_numpy(float)
     felt = steps["difference_felt"].to_numpy(float)
     people = steps[PARTICIPANT].astype(str).to_numpy()
     n = len(np.unique(people))

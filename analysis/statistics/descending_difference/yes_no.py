@@ -186,7 +186,10 @@ def d_prime(hits: float, signals: float, false_alarms: float, noises: float) -> 
 
 
 def analyse_differences(
-    steps: pd.DataFrame, book: Codebook, confidence: float = 0.95
+    steps: pd.DataFrame,
+    book: Codebook,
+    confidence: float = 0.95,
+    base: str = "amplitude_before_um_pp",
 ) -> DescendingDifference | NotComputed:
     """Return everything about the descending difference but the coders' agreement.
 
@@ -198,6 +201,8 @@ def analyse_differences(
         Codes the verbal reports.
     confidence : float
         Of every interval.
+    base : str
+        The column that a Weber fraction is a fraction of.
     """
     if not len(steps):
         return NotComputed("no answered steps of the descending difference")
@@ -224,7 +229,7 @@ def analyse_differences(
         ),
         signal_detection=signal_detection(changes, catches, confidence),
         psychometric=psychometric(steps, confidence),
-        weber=psychometric(steps, confidence, "weber_fraction"),
+        weber=psychometric(steps, confidence, "weber_fraction", base),
         thresholds=own_thresholds(steps, confidence),
         verbal_reports=code_reports(changes, book),
         finding=finding(changes, book),
