@@ -39,7 +39,7 @@ CURVES: list[tuple[str, str, list[tuple[float, Facts]]]] = [
     (
         "0 to 100, SD 10",
         "n",
-        [(n, (n, "50.00", "10.00", 100)) for n in (12, 20, 30, 50, 75, 100, 150, 200)],
+        [(n, (n, "50.00", "10.00", 100)) for n in (12, 20, 30, 50, 100, 150, 200)],
     ),
     (
         "1 to 7, SD 1.5",
@@ -49,10 +49,7 @@ CURVES: list[tuple[str, str, list[tuple[float, Facts]]]] = [
     (
         "n = 20, SD a tenth of the scale",
         "Steps of the scale",
-        [
-            (top, (20, f"{top / 2:.2f}", f"{top / 10:.1f}", top))
-            for top in (10, 20, 50, 100, 200, 500)
-        ],
+        [(top, (20, f"{top / 2:.2f}", f"{top / 10:.1f}", top)) for top in (10, 20, 50, 100, 200)],
     ),
     (
         "0 to 100, n = 30, SD 10",
@@ -114,6 +111,9 @@ def picture(drawn: list[tuple[str, str, list[tuple[float, float]]]]) -> Figure:
         ax.set(title=title, xlabel=axis, ylabel="Processor time, s", yscale="log")
         if axis != "Decimals printed":
             ax.set_xscale("log")
+        places = [place for place, _ in points]
+        ax.set_xticks(places, [f"{place:g}" for place in places], minor=False)
+        ax.set_xticks([], minor=True)
     return figure
 
 

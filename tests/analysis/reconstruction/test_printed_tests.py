@@ -49,7 +49,7 @@ def test_a_printed_test_is_possible_where_some_data_set_prints_it(groups, every,
     if kind != "correlation":
         values = [abs(value) for value in values]
     said = set()
-    for hundredths in range(-100, 800, 3):
+    for hundredths in range(-100, 800, 7):
         text = f"{hundredths / 100:.2f}"
         if hundredths < 0 and kind != "correlation":
             continue
@@ -77,7 +77,7 @@ def test_a_printed_test_is_possible_where_some_data_set_prints_it(groups, every,
 def test_a_printed_p_is_possible_where_some_data_set_prints_it(groups, every, kind):
     chosen = groups if kind == "one_way_f" else groups[:2]
     ps = [float(r.pvalue) for r in every_value(kind, every)]
-    for thousandths in range(5, 1000, 37):
+    for thousandths in range(5, 1000, 61):
         there = any(abs(p - thousandths / 1000) <= 0.0005 + 1e-12 for p in ps)
         one = answer(PrintedTest(kind=kind, p=f"{thousandths / 1000:.3f}"), chosen)
         assert (one.verdict == "possible") == there or one.verdict == "not decided"
