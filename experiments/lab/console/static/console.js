@@ -116,10 +116,25 @@ function beep() {
   tone.onended = () => audio.close();
 }
 
-const changes = new EventSource("/events");
-changes.onmessage = refresh;
-changes.onerror = () => say(document.body.dataset.lost, true);
-changes.onopen = () => { if (said.textContent === document.body.dataset.lost) say(""); };
+const heard = {
+  message: refresh,
+  error: () => say(document.body.dataset.lost, true),
+  open: () => { if (said.textContent === document.body.dataset.lost) say(""); },
+};
+
+// One page listens for all that this browser has open: it allows six lines to a host, and a line for
+// each page would leave none for the seventh. When that page closes, the next has the lock.
+const others = new BroadcastChannel("slipscale");
+others.onmessage = (event) => heard[event.data]?.();
+
+function listen() {
+  const changes = new EventSource("/events");
+  for (const kind of Object.keys(heard)) {
+    changes.addEventListener(kind, () => { heard[kind](); others.postMessage(kind); });
+  }
+}
+
+navigator.locks.request("slipscale-events", () => { listen(); return new Promise(() => {}); });
 
 // The study's editor ------------------------------------------------------------------------------
 

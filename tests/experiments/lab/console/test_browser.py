@@ -48,6 +48,23 @@ def console(folder):
             process.kill()
 
 
+def test_eight_pages_of_one_browser_all_see_what_changes(page, tmp_path):
+    """A browser allows six connections to a host: a held one for each page would be too many."""
+    (tmp_path / "short.toml").write_text(STUDY)
+    init(tmp_path, {"study": "short.toml"}, None)
+    with console(tmp_path) as (_, address):
+        pages = [page, *(page.context.new_page() for _ in range(7))]
+        for each in pages:
+            each.goto(address)
+        (tmp_path / "slipscale.toml").write_text('study = "gone.toml"')
+        for each in pages:
+            each.get_by_text("gone.toml").first.wait_for()
+        page.close()
+        (tmp_path / "slipscale.toml").write_text('study = "short.toml"')
+        for each in pages[1:]:
+            each.get_by_text("gone.toml").first.wait_for(state="detached")
+
+
 @pytest.fixture
 def page(display):
     with sync_api.sync_playwright() as play:
@@ -70,6 +87,13 @@ def confirm(page, words=None):
     page.locator("dialog .main").click()
 
 
+def to_live(page, link):
+    """Go to the page of the running session, and wait until its script hears keys."""
+    page.get_by_role("link", name=link, exact=True).click()
+    page.wait_for_url("**/live")
+    page.wait_for_load_state()
+
+
 def press_until(page, text):
     """Press the space bar in the participant's window until the page shows a text."""
     for _ in range(LOADED):
@@ -89,7 +113,7 @@ def test_a_short_day(page, tmp_path):
         assert "token" not in page.url
         page.get_by_role("button", name="Rehearse").click()
         confirm(page)
-        page.get_by_role("link", name="See it").click()
+        to_live(page, "See it")
         page.get_by_text("Before the first trial").wait_for()
         press_until(page, "Trial 1 of 2")
         page.keyboard.press("n")
@@ -102,7 +126,7 @@ def test_a_short_day(page, tmp_path):
     assert is_being_written(run)
     with console(tmp_path) as (_, address):
         page.goto(address)
-        page.get_by_role("link", name="Live", exact=True).click()
+        to_live(page, "Live")
         page.locator(".state-paused").wait_for()
         page.keyboard.press("p")
         page.locator(".state-paused").wait_for(state="detached")
@@ -114,7 +138,7 @@ def test_a_short_day(page, tmp_path):
         page.goto(address.partition("/?")[0])
         page.get_by_role("button", name="Go on").click()
         confirm(page)
-        page.get_by_role("link", name="See it").click()
+        to_live(page, "See it")
         page.get_by_role("button", name="Stop").wait_for()
         page.keyboard.press("s")
         confirm(page, "enough")
