@@ -33,6 +33,12 @@ def add_arguments(parser: ArgumentParser) -> None:
         help="of the screens (default: the study's)",
     )
     parser.add_argument(
+        "--population",
+        metavar="NAME",
+        help="who is simulated: biet2007 (default), realistic (with people's habits), or a TOML "
+        "file",
+    )
+    parser.add_argument(
         "--plate", default=PLATE, metavar="SPEC", help="mock, with options (default: mock)"
     )
     add_contact(parser)
@@ -49,12 +55,17 @@ def run(args: Namespace) -> int:
     from rich.console import Console  # noqa: PLC0415 - `slipscale --help` stays instant
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn  # noqa: PLC0415
 
+    from experiments.participants.population import read_population  # noqa: PLC0415
     from experiments.running.pilot import next_folder, pilot_plans, run_pilot  # noqa: PLC0415
 
     defaults = here()
     say(defaults)
     plans = pilot_plans(
-        args.study, participants=args.participants, seed=args.seed, language=args.language
+        args.study,
+        participants=args.participants,
+        seed=args.seed,
+        language=args.language,
+        population=read_population(args.population) if args.population else None,
     )
     folder = args.out or next_folder(defaults.pilots)
     console = Console()
@@ -100,6 +111,7 @@ def repeated(args: Namespace, folder: Path) -> str:
         "--participants": args.participants,
         "--seed": args.seed,
         "--language": args.language,
+        "--population": args.population,
         "--plate": None if args.plate == PLATE else args.plate,
         "--position": args.position,
         "--force": args.force,

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.planning.simulation import Task, simulate_ratings
 from analysis.statistics import batched
 from analysis.statistics.regression import fit_lines
 from faults import UserError
@@ -27,9 +28,6 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Sensation is tabulated at this many places of the population, and interpolated.
-PLACES = 241
-FARTHEST = 6.0
 #: Estimates simulated at a time: 0.4 GB of them, and a few times that while tests are computed.
 MOST_ANSWERS = 50_000_000
 
@@ -88,22 +86,11 @@ def simulate(
     -------
     array, shape (studies, participants, amplitudes)
     """
-    from experiments.participants.population import sensation  # noqa: PLC0415 - loads SciPy
-
-    grid = np.linspace(-FARTHEST, FARTHEST, PLACES)
-    shape = (studies, participants)
-    shared = np.sqrt(population.shared) * rng.normal(size=(*shape, 1))
-    own = np.sqrt(population.own) * rng.normal(size=(*shape, len(amplitudes)))
-    trial = np.sqrt(population.trial_to_trial) * rng.normal(
-        size=(*shape, len(amplitudes), repetitions)
+    task = Task(amplitudes_um_pp=tuple(amplitudes), repetitions=repetitions)
+    ratings = simulate_ratings(
+        task, participants=participants, studies=studies, population=population, rng=rng
     )
-    deviates = np.clip((shared + own)[..., None] + trial, -FARTHEST, FARTHEST)
-    felt = np.empty_like(deviates)
-    for place, amplitude in enumerate(amplitudes):
-        curve = np.array([sensation(float(amplitude), float(deviate)) for deviate in grid])
-        felt[:, :, place] = np.interp(deviates[:, :, place], grid, curve)
-    # People answer in whole hundredths of their scale, so that ties and zeros occur.
-    return np.asarray(np.round(felt).mean(axis=-1))
+    return ratings.means(len(amplitudes))
 
 
 def _signed_rank_p(low: Array, high: Array) -> Array:

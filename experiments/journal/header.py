@@ -19,9 +19,12 @@ def header(
     plan: RunPlan, plate: PlateDriver, spec: str, answered_by: str, masking: str
 ) -> dict[str, Any]:
     """Return the journal's first record: all that is needed to resume or to analyse."""
+    told = asdict(plan)
+    if not plan.population:
+        del told["population"]  # a person's run has none
     return {
         "format": FORMAT,
-        **asdict(plan),
+        **told,
         "answered_by": answered_by,
         "masking_noise": masking,
         "study_hash": study_hash(plan.study_text),

@@ -45,6 +45,10 @@ class Journal:
         The file. `create` makes it, `reopen` continues it.
     clock : Clock
         Dates the records.
+    synced : bool
+        Whether each record waits for the disk. Without it (a pilot, whose answers can be had again)
+        a record is handed to the system, so that a killed process loses none and only a power cut
+        could, and the disk is waited for once, at the end.
 
     Raises
     ------
@@ -61,8 +65,17 @@ class Journal:
         Told a sentence when that happens.
     """
 
-    def __init__(self, path: Path, clock: Clock, *, stream: FileIO, records: list[Record]) -> None:
+    def __init__(
+        self,
+        path: Path,
+        clock: Clock,
+        *,
+        stream: FileIO,
+        records: list[Record],
+        synced: bool = True,
+    ) -> None:
         self.path = path
+        self.synced = synced
         self.records = records
         self.lost: Path | None = None
         self.tell: Callable[[str], None] = _tell_on_standard_error
@@ -76,7 +89,7 @@ class Journal:
             raise
 
     @classmethod
-    def create(cls, path: Path, clock: Clock, *, private: bool = True) -> Self:
+    def create(cls, path: Path, clock: Clock, *, private: bool = True, synced: bool = True) -> Self:
         """Make a new journal; an existing one is never overwritten.
 
         With ``private``, only its owner may read it, where the system knows owners. A file
@@ -87,7 +100,7 @@ class Journal:
             mode = OWNER_ONLY if private else AS_USUAL
             stream = _new_file(path, mode)
         except FileExistsError:
-            journal = cls.reopen(path, clock)
+            journal = cls.reopen(path, clock, synced=synced)
             if not journal.records:
                 return journal
             journal.close()
@@ -97,17 +110,18 @@ class Journal:
             ) from None
         except OSError as error:
             raise UserError(f"journal {path}: {error.strerror}") from None
-        _sync_folder(path.parent)
-        return cls(path, clock, stream=stream, records=[])
+        if synced:
+            _sync_folder(path.parent)
+        return cls(path, clock, stream=stream, records=[], synced=synced)
 
     @classmethod
-    def reopen(cls, path: Path, clock: Clock) -> Self:
+    def reopen(cls, path: Path, clock: Clock, *, synced: bool = True) -> Self:
         """Continue an interrupted journal, without its torn last line if it has one."""
         try:
             stream = path.open("r+b", buffering=0)
         except OSError as error:
             raise UserError(f"journal {path}: {error.strerror}") from None
-        journal = cls(path, clock, stream=stream, records=[])
+        journal = cls(path, clock, stream=stream, records=[], synced=synced)
         try:
             journal._take_stock()
         except UserError:
@@ -143,7 +157,8 @@ class Journal:
             ) from None
         self.records.append(record)
         self._unfinished = False
-        locks.refresh(self.path)
+        if self.synced:  # nobody waits for a pilot long enough to take it for gone
+            locks.refresh(self.path)
         return record
 
     def _put(self, line: bytes) -> None:
@@ -151,7 +166,8 @@ class Journal:
         # Unbuffered: what a full disk refused must not come again at the next try or the end.
         while line:
             line = line[self._stream.write(line) :]
-        os.fsync(self._stream.fileno())
+        if self.synced:
+            os.fsync(self._stream.fileno())
 
     def _in_place(self) -> bool:
         """Return whether the open file is still the one that the path names."""
@@ -210,6 +226,9 @@ class Journal:
 
     def close(self) -> None:
         """Close the file and give up the lock; a journal that never began leaves no file."""
+        if not self.synced:
+            with suppress(OSError):  # what a full disk refused was told at its record
+                os.fsync(self._stream.fileno())
         self._let_go()
         if not self.records:
             with suppress(OSError):

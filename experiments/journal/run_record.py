@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,19 +22,22 @@ PACKAGES = ("slipscale", "numpy", "psychopy")
 
 def software() -> dict[str, str]:
     """Return the versions of what a run's data can depend on, without importing it."""
-    found = {"python": platform.python_version()}
-    for package in PACKAGES:
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "not installed"
-    return found
+    return {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
+
+
+@cache
+def _version(package: str) -> str:
+    """Return an installed package's version: a look-up of milliseconds, and none changes."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "not installed"
 
 
 def plan_from(record: Record) -> RunPlan:
     """Return the plan that a journal's header holds."""
     # Journals written before orders had a version were drawn with the first.
-    data = {"order_version": 1, **record.data}
+    data = {"order_version": 1, "population": "", **record.data}
     return RunPlan(**{name: data[name] for name in RunPlan.__dataclass_fields__})
 
 

@@ -24,8 +24,14 @@ def languages() -> list[str]:
     >>> "en" in languages()
     True
     """
+    return list(_languages())
+
+
+@cache
+def _languages() -> tuple[str, ...]:
+    # Looked up at every run of a pilot; no language comes while a program runs.
     names = (entry.name for entry in files("experiments").joinpath("languages").iterdir())
-    return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
+    return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
 
 
 def flatten(table: Mapping[str, Any], prefix: str = "") -> dict[str, str]:
@@ -64,8 +70,10 @@ def load_texts(
     UserError
         No such language, or a replacement that would fail in the middle of a session.
     """
-    if language not in languages():
+    if language not in _languages():
         raise UserError(f"language '{language}': expected one of {', '.join(languages())}")
+    if not replacements and not brought:
+        return shipped_texts(language)
     faults = text_faults(language, replacements or {}, brought)
     if faults:
         told = (f"texts.{language}.{key}: {sentence}" for key, sentence in faults)

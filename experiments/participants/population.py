@@ -1,42 +1,34 @@
 """The simulated population: who the pilot's participants are, with a source for each number.
 
-A participant *i* feels a surface of amplitude *A* as a sensation between 0 (not slippery) and
-100 (the most slippery surface imaginable). Across the population the sensation at *A* follows a
-beta distribution on 0-100; a participant's place in it comes from a Gaussian copula: one part
-shared by all amplitudes (some people find everything slippery), one part for each amplitude, one
-for each trial.
+A participant feels a surface of amplitude *A* as a sensation between 0 (not slippery) and 100 (the
+most slippery surface imaginable). Across the population the sensation at *A* follows a beta
+distribution on 0-100; a participant's place in it, a standard normal deviate, is
 
-====================== ======================= ==============================================
-what                   value                   source
-====================== ======================= ==============================================
-mean sensation         12.75, 19.58, 56.25,    Biet 2007, Table III: mean, at 0, 0.5, 1.2 and
-                       81.33                   2.3 µm p-p
-spread of sensation    12.75, 8.11, 8.82,      Biet 2007, Table III: standard deviation (read
-                       10.76                   as the sample's)
-between amplitudes     monotone cubic          our assumption: Table III has four amplitudes
-shared part            0.3 of the variance     our assumption: the published table leaves the
-                                               pairing open
-trial-to-trial part    0.15 of the variance    our assumption
-scale top              10, 20, 50, 100, 1000   our assumption: free-modulus scales are round
-                                               numbers over decades
-least step             1 in 100 of the top     our assumption
-noticing a difference  d' = change of mean     our assumption, so that each step of the paper's
-                       sensation / 2.2,        descent is felt by nearly all ("all of the
-                       criterion 1.6           subjects feel clearly the difference")
-exploration            log-normal, 3 s, 0.3    our assumption (median, sigma of the logarithm)
-time to answer         log-normal, 2 s, 0.4    our assumption
-textures               the mean amplitude      our assumption
-                       over a stroke
-words                  "less slippery", ...    Biet 2007, Section IV-B: "less slippery"
-====================== ======================= ==============================================
+    sqrt(1 - t) (cos(angle(A)) intercept + sin(angle(A)) exponent) + sqrt(t) noise
+
+with two numbers of the person's own and one of each trial. The angle grows with log(1 + A / 0.5 µm)
+from one end of the amplitudes to the other, so that a person's own curve is smooth: some find
+everything slippery (intercept), with some it grows faster (exponent). At every amplitude the
+distribution over the population stays as it is, however many amplitudes a study has.
+
+Each number has its source beside it. The shipped populations are `POPULATIONS`; a laboratory
+writes its own as a TOML file with the same keys.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache, lru_cache
+import math
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
 from statistics import NormalDist
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from experiments.participants.habits import REALISTIC, Habits
+from faults import UserError
+from faults.toml_file import parse_toml
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -45,88 +37,240 @@ if TYPE_CHECKING:
 AMPLITUDE_UM_PP = (0.0, 0.5, 1.2, 2.3)
 MEAN_SENSATION = (12.75, 19.58, 56.25, 81.33)
 SD_SENSATION = (12.75, 8.11, 8.82, 10.76)
-# Sensations kept for the next who feels the same: a power analysis draws millions.
-MOST_KEPT = 2**15
+# A person's curve turns most where sensation does: our assumption.
+TURN_UM_PP = 0.5
+# Amplitudes kept for the next who feels the same: an adaptive method presents ever new ones.
+MOST_KEPT = 2**12
+
+Share = Annotated[float, Field(ge=0, le=1)]
+AboveZero = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Percent = Annotated[float, Field(gt=0, lt=100)]
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Population:
-    """The assumptions, to be varied.
+class Population(BaseModel):
+    """The assumptions, to be varied. Each field's description ends with its source."""
 
-    Parameters
-    ----------
-    shared, trial_to_trial : float
-        Parts of the variance; the rest is each amplitude's own. Together at most 1.
-    scale_tops : tuple of float
-        Each participant has one of them.
-    criterion, noise : float
-        A change of sensation by ``x`` is noticed with d' = x / noise against the criterion.
-    exploration_s, exploration_sigma, answer_s, answer_sigma : float
-        Medians in seconds, and standard deviations of the natural logarithm.
-    """
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    shared: float = 0.3
-    trial_to_trial: float = 0.15
-    scale_tops: tuple[float, ...] = (10.0, 20.0, 50.0, 100.0, 1000.0)
-    criterion: float = 1.6
-    noise: float = 2.2
-    exploration_s: float = 3.0
-    exploration_sigma: float = 0.3
-    answer_s: float = 2.0
-    answer_sigma: float = 0.4
+    name: str = Field(default="biet2007", description="What reports call it.")
+    amplitude_um_pp: tuple[NotNegative, ...] = Field(
+        default=AMPLITUDE_UM_PP,
+        min_length=2,
+        description="Where the sensation is known, ascending; between them it follows a monotone "
+        "cubic, outside them the ends are held. Biet 2007, Table III; between: our assumption.",
+    )
+    mean_sensation: tuple[Percent, ...] = Field(
+        default=MEAN_SENSATION,
+        description="Mean at each, 0 to 100. Biet 2007, Table III.",
+    )
+    sd_sensation: tuple[AboveZero, ...] = Field(
+        default=SD_SENSATION,
+        description="Standard deviation at each. Biet 2007, Table III (read as the sample's).",
+    )
+    shared: Share = Field(
+        default=0.55,
+        description="Part of the variance at the ends of the amplitudes that is the person's "
+        "intercept; what the trial leaves is the exponent's. Our assumption: the published table "
+        "leaves the pairing open; sensations at the two ends then correlate by 0.29.",
+    )
+    trial_to_trial: Share = Field(
+        default=0.15, description="Part of the variance that is each trial's. Our assumption."
+    )
+    noise_sigma: NotNegative = Field(
+        default=0.25,
+        description="People's own trial-to-trial noise: standard deviation of its logarithm. Our "
+        "assumption.",
+    )
+    scale_tops: tuple[AboveZero, ...] = Field(
+        default=(10.0, 20.0, 50.0, 100.0, 1000.0),
+        min_length=1,
+        description="Each participant has one of them. Our assumption: free-modulus scales are "
+        "round numbers over decades; the least step is 1 in 100 of it.",
+    )
+    criterion: NotNegative = Field(
+        default=1.6,
+        description="A change by x is noticed with d' = x / noise against it. Our assumption, so "
+        "that nearly all feel the paper's steps (\"all of the subjects feel clearly the "
+        'difference").',
+    )
+    criterion_sd: NotNegative = Field(
+        default=0.3, description="Spread of people's criteria. Our assumption."
+    )
+    noise: AboveZero = Field(
+        default=2.2, description="Change of sensation of d' = 1, median person. Our assumption."
+    )
+    threshold_sigma: NotNegative = Field(
+        default=0.25,
+        description="People's own thresholds: standard deviation of the logarithm of their noise. "
+        "Our assumption.",
+    )
+    exploration_s: AboveZero = Field(default=3.0, description="Median. Our assumption.")
+    exploration_sigma: NotNegative = Field(
+        default=0.3, description="Of the logarithm, trial to trial. Our assumption."
+    )
+    answer_s: AboveZero = Field(default=2.0, description="Median. Our assumption.")
+    answer_sigma: NotNegative = Field(
+        default=0.4, description="Of the logarithm, trial to trial. Our assumption."
+    )
+    pace_sigma: NotNegative = Field(
+        default=0.25,
+        description="People's own pace of exploring and answering: standard deviation of its "
+        "logarithm. Our assumption.",
+    )
+    reading_words_per_minute: AboveZero = Field(
+        default=238.0,
+        description="Silent reading. Brysbaert 2019, J. Mem. Lang. 109, 104047: mean of 190 "
+        "studies.",
+    )
+    reading_sigma: NotNegative = Field(
+        default=0.14,
+        description="Of the logarithm, between people. Brysbaert 2019: most adults read 175 to "
+        "300 words a minute.",
+    )
+    screen_s: NotNegative = Field(
+        default=1.0, description="Of each screen beside its words. Our assumption."
+    )
+    habits: Habits = Field(
+        default=Habits(), description="What people do beside answering; all off by default."
+    )
 
-    def __post_init__(self) -> None:
-        if not (0 <= self.shared <= 1 and 0 <= self.trial_to_trial <= 1 - self.shared):
-            raise ValueError("shared and trial_to_trial are parts of one variance")
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        known = self.amplitude_um_pp
+        if not len(known) == len(self.mean_sensation) == len(self.sd_sensation):
+            raise ValueError(
+                "expected as many values of amplitude_um_pp, mean_sensation and sd_sensation"
+            )
+        if any(low >= high for low, high in pairwise(known)):
+            raise ValueError("amplitude_um_pp: expected them to ascend")
+        if self.shared + self.trial_to_trial > 1:
+            raise ValueError(
+                "shared and trial_to_trial are parts of one variance: expected at most 1 together"
+            )
+        for mean, sd in zip(self.mean_sensation, self.sd_sensation, strict=True):
+            if sd**2 >= mean * (100 - mean):
+                raise ValueError(f"no distribution on 0 to 100 has mean {mean:g} and SD {sd:g}")
+        return self
 
     @property
     def own(self) -> float:
-        """The part of the variance that is each amplitude's own."""
-        return 1 - self.shared - self.trial_to_trial
+        """The part of the variance that is the person's exponent."""
+        return max(1 - self.shared - self.trial_to_trial, 0.0)
+
+    def angle(self, amplitude_um_pp: float) -> float:
+        """Return how far a person's curve has turned from intercept to exponent, in radians.
+
+        At the two ends the sine's square is the exponent's part of what is the person's.
+        """
+        low, high = (math.log1p(a / TURN_UM_PP) for a in self._ends)
+        at = math.log1p(self.within(amplitude_um_pp) / TURN_UM_PP)
+        largest = math.atan2(math.sqrt(self.own), math.sqrt(self.shared))
+        return largest * (2 * (at - low) / (high - low) - 1)
+
+    def within(self, amplitude_um_pp: float) -> float:
+        """Hold an amplitude (a reading of a vibrating plate, with its noise) inside the table."""
+        low, high = self._ends
+        return min(max(amplitude_um_pp, low), high)
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        return self.amplitude_um_pp[0], self.amplitude_um_pp[-1]
 
 
-@cache
-def _curves() -> tuple[Callable[[float], float], Callable[[float], float]]:
-    """Return mean and standard deviation of sensation as monotone curves of amplitude."""
-    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - half a second, pilots only
+class Curves:
+    """Sensation as a function of amplitude, of one population; `curves` returns them."""
 
-    return (
-        PchipInterpolator(AMPLITUDE_UM_PP, MEAN_SENSATION, extrapolate=False),
-        PchipInterpolator(AMPLITUDE_UM_PP, SD_SENSATION, extrapolate=False),
-    )
+    def __init__(self, population: Population) -> None:
+        from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - half a second
+
+        known = population.amplitude_um_pp
+        self._population = population
+        self._mean = PchipInterpolator(known, population.mean_sensation, extrapolate=False)
+        self._sd = PchipInterpolator(known, population.sd_sensation, extrapolate=False)
+        self._known: dict[float, tuple[float, float, float, float, float]] = {}
+
+    def mean(self, amplitude_um_pp: float) -> float:
+        """Return the population's mean sensation (0-100) at an amplitude; the ends are held."""
+        return self._at(amplitude_um_pp)[0]
+
+    def turns(self, amplitude_um_pp: float) -> tuple[float, float]:
+        """Return the weights of a person's intercept and exponent at an amplitude."""
+        return self._at(amplitude_um_pp)[3:]
+
+    def sensation(self, amplitude_um_pp: float, deviate: float) -> float:
+        """Return the sensation (0-100) of somebody at a place in the population.
+
+        Parameters
+        ----------
+        amplitude_um_pp : float
+            What the finger feels.
+        deviate : float
+            The place, as a standard normal deviate.
+        """
+        from scipy.special import betaincinv  # noqa: PLC0415 - pilots only
+
+        _, a, b, _, _ = self._at(amplitude_um_pp)
+        return 100 * float(betaincinv(a, b, PLACE.cdf(deviate)))
+
+    def shapes(self, amplitude_um_pp: float) -> tuple[float, float]:
+        """Return the two parameters of the beta distribution at an amplitude."""
+        return self._at(amplitude_um_pp)[1:3]
+
+    def _at(self, amplitude_um_pp: float) -> tuple[float, float, float, float, float]:
+        found = self._known.get(amplitude_um_pp)
+        if found is None:
+            people = self._population
+            felt = people.within(amplitude_um_pp)
+            mean = float(self._mean(felt)) / 100
+            sd = float(self._sd(felt)) / 100
+            concentration = mean * (1 - mean) / sd**2 - 1
+            angle = people.angle(felt)
+            person = math.sqrt(1 - people.trial_to_trial)
+            found = (
+                100 * mean,
+                mean * concentration,
+                (1 - mean) * concentration,
+                person * math.cos(angle),
+                person * math.sin(angle),
+            )
+            if len(self._known) >= MOST_KEPT:
+                self._known.clear()
+            self._known[amplitude_um_pp] = found
+        return found
 
 
-@lru_cache(MOST_KEPT)
-def mean_sensation(amplitude_um_pp: float) -> float:
-    """Return the population's mean sensation (0-100) at an amplitude; the ends are held."""
-    return float(_curves()[0](_within(amplitude_um_pp)))
+PLACE = NormalDist()
 
 
-@lru_cache(MOST_KEPT)
-def sensation(amplitude_um_pp: float, deviate: float) -> float:
-    """Return the sensation (0-100) of somebody at a place in the population.
+@lru_cache(maxsize=64)
+def curves(population: Population) -> Curves:
+    """Return a population's curves, made once."""
+    return Curves(population)
 
-    Parameters
-    ----------
-    amplitude_um_pp : float
-        What the finger feels.
-    deviate : float
-        The place, as a standard normal deviate.
 
-    Notes
-    -----
-    The beta distribution has the mean and standard deviation of the curves at that amplitude.
+POPULATIONS: dict[str, Callable[[], Population]] = {
+    "biet2007": Population,
+    "realistic": lambda: Population(name="realistic", habits=REALISTIC),
+}
+
+
+def read_population(name: str) -> Population:
+    """Return a shipped population by name, or one that a TOML file describes.
+
+    Raises
+    ------
+    UserError
+        There is neither, or the file has faults: all are told at once, each with its line.
     """
-    from scipy.stats import beta  # noqa: PLC0415 - half a second, pilots only
-
-    felt = _within(amplitude_um_pp)
-    mean = float(_curves()[0](felt)) / 100
-    sd = float(_curves()[1](felt)) / 100
-    concentration = mean * (1 - mean) / sd**2 - 1
-    place = NormalDist().cdf(deviate)
-    return 100 * float(beta.ppf(place, mean * concentration, (1 - mean) * concentration))
-
-
-def _within(amplitude_um_pp: float) -> float:
-    """Hold an amplitude (a reading of a vibrating plate, with its noise) inside the table."""
-    return min(max(amplitude_um_pp, AMPLITUDE_UM_PP[0]), AMPLITUDE_UM_PP[-1])
+    if name in POPULATIONS:
+        return POPULATIONS[name]()
+    try:
+        text = Path(name).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise UserError(
+            f"population '{name}': {reason}; expected a TOML file or one of the shipped "
+            f"populations: {', '.join(POPULATIONS)}"
+        ) from None
+    return parse_toml(text, name, Population)

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from experiments.dataset.schema import columns
-from experiments.participants.simulated import unanswered
+from experiments.participants.respondent import unanswered
 from experiments.protocols.randomisation import Stream
 from experiments.protocols.steps import (
     Adjust,

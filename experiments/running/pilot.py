@@ -20,7 +20,8 @@ from experiments.journal.run_record import (
     is_mock,
     read_plan,
 )
-from experiments.participants.simulated import SimulatedParticipant
+from experiments.participants.population import Population
+from experiments.participants.simulated import GAVE_UP, SimulatedParticipant
 from experiments.running.contact import (
     NOT_NAMED,
     ContactSpecs,
@@ -45,11 +46,19 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
+    from experiments.journal.record import Record
+
+MOCK = "mock"  # the plate without faults
 FRAME_S = 0.01  # how often a finger that is measured is looked at
 
 
 def pilot_plans(
-    study_name: str, *, participants: int | None, seed: int | None, language: str | None
+    study_name: str,
+    *,
+    participants: int | None,
+    seed: int | None,
+    language: str | None,
+    population: Population | None = None,
 ) -> list[RunPlan]:
     """Return the runs of a pilot: of each participant every session and run that is planned.
 
@@ -59,12 +68,15 @@ def pilot_plans(
         A study file, or a shipped study's name.
     participants, seed, language
         In place of the study's own.
+    population : Population, optional
+        Who is simulated; default: the shipped one.
     """
     study, text = read_study(study_name)
     count = study.participants if participants is None else participants
     if count < 1:
         raise UserError(f"--participants {count}: expected 1 or more")
     width = max(2, len(str(count)))
+    people = (population or Population()).model_dump_json()
     return [
         RunPlan(
             study_name=study_name,
@@ -75,6 +87,7 @@ def pilot_plans(
             seed=study.seed if seed is None else seed,
             language=language or study.language,
             mode="pilot",
+            population=people,
         )
         for number in range(1, count + 1)
         for session in study.sessions or ("",)
@@ -124,8 +137,8 @@ def _entries(folder: Path) -> Iterator[Path]:
 
 def _same(one: RunPlan, other: RunPlan) -> bool:
     """Return whether two plans are of one pilot, wherever the study file lay."""
-    return (one.study_text, one.seed, one.language, one.mode) == (
-        (other.study_text, other.seed, other.language, other.mode)
+    return (one.study_text, one.seed, one.language, one.mode, one.population) == (
+        (other.study_text, other.seed, other.language, other.mode, other.population)
     )
 
 
@@ -133,7 +146,7 @@ def run_pilot(
     folder: Path,
     plans: list[RunPlan],
     *,
-    spec: str = "mock",
+    spec: str = MOCK,
     contact: ContactSpecs | None = None,
     tell: Callable[[str], None],
 ) -> None:
@@ -172,25 +185,53 @@ def run_pilot(
 
 
 def run_simulated(
-    folder: Path, plan: RunPlan, spec: str, contact: ContactSpecs | None = None
+    folder: Path,
+    plan: RunPlan,
+    spec: str,
+    contact: ContactSpecs | None = None,
+    *,
+    synced: bool | None = None,
 ) -> None:
     """Run one simulated participant, or the rest of an interrupted run.
 
     The plate has the limits of the study's plate file, and says whose they are. What measures the
-    finger is the study's, simulated, unless it is named.
+    finger is the study's, simulated, unless it is named. Who gave up in a run is not asked on, nor
+    invited to their next one.
+
+    Parameters
+    ----------
+    folder : Path
+        The data set.
+    plan : RunPlan
+    spec : str
+        The plate.
+    contact : ContactSpecs, optional
+    synced : bool, optional
+        Whether each record waits for the disk; default: where the plate has faults on order.
     """
+    if synced is None:
+        synced = spec != MOCK
     contact = contact or simulated(of_study(plan.study))
     spec = with_plate_file(spec, plan.study.plate.file)
     path = plan.journal_path(folder)
+    population = (
+        Population.model_validate_json(plan.population) if plan.population else Population()
+    )
+    plan = replace(plan, population=population.model_dump_json())
     clock = VirtualClock()
     if holds_records(path):
-        records = read_plan(path)[1]
-        if is_complete(records):
+        begun, records = read_plan(path)
+        if is_complete(records) or gave_up(records):
             return
+        if not begun.population:
+            raise UserError(
+                f"journal {path}: its simulated people are of an earlier Slipscale, which this one "
+                "no longer has; begin the pilot anew, in another folder"
+            )
         clock = VirtualClock(elapsed_s(records))
-        opened = Journal.reopen(path, clock)
+        opened = Journal.reopen(path, clock, synced=synced)
     else:
-        opened = Journal.create(path, clock, private=plan.study.private_files)
+        opened = Journal.create(path, clock, private=plan.study.private_files, synced=synced)
     with (
         opened as journal,
         plate_for(plan, spec, clock) as plate,
@@ -204,9 +245,13 @@ def run_simulated(
             feel=plate.vibration_um_pp,
             clock=clock,
             language=plan.language,
+            population=population,
+            planned=plan.planned_trials(),
             answers=plan.simulated_answers(),
             frame_s=FRAME_S if contact.used else None,
         )
+        if plan.visit and person.respondent.drops_out:
+            return
         surroundings = Surroundings(
             clock=clock,
             seed=plan.seed,
@@ -222,4 +267,11 @@ def run_simulated(
             clock=clock,
             operator=UnattendedOperator(),
             sources=open_sources(contact, surroundings, stack),
+            steps=person.attend(plan.steps()),
         )
+
+
+def gave_up(records: list[Record]) -> bool:
+    """Return whether a simulated participant dropped out of a run."""
+    last = records[-1]
+    return last.kind == "stop" and last.data["reason"] == GAVE_UP

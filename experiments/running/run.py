@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from experiments.journal.journal import Journal
     from experiments.participants.base import Participant
+    from experiments.protocols.steps import Steps
     from experiments.running.contact import NamedSource
     from experiments.session.markers import Markers
     from experiments.session.masking import Noise
@@ -50,6 +51,7 @@ def run_plan(
     unblind: bool = False,
     sources: Mapping[Kind, NamedSource] | None = None,
     tracking: ResonanceTracking | None = None,
+    steps: Steps | None = None,
 ) -> RunOutcome:
     """Run a plan from the journal's end to the run's.
 
@@ -63,6 +65,8 @@ def run_plan(
         Connected sources of position and force.
     tracking : ResonanceTracking, optional
         Looks for the resonance between trials.
+    steps : generator, optional
+        The plan's steps, where somebody takes note of them on their way.
     """
     contact = describe_contact(sources or {}, plate)
     masking = "on" if noise else "absent"
@@ -73,7 +77,7 @@ def run_plan(
     if markers and markers.names:
         journal.write("markers", outputs=list(markers.names))
     session = Session(
-        steps=plan.steps(),
+        steps=steps or plan.steps(),
         plate=plate,
         participant=participant,
         journal=journal,

@@ -69,6 +69,9 @@ class RunPlan:
         Told in every record, so that a pilot can never pass for a person.
     order_version : int
         The rule that orders are drawn by; an older one only to go on with a run of its time.
+    population : str
+        Whom a pilot simulates, all numbers as JSON (`experiments.participants.population`); empty
+        for a person's run.
     """
 
     study_name: str
@@ -80,6 +83,7 @@ class RunPlan:
     language: str
     mode: Mode
     order_version: int = ORDER_VERSION
+    population: str = ""
 
     def __post_init__(self) -> None:
         if self.order_version not in range(1, ORDER_VERSION + 1):

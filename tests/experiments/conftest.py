@@ -7,6 +7,7 @@ import pytest
 
 from experiments.journal.journal import Journal
 from experiments.journal.run_record import elapsed_s, read_plan
+from experiments.participants.population import Population
 from experiments.participants.simulated import SimulatedParticipant
 from experiments.running.run import run_plan
 from experiments.session.operator import UnattendedOperator
@@ -25,6 +26,7 @@ def make_plan(text=None, **changes):
             "seed": 2007,
             "language": "en",
             "mode": "pilot",
+            "population": Population().model_dump_json(),
         }
         | changes
     )
@@ -56,6 +58,7 @@ class Laboratory:
         self.plate = open_plate(spec or self.spec, clock=self.clock, seed=plan.seed)
         with journal, self.plate:
             self.person = (person or self.simulated)(plan)
+            simulated = isinstance(self.person, SimulatedParticipant)
             return run_plan(
                 plan,
                 spec=spec or self.spec,
@@ -66,6 +69,7 @@ class Laboratory:
                 operator=operator or UnattendedOperator(),
                 unblind=unblind,
                 **heard,
+                steps=self.person.attend(plan.steps()) if simulated else None,
             )
 
     def simulated(self, plan):

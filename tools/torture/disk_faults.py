@@ -143,8 +143,8 @@ def below_the_journal(disk: Disk) -> Iterator[None]:
     write = Journal.write
     close = Journal.close
 
-    def __init__(journal, path, clock, *, stream, records):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, N807
-        begin(journal, path, clock, stream=Stream(stream, disk), records=records)  # type: ignore[arg-type]
+    def __init__(journal, path, clock, *, stream, records, synced=True):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, N807
+        begin(journal, path, clock, stream=Stream(stream, disk), records=records, synced=synced)  # type: ignore[arg-type]
 
     def writing(journal, kind, **data):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN003, ANN202
         if disk.fault in GONE and disk.writes == disk.at and not disk.struck:

@@ -69,10 +69,10 @@ class Calls:
             setattr(os, name, self._counted(getattr(os, name)))
         begin, text = Journal.__init__, Path.write_text
 
-        def __init__(journal, path, clock, *, stream, records):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, N807
+        def __init__(journal, path, clock, *, stream, records, synced=True):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, N807
             below = Stream(stream, self)  # type: ignore[arg-type]
             below.truncate = self._counted(below.truncate)
-            begin(journal, path, clock, stream=below, records=records)  # type: ignore[arg-type]
+            begin(journal, path, clock, stream=below, records=records, synced=synced)  # type: ignore[arg-type]
 
         def write_text(path: Path, data: str, **how: Any) -> int:
             text(path, data[: len(data) // 2], **how)

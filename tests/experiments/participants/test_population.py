@@ -3,7 +3,10 @@
 from experiments.participants import population
 
 
-def test_what_is_kept_for_the_next_has_an_end():
-    """A power analysis draws millions of sensations, all of them different."""
-    for each in (population.sensation, population.mean_sensation):
-        assert each.cache_info().maxsize == population.MOST_KEPT
+def test_what_is_kept_for_the_next_has_an_end(monkeypatch):
+    """An adaptive method presents ever new amplitudes."""
+    monkeypatch.setattr(population, "MOST_KEPT", 10)
+    known = population.Curves(population.Population())
+    felt = [known.mean(number / 1000) for number in range(1000)]
+    assert len(known._known) <= 10
+    assert felt == sorted(felt)

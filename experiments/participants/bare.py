@@ -1,0 +1,129 @@
+"""A run without session, plate and journal: the protocol and the person alone, for planning.
+
+The same protocol is asked the same questions in the same order by the same person as in a full
+session on the mock plate, and gives the same answers, many times as fast. A texture is felt as
+the mean of its amplitude; in a session it is felt at moments of the stroke.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from experiments.participants.respondent import Respondent
+from experiments.participants.simulated import FELT_DIGITS
+from experiments.protocols.steps import (
+    Adjust,
+    Ask,
+    EndBlock,
+    EndTrial,
+    Explore,
+    Feedback,
+    Instruct,
+    Present,
+    Presented,
+    Reply,
+    Rest,
+    Silence,
+    Voided,
+)
+from faults import UserError
+from stimuli.texture import Grating
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from experiments.participants.population import Population
+    from experiments.protocols.steps import Answer, Step
+    from experiments.study.run_plan import RunPlan
+    from stimuli.surface import Surface
+
+# Who gives up does so when one of these comes.
+PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, EndBlock)
+
+
+def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[tuple[Step, Answer]]:
+    """Yield a run's steps, each with its answer, to the end or until the person gives up.
+
+    Parameters
+    ----------
+    plan : RunPlan
+    population : Population, optional
+        In place of the shipped default.
+    """
+    person = Respondent(
+        seed=plan.seed,
+        participant=plan.participant,
+        visit=plan.visit,
+        planned=plan.planned_trials(),
+        language=plan.language,
+        population=population,
+        answers=plan.simulated_answers(),
+    )
+    run = _Bare(person)
+    steps = plan.steps()
+    try:
+        step = next(steps)
+        while not (person.gives_up and isinstance(step, PERFORMED)):
+            person.now = step
+            answer = run.answers[type(step)](step)
+            yield step, answer
+            person.over(step, answer)
+            step = steps.send(answer)
+    except StopIteration:
+        return
+
+
+class _Bare:
+    """What is on the plate, what was felt, and the answer to each kind of step."""
+
+    def __init__(self, person: Respondent) -> None:
+        self.person = person
+        self.on_plate: Surface | None = None
+        self.answers: Mapping[type, Callable[[Any], Answer]] = {
+            Instruct: person.read,
+            Rest: person.read,
+            Explore: self.explore,
+            Feedback: person.read,
+            Ask: person.answer,
+            Adjust: self.adjust,
+            Present: self.present,
+            Silence: self.silence,
+            EndTrial: lambda _: Voided(),
+            EndBlock: lambda _: Voided(),
+        }
+
+    def present(self, step: Present) -> Presented:
+        if step.lead_in and step.lead_in[0].surface != self.on_plate:
+            before, explore = step.lead_in
+            self.person.begin(explore)
+            self.person.feels(explore, _felt_um_pp(before.surface))
+        self.on_plate = step.surface
+        mean_um_pp = _mean_um_pp(step.surface)
+        return Presented(
+            commanded_um_pp=mean_um_pp,
+            readback_um_pp=mean_um_pp,
+            readback_kind="simulated",
+            settled_by="simulated",
+            onset_s=0.0,
+        )
+
+    def explore(self, step: Explore) -> Reply:
+        duration_s = self.person.exploration_s(step)
+        self.person.feels(step, _felt_um_pp(self.on_plate))
+        return Reply(response_time_s=duration_s)
+
+    def adjust(self, step: Adjust) -> Reply:
+        raise UserError(
+            f"'{step.name}' is turned at the plate, which a bare run has not; expected a session"
+        )
+
+    def silence(self, _step: Silence) -> None:
+        self.on_plate = None
+
+
+def _felt_um_pp(surface: Surface | None) -> float:
+    return 0.0 if surface is None else round(_mean_um_pp(surface), FELT_DIGITS)
+
+
+def _mean_um_pp(surface: Surface) -> float:
+    return surface.mean_um_pp if isinstance(surface, Grating) else surface.amplitude_um_pp

@@ -1,0 +1,195 @@
+"""What people do beside answering what they feel: one number a habit, off unless it is given.
+
+The analysis that claims to see a habit is named with it; a test recovers each with it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+Share = Annotated[float, Field(ge=0, le=1)]
+# A wetted contact reaches its final friction in about this time (Dzidek et al. 2017, PLoS ONE 12,
+# e0188000: occlusion moistens the skin within some 20 s).
+SETTLING_S = 20.0
+# Rounding goes to a twentieth of the scale: 5 on a scale of 100.
+ROUND_TO_PERCENT = 5.0
+LEAST_PERCENT = 0.5  # stands in for a sensation of nothing where a logarithm is taken
+
+
+class Habits(BaseModel):
+    """Habits of answering; 0 is off. Each description ends with source and how it is seen."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    rounding: Share = Field(
+        default=0.0,
+        description="Share of the estimates that are rounded to a twentieth of the scale. Honda "
+        "2022, Sci. Rep. 12: multiples of 5 and 10 prevail. Seen by the share of round estimates.",
+        json_schema_extra={"realistic": 0.7},
+    )
+    carry_over: Annotated[float, Field(ge=-2, le=2)] = Field(
+        default=0.0,
+        description="Change of the log estimate by each µm (peak to peak) of the surface before: "
+        "above 0 is assimilation. Jesteadt, Luce and Green 1977, J. Exp. Psychol. HPP 3, 92-104, "
+        "for its being; its size is our assumption. Seen by order: log_slope_per_um_pp_before.",
+        json_schema_extra={"realistic": 0.03, "unit": "1/µm"},
+    )
+    lapses: Share = Field(
+        default=0.0,
+        description="Share of the questions that are answered at random. Wichmann and Hill 2001, "
+        "Percept. Psychophys. 63, 1293-1313: 0 to 5 %. Seen by false alarms in catch steps.",
+        json_schema_extra={"realistic": 0.02},
+    )
+    regression: Share = Field(
+        default=0.0,
+        description="Part by which log estimates shrink towards the middle of what was felt "
+        "before. Poulton 1979, Psychol. Bull. 86, 777-803. Seen by a smaller exponent.",
+        json_schema_extra={"realistic": 0.1},
+    )
+    range_effect: Share = Field(
+        default=0.0,
+        description="How far people fill their scale whatever the range: 1 gives every range the "
+        "same spread of log estimates. Teghtsoonian 1971, Percept. Psychophys. 10, 147-155: "
+        "exponents fall with the range. Seen by a larger exponent in a smaller range.",
+        json_schema_extra={"realistic": 0.1},
+    )
+    learning: Share = Field(
+        default=0.0,
+        description="Trial-to-trial noise falls as the trial's number to the power of minus this. "
+        "Our assumption. Seen by the residuals of the first and of the second half.",
+        json_schema_extra={"realistic": 0.1},
+    )
+    fatigue: Annotated[float, Field(ge=0, le=0.1)] = Field(
+        default=0.0,
+        description="Fall of the log estimate by each trial. Our assumption. Seen by order: "
+        "log_slope_per_trial.",
+        json_schema_extra={"realistic": 0.002, "unit": "1/trial"},
+    )
+    settling: Share = Field(
+        default=0.0,
+        description="Part of the sensation that is missing at first touch and comes with 20 s of "
+        "contact; a rest takes it away again. Dzidek 2017, PLoS ONE 12, e0188000, for the time; "
+        "the size is our assumption. Seen by order: log_slope_per_trial, above 0.",
+        json_schema_extra={"realistic": 0.1},
+    )
+    interval_bias: Annotated[float, Field(ge=-3, le=3)] = Field(
+        default=0.0,
+        description="Liking for the last interval of a comparison, in units of the noise of a "
+        "difference. García-Pérez and Alcalá-Quintana 2011, Front. Psychol. 2, 96, for its being; "
+        "its size is our assumption. Seen by the share of answers for the last interval.",
+        json_schema_extra={"realistic": 0.2, "unit": "d'"},
+    )
+    misread: Share = Field(
+        default=0.0,
+        description="Share of the people who rate how sticky a surface is, not how slippery. Our "
+        "assumption. Seen by the quality flag non_monotone.",
+        json_schema_extra={"realistic": 0.02},
+    )
+    dropout: Share = Field(
+        default=0.0,
+        description="Share of the people who stop before the end, at any trial alike. Our "
+        "assumption. Seen by runs that are not complete.",
+        json_schema_extra={"realistic": 0.03},
+    )
+
+
+REALISTIC = Habits(
+    **{
+        name: field.json_schema_extra["realistic"]
+        for name, field in Habits.model_fields.items()
+        if isinstance(field.json_schema_extra, dict)
+    }
+)
+
+
+@dataclass(frozen=True, slots=True)
+class History:
+    """What somebody felt in a task up to this trial; numbers, or arrays of many people at once.
+
+    Parameters
+    ----------
+    trials : int
+        How many, this one included.
+    log_sum, log_least, log_largest : float or array
+        Of the logarithms of the population's mean sensations at their amplitudes.
+    before_um_pp : float or array
+        The surface before, µm peak to peak; means nothing in the first trial.
+    contact_s : float or array
+        How long the finger has been on the plate since the last rest.
+    """
+
+    trials: int = 0
+    log_sum: Any = 0.0
+    log_least: Any = math.inf
+    log_largest: Any = -math.inf
+    before_um_pp: Any = 0.0
+    contact_s: Any = 0.0
+
+    def with_trial(self, log_sensation: Any, before_um_pp: Any) -> History:
+        """Return the history with one more trial."""
+        return History(
+            trials=self.trials + 1,
+            log_sum=self.log_sum + log_sensation,
+            log_least=np.minimum(self.log_least, log_sensation),
+            log_largest=np.maximum(self.log_largest, log_sensation),
+            before_um_pp=before_um_pp,
+            contact_s=self.contact_s,
+        )
+
+    def after_contact(self, contact_s: Any) -> History:
+        """Return the history with the finger on the plate for so long."""
+        return replace(self, contact_s=contact_s)
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """What the habits are measured by, of one population: its whole range of sensation.
+
+    Parameters
+    ----------
+    log_range : float
+        Logarithm of the largest over the smallest mean sensation.
+    middle_um_pp : float
+        Middle of the amplitudes, µm peak to peak: a surface before of that size changes nothing.
+    """
+
+    log_range: float
+    middle_um_pp: float
+
+
+def reported(percent: Any, habits: Habits, past: History, frame: Frame) -> Any:
+    """Return sensations (0-100) as habits have them reported, before lapses and rounding.
+
+    Parameters
+    ----------
+    percent : float or array
+        What is felt.
+    past : History
+        Of the same shape; this trial is its last.
+    """
+    log = np.log(np.maximum(percent, LEAST_PERCENT))
+    if habits.regression or habits.range_effect:
+        centre = past.log_sum / past.trials
+        span = past.log_largest - past.log_least
+        wide = span > LEAST_LOG_RANGE
+        stretch = np.where(wide, frame.log_range / np.where(wide, span, 1.0), 1.0)
+        log = centre + (1 - habits.regression) * stretch**habits.range_effect * (log - centre)
+    if habits.carry_over and past.trials > 1:
+        log = log + habits.carry_over * (past.before_um_pp - frame.middle_um_pp)
+    log = log - habits.fatigue * (past.trials - 1)
+    return np.exp(log) * (1 - habits.settling * np.exp(-past.contact_s / SETTLING_S))
+
+
+def distorts(habits: Habits) -> bool:
+    """Return whether `reported` changes anything."""
+    return any(getattr(habits, name) for name in DISTORTING)
+
+
+DISTORTING = ("carry_over", "regression", "range_effect", "fatigue", "settling")
+# Surfaces nearer than this (5 %) are no range to be filled.
+LEAST_LOG_RANGE = 0.05

@@ -1,0 +1,54 @@
+"""A pilot's journal: the same records however it is written, on disk at once where faults are."""
+
+import os
+
+import pytest
+
+from experiments.journal.run_record import read_plan
+from experiments.running.pilot import pilot_plans, run_simulated
+from faults import UserError
+
+
+@pytest.fixture
+def syncs(monkeypatch):
+    """Return the list that grows at each wait for the disk."""
+    found = []
+    monkeypatch.setattr(os, "fsync", lambda _descriptor: found.append(1))
+    return found
+
+
+@pytest.mark.parametrize(
+    "spec, each_record", [("mock", False), ("mock:fault=time_out@present/2", True)]
+)
+def test_a_pilot_waits_for_the_disk_once_a_run_unless_faults_are_tried(
+    tmp_path, syncs, spec, each_record
+):
+    (plan,) = pilot_plans("biet2007", participants=1, seed=1, language="en")
+    run_simulated(tmp_path, plan, spec)
+    records = len(read_plan(plan.journal_path(tmp_path))[1])
+    assert len(syncs) >= records if each_record else len(syncs) == 1
+
+
+def test_a_person_s_record_is_on_disk_before_the_next(laboratory, syncs):
+    laboratory.run()
+    assert len(syncs) >= len(laboratory.records())
+
+
+def test_a_pilot_s_records_are_those_of_a_journal_that_waits_for_the_disk(tmp_path, laboratory):
+    (plan,) = pilot_plans("biet2007", participants=1, seed=1, language="en")
+    run_simulated(tmp_path / "pilot", plan, "mock")
+    laboratory.run(plan)
+    here, there = (
+        [(r.time_s, r.kind, r.data) for r in read_plan(plan.journal_path(folder))[1][1:]]
+        for folder in (tmp_path / "pilot", laboratory.folder)
+    )
+    assert here == there
+
+
+def test_a_pilot_begun_by_a_version_with_other_people_is_not_gone_on_with(laboratory, plan):
+    old = plan(population="")
+    laboratory.run(old)
+    path = old.journal_path(laboratory.folder)
+    path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:20]))
+    with pytest.raises(UserError, match="begin the pilot anew"):
+        run_simulated(laboratory.folder, plan(), "mock")
