@@ -111,7 +111,7 @@ def undisturbed(plan: RunPlan) -> tuple[dict[str, bytes], int]:
     """Return a plan's data set, and how many writes it takes."""
     disk = Disk("none", -1)
     with folder() as dataset, below_the_journal(disk):
-        run_simulated(dataset, plan, "mock")
+        run_simulated(dataset, plan, "mock", synced=True)
         return content(dataset), disk.writes
 
 
@@ -123,12 +123,12 @@ def disturbed(dataset: Path, plan: RunPlan, disk: Disk, kept: list[Path]) -> Pat
     ):
         while disk.at >= 0:
             try:
-                run_simulated(dataset, plan, "mock")
+                run_simulated(dataset, plan, "mock", synced=True)
                 break
             except (Killed, UserError):
                 disk.revive()
         else:
-            run_simulated(dataset, plan, "mock")
+            run_simulated(dataset, plan, "mock", synced=True)
     return kept[0] if disk.fault in GONE and disk.struck else dataset
 
 

@@ -105,7 +105,7 @@ def in_a_process(dataset: Path, plan: RunPlan, at: int) -> int | None:
         try:
             calls = Calls(dataset, at)
             calls.watch()
-            run_simulated(dataset, plan, "mock")
+            run_simulated(dataset, plan, "mock", synced=True)
             build_dataset(dataset)
             os.write(writing, str(calls.count).encode())
             status = 0
@@ -147,7 +147,7 @@ def kill_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
                     shutil.copytree(base, made)
                 killed = in_a_process(made, plan, at) is None
                 try:
-                    run_simulated(made, plan, "mock")
+                    run_simulated(made, plan, "mock", synced=True)
                     problem = difference(made, expected)
                 except Exception as error:  # noqa: BLE001 - what is looked for
                     problem = repr(error)
