@@ -6,6 +6,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from analysis.cli.population_options import add_population, chosen_population
 from experiments.cli.sessions import add_contact, add_study, contact_specs
 from experiments.lab.defaults import here, say
 from faults import DONE
@@ -32,12 +33,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         default=default.language,
         help="of the screens (default: the study's)",
     )
-    parser.add_argument(
-        "--population",
-        metavar="NAME",
-        help="who is simulated: biet2007 (default), realistic (with people's habits), or a TOML "
-        "file",
-    )
+    add_population(parser)
     parser.add_argument(
         "--plate", default=PLATE, metavar="SPEC", help="mock, with options (default: mock)"
     )
@@ -55,17 +51,17 @@ def run(args: Namespace) -> int:
     from rich.console import Console  # noqa: PLC0415 - `slipscale --help` stays instant
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn  # noqa: PLC0415
 
-    from experiments.participants.population import read_population  # noqa: PLC0415
     from experiments.running.pilot import next_folder, pilot_plans, run_pilot  # noqa: PLC0415
 
     defaults = here()
     say(defaults)
+    population, fitted = chosen_population(args)
     plans = pilot_plans(
         args.study,
         participants=args.participants,
         seed=args.seed,
         language=args.language,
-        population=read_population(args.population) if args.population else None,
+        population=population,
     )
     folder = args.out or next_folder(defaults.pilots)
     console = Console()
@@ -96,6 +92,8 @@ def run(args: Namespace) -> int:
         console.print(f"Nothing is lost. To go on: {command}", markup=False, soft_wrap=True)
         raise
     console.print("\n[bold]Simulated study: no person took part.[/]")
+    for sentence in fitted.sentences if fitted else ():
+        console.print(sentence, markup=False, highlight=False)
     print_table3(analysis, console)
     written = [("report", report)]
     if analysis.prepared is not None:
@@ -112,6 +110,7 @@ def repeated(args: Namespace, folder: Path) -> str:
         "--seed": args.seed,
         "--language": args.language,
         "--population": args.population,
+        "--from": args.dataset,
         "--plate": None if args.plate == PLATE else args.plate,
         "--position": args.position,
         "--force": args.force,

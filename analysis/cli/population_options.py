@@ -1,0 +1,49 @@
+"""Who is simulated: the options that `pilot` and `power` share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+    from analysis.planning.fitted_population import FittedPopulation
+    from experiments.participants.population import Population
+
+
+def add_population(parser: ArgumentParser) -> None:
+    """Add ``--population`` and ``--from``."""
+    parser.add_argument(
+        "--population",
+        metavar="NAME",
+        help="who is simulated: biet2007 (default), realistic (with people's habits), or a TOML "
+        "file",
+    )
+    parser.add_argument(
+        "--from",
+        dest="dataset",
+        type=Path,
+        metavar="DATASET",
+        help="simulate people like those of a data set; says what was fitted and what assumed",
+    )
+
+
+def chosen_population(args: Namespace) -> tuple[Population, FittedPopulation | None]:
+    """Return who is simulated and, if fitted, what to say of it."""
+    from experiments.participants.population import (  # noqa: PLC0415
+        Population,
+        read_population,
+    )
+
+    if args.dataset is None:
+        return read_population(args.population) if args.population else Population(), None
+    if args.population:
+        raise UserError("--population and --from both say who is simulated; expected one of them")
+    from analysis.pipeline import analyse  # noqa: PLC0415 - a second's import
+    from analysis.planning.fitted_population import fit_population  # noqa: PLC0415
+
+    fitted = fit_population(analyse(args.dataset))
+    return fitted.population, fitted

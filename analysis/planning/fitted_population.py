@@ -1,0 +1,218 @@
+"""A simulated population like the people of a data set: what was fitted, and what stays assumed.
+
+Estimates are brought to 0-100 as the analysis normalises them, and each to its place in the
+population at its amplitude (a standard normal deviate, by the mid-ranks of all estimates there).
+The parts of the deviates' variance are the model's parts: each trial's, and the person's intercept
+and exponent, which differ by how deviates of far amplitudes correlate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.preprocessing.data_quality import TRIALS_FOR_DRIFT
+from analysis.preprocessing.sufficiency import FEWEST
+from analysis.statistics.not_computed import NotComputed
+from experiments.dataset.schema import PARTICIPANT
+from experiments.participants.habits import ROUND_TO_PERCENT
+from experiments.participants.population import Population
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from typing import Any
+
+    import pandas as pd
+
+    from analysis.result import Analysis
+
+#: Of the whole variance; a model without any of a part is none that people would follow.
+LEAST_SHARE = 0.02
+#: A round estimate by chance: every fifth hundredth of the scale.
+ROUND_BY_CHANCE = 1 / ROUND_TO_PERCENT
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FittedPopulation:
+    """A population, and where its numbers come from.
+
+    Parameters
+    ----------
+    population : Population
+    fitted : Mapping
+        Field -> from what it was fitted, in words.
+    assumed : tuple of str
+        Fields that the data do not tell: the shipped defaults.
+    """
+
+    population: Population
+    fitted: Mapping[str, str]
+    assumed: tuple[str, ...]
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What was fitted, a line each, and what was assumed."""
+        values = self.population.model_dump()
+        lines = [
+            f"fitted   {name} = {_shown(_value(values, name))}: {source}"
+            for name, source in self.fitted.items()
+        ]
+        return (*lines, f"assumed  {', '.join(self.assumed)}: the shipped defaults")
+
+
+def fit_population(analysis: Analysis) -> FittedPopulation:
+    """Fit a population to a data set's analysis.
+
+    Raises
+    ------
+    UserError
+        Fewer than three people or two amplitudes, or estimates that no scale from 0 to 100 holds.
+    """
+    cells = analysis.cells.dropna()
+    name = analysis.dataset.name
+    if len(cells) < FEWEST or cells.shape[1] < 2:  # noqa: PLR2004
+        raise UserError(
+            f"--from {name}: {len(cells)} people with an estimate at each of {cells.shape[1]} "
+            f"amplitudes; expected {FEWEST} people and 2 amplitudes or more"
+        )
+    mean, sd = cells.mean().to_numpy(float), cells.std(ddof=1).to_numpy(float)
+    if (mean <= 0).any() or (mean >= 100).any() or (sd <= 0).any():  # noqa: PLR2004
+        raise UserError(
+            f"--from {name}: mean estimates from {mean.min():.3g} to {mean.max():.3g} under the "
+            f"normalisation '{analysis.rule}'; expected them to differ between people and to lie "
+            "between 0 and 100, as --normalise scale_top or grand_maximum has them"
+        )
+    found: dict[str, Any] = {
+        "amplitude_um_pp": tuple(cells.columns.to_numpy(float).tolist()),
+        "mean_sensation": tuple(np.round(mean, 4).tolist()),
+        "sd_sensation": tuple(np.round(sd, 4).tolist()),
+    }
+    told = dict.fromkeys(found, f"{len(cells)} people, normalised by {analysis.rule}")
+    trials = analysis.estimates[analysis.estimates[PARTICIPANT].isin(cells.index)]
+    for fit in FITS:
+        values, source = fit(analysis, trials, found)
+        found |= values
+        told |= dict.fromkeys(values, source)
+    habits = {key.partition(".")[2]: found.pop(key) for key in list(found) if "." in key}
+    population = Population.model_validate({"name": f"fitted to {name}", **found, "habits": habits})
+    every = {field for field in Population.model_fields if field not in ("name", "habits")}
+    return FittedPopulation(
+        population=population, fitted=told, assumed=tuple(sorted(every - set(told)))
+    )
+
+
+Fit = tuple[dict[str, "Any"], str]
+
+
+def _variance(_: Analysis, trials: pd.DataFrame, found: Mapping[str, Any]) -> Fit:
+    """Return the parts of the variance: the trial's where there are repetitions, the person's."""
+    deviates = _deviates(trials)
+    who, what = trials[PARTICIPANT].astype(str), trials["amplitude_um_pp"]
+    cells = deviates.groupby([who, what]).mean().unstack()  # noqa: PD010 - the index is made
+    counts = deviates.groupby([who, what]).count().to_numpy()
+    values: dict[str, Any] = {}
+    trial = Population().trial_to_trial
+    if (counts > 1).all():
+        within = deviates - deviates.groupby([who, what]).transform("mean")
+        trial = float((within**2).sum() / (counts - 1).sum() / deviates.var())
+        trial = float(np.clip(trial, LEAST_SHARE, 1 - LEAST_SHARE))
+        values["trial_to_trial"] = round(trial, 4)
+    observed = np.corrcoef(cells.to_numpy(float), rowvar=False)
+    # A mean of several trials is steadier than one: what is the person's correlates by itself.
+    steady = (1 - trial) / (1 - trial + trial / counts.mean())
+    shares = np.linspace(LEAST_SHARE, 1 - LEAST_SHARE, 97) * (1 - trial)
+    misfit = [
+        ((observed - np.cos(_angles(found, share, trial)) * steady) ** 2)[
+            ~np.eye(len(observed), dtype=bool)
+        ].sum()
+        for share in shares
+    ]
+    values["shared"] = round(float(shares[int(np.argmin(misfit))]), 4)
+    return values, "how deviates of the amplitudes correlate over people, and within them"
+
+
+def _angles(found: Mapping[str, Any], shared: float, trial: float) -> np.ndarray:
+    known = {name: found[name] for name in ("amplitude_um_pp", "mean_sensation", "sd_sensation")}
+    people = Population(**known, shared=shared, trial_to_trial=trial)
+    turned = np.array([people.angle(amplitude) for amplitude in people.amplitude_um_pp])
+    return np.asarray(turned[:, None] - turned)
+
+
+def _deviates(trials: pd.DataFrame) -> pd.Series[float]:
+    """Return each estimate's place among all at its amplitude, as a standard normal deviate."""
+    from scipy.special import ndtri  # noqa: PLC0415 - a second's import
+
+    by = trials.groupby("amplitude_um_pp", observed=True)["normalised"]
+    ranks, counts = by.rank(), by.transform("count")
+    places: pd.Series[float] = ((ranks - 0.5) / counts).map(lambda share: float(ndtri(share)))
+    return places
+
+
+def _times(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
+    times = trials[trials["response_time"] > 0]
+    by = np.log(times["response_time"]).groupby(times[PARTICIPANT].astype(str))
+    if len(by) < FEWEST or by.count().min() < FEWEST:
+        return {}, ""
+    means, within = by.mean(), by.std(ddof=1)
+    error = (within**2 / by.count()).mean()
+    return {
+        "answer_s": round(float(np.exp(means.median())), 4),
+        "answer_sigma": round(float(np.sqrt((within**2).mean())), 4),
+        "pace_sigma": round(float(np.sqrt(max(means.var(ddof=1) - error, 0.0))), 4),
+    }, "response times"
+
+
+def _tops(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
+    tops = trials.groupby(trials[PARTICIPANT].astype(str))["scale_top"].first()
+    if not (tops > 0).all():
+        return {}, ""
+    return {"scale_tops": tuple(sorted(tops.astype(float).tolist()))}, "declared, one a person"
+
+
+def _rounding(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
+    if not (trials["scale_top"] > 0).all():
+        return {}, ""
+    hundredths = 100 * trials["estimate"] / trials["scale_top"]
+    steps = hundredths / ROUND_TO_PERCENT
+    share = float((np.abs(steps - steps.round()) < 1e-6).mean())  # noqa: PLR2004 - floats
+    excess = (share - ROUND_BY_CHANCE) / (1 - ROUND_BY_CHANCE)
+    return {"habits.rounding": round(max(excess, 0.0), 4)}, f"{share:.0%} of estimates are round"
+
+
+def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
+    order = analysis.inference.order
+    each = trials.groupby(trials[PARTICIPANT].astype(str)).size()
+    # Of few trials a slope is no habit, whatever its interval.
+    if isinstance(order, NotComputed) or each.min() < TRIALS_FOR_DRIFT:
+        return {}, ""
+    values: dict[str, Any] = {}
+    drift, before = order.log_slope_per_trial, order.log_slope_per_um_pp_before
+    if not isinstance(before, NotComputed) and not before.interval.low < 0 < before.interval.high:
+        values["habits.carry_over"] = round(before.mean, 4)
+    if not isinstance(drift, NotComputed) and drift.interval.high < 0:
+        values["habits.fatigue"] = round(min(-drift.mean, 0.1), 4)
+    return values, "the analysis of order, whose interval leaves out 0"
+
+
+#: Each returns fields of the population (or of its habits), and what they were fitted from.
+FITS: tuple[Callable[[Analysis, pd.DataFrame, Mapping[str, Any]], Fit], ...] = (
+    _variance,
+    _times,
+    _tops,
+    _rounding,
+    _order,
+)
+
+
+def _value(values: Mapping[str, Any], name: str) -> object:
+    field, _, habit = name.partition(".")
+    return values[field][habit] if habit else values[field]
+
+
+def _shown(value: object) -> str:
+    if isinstance(value, tuple | list):
+        return ", ".join(f"{each:g}" for each in value)
+    return f"{value:g}"
