@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from analysis.preprocessing.log_transform import Prepared
+
 
 def analyse(
     dataset: str | Path | Dataset,
@@ -80,9 +82,7 @@ def analyse(
     flags = data_quality.flags(measures, data.choices.thresholds)
     data, excluded = exclude(data, flags)
     tell("describing")
-    rule, notes = _choose_rule(data, normalise)
-    estimates = data.estimates.assign(normalised=normalisation.normalise(data.estimates, rule))
-    prepared = prepare(estimates, data.choices) if len(estimates) else None
+    estimates, prepared, rule, notes = normalised(data, normalise)
     cells = prepared.cells if prepared else normalisation.cell_means(estimates, "normalised")
     choices = data.choices
     description = descriptives.describe(
@@ -95,7 +95,7 @@ def analyse(
     return Analysis(
         dataset=data,
         rule=rule,
-        estimates=prepared.trials if prepared else estimates,
+        estimates=estimates,
         cells=cells,
         table3=descriptives.table3(cells, choices.standard_deviation),
         description=description,
@@ -134,6 +134,16 @@ def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]
     choices = data.choices.model_copy(update={"equivalence_ratio": asked})
     notes = [f"The study froze an equivalence_ratio of {frozen:g}; {asked:g} was asked for."]
     return replace(data, choices=choices), notes if "equivalence_ratio" in data.frozen else []
+
+
+def normalised(
+    data: Dataset, asked: str | None
+) -> tuple[pd.DataFrame, Prepared | None, str, list[str]]:
+    """Return estimates on one scale, ready for inference, the rule, and what to say about it."""
+    rule, notes = _choose_rule(data, asked)
+    estimates = data.estimates.assign(normalised=normalisation.normalise(data.estimates, rule))
+    prepared = prepare(estimates, data.choices) if len(estimates) else None
+    return (prepared.trials if prepared else estimates), prepared, rule, notes
 
 
 def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tuple[str, ...]]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 # Imported module: the extra of pyproject.toml that installs it.
 EXTRA_OF = {
     "choix": "analysis",
+    "joblib": "analysis",
     "openpyxl": "analysis",
     "pandas": "analysis",
     "pingouin": "analysis",
@@ -17,6 +18,7 @@ EXTRA_OF = {
     "pyvisa_py": "plate",
     "serial": "plate",
     "skfem": "plate",
+    "distributed": "cluster",
     "pylsl": "markers",
     "starlette": "console",
     "uvicorn": "console",

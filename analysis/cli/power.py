@@ -3,19 +3,34 @@
 from __future__ import annotations
 
 import json
+import math
+import re
+from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.cli.progress_line import telling
+from analysis.cli.population_options import add_population, chosen_population
 from experiments.lab.defaults import here, say
-from faults import ANSWER_IS_NO, DONE
+from faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
+    from analysis.planning.answers import Assurance
+    from analysis.planning.run_grid import Part
+    from experiments.participants.population import Population
 
-#: Participants of the smallest study whose power is asked for.
-FEWEST = 3
+#: Axis -> what it is, and its default where it is not the study's or the population's.
+AXES = {
+    "participants": "numbers of participants to try (default: 6,8,10,12,16,20,24,32)",
+    "repetitions": "ratings of each surface (default: the study's)",
+    "effect": "0.5: mean sensations half as far apart (default: 1)",
+    "lapses": "share of answers given at random (default: the population's)",
+    "dropout": "share of people who stop before the end (default: the population's)",
+    "exponent": "of the mean sensation above 0 µm (default: the population's curve)",
+}
+SIZES = ("6,8,10,12,16,20,24,32",)
 
 
 def add_power(parser: ArgumentParser) -> None:
@@ -25,25 +40,19 @@ def add_power(parser: ArgumentParser) -> None:
         metavar="STUDY",
         nargs="?",
         default=here().study,
-        help="a TOML file or a shipped study's name, for its amplitudes and repetitions",
+        help="a TOML file or a shipped study's name",
     )
-    parser.add_argument(
-        "--sizes",
-        metavar="N",
-        type=int,
-        nargs="+",
-        default=[6, 8, 10, 12, 16, 20, 24, 32],
-        help="numbers of participants to try (default: 6 to 32)",
-    )
-    parser.add_argument(
-        "--repetitions", type=int, metavar="N", help="ratings a surface (default: the study's)"
-    )
+    for axis, meaning in AXES.items():
+        parser.add_argument(
+            f"--{axis}", metavar="VALUES", nargs="+", help=f"{meaning}; 8:40:4 or 1,0.5"
+        )
+    add_population(parser)
     parser.add_argument(
         "--studies",
         type=int,
         default=1000,
         metavar="N",
-        help="simulated studies for each number (default: 1000)",
+        help="simulated studies of each condition (default: 1000)",
     )
     parser.add_argument(
         "--seed", type=int, default=2007, metavar="N", help="of the simulation (default: 2007)"
@@ -51,105 +60,229 @@ def add_power(parser: ArgumentParser) -> None:
     parser.add_argument("--alpha", type=float, default=0.05, help="level of tests, default: 0.05")
     parser.add_argument("--target", type=float, default=0.8, help="power asked for, default: 0.8")
     parser.add_argument(
-        "--trial-to-trial",
-        type=float,
-        metavar="SHARE",
-        help="share of the variance that repetitions average out (default: the population's)",
+        "--assurance",
+        metavar="MEAN,SD",
+        help="of an uncertain effect: expected power, effect normally distributed",
     )
-    parser.add_argument("--json", action="store_true", help="print the table as JSON")
+    parser.add_argument(
+        "--looks",
+        type=int,
+        default=1,
+        metavar="N",
+        help="looks at the data, the end included: the study ends at the first that finds any "
+        "difference (default: 1)",
+    )
+    parser.add_argument(
+        "--spending",
+        choices=("obrien-fleming", "pocock"),
+        default="obrien-fleming",
+        help="how the level is spread over the looks (default: obrien-fleming)",
+    )
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes (default: 1)")
+    parser.add_argument(
+        "--cache", type=Path, metavar="DIR", help="keep finished parts there, and take them again"
+    )
+    parser.add_argument(
+        "--shard",
+        metavar="K/N",
+        help="compute the K-th of N parts into --cache, for array jobs; the last one, or the "
+        "same command without --shard, shows the result",
+    )
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="a Dask scheduler (extra slipscale[cluster])"
+    )
+    parser.add_argument("--yes", action="store_true", help="compute for more than an hour")
+    parser.add_argument("--json", action="store_true", help="print the result as JSON")
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="write a page, figures, CSV and JSON there"
+    )
 
 
 #: Option of ``power``: whether its values can be meant, and what was expected.
 EXPECTED: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "sizes": (lambda sizes: min(sizes) >= FEWEST, f"{FEWEST} participants or more"),
-    "repetitions": (lambda n: n is None or n >= 1, "1 or more"),
     "studies": (lambda n: n >= 1, "1 or more"),
     "seed": (lambda n: n >= 0, "0 or more"),
     "alpha": (lambda share: 0 < share < 1, "a share above 0 and below 1"),
     "target": (lambda share: 0 < share < 1, "a share above 0 and below 1"),
+    "looks": (lambda n: 1 <= n <= 20, "1 to 20"),  # noqa: PLR2004
+    "jobs": (lambda n: n >= 1 or n == -1, "1 or more, or -1 for all processors"),
 }
 
 
 def refuse_nonsense(args: Namespace) -> None:
     """Refuse every value of ``power`` that cannot be meant, all in one sentence."""
-    from faults import UserError  # noqa: PLC0415
-
     wrong = []
     for name, (meant, expected) in EXPECTED.items():
         value = getattr(args, name)
         if not meant(value):
-            shown = " ".join(str(one) for one in value) if isinstance(value, list) else value
-            wrong.append(f"--{name} {shown}: expected {expected}")
+            wrong.append(f"--{name} {value}: expected {expected}")
     if wrong:
         raise UserError("; ".join(wrong))
 
 
+def axes_of(
+    args: Namespace, repetitions: int, population: Population
+) -> dict[str, tuple[Any, ...]]:
+    """Return the values of every axis."""
+    from analysis.planning.grid import values_of  # noqa: PLC0415
+
+    default: dict[str, tuple[Any, ...]] = {
+        "participants": values_of("participants", SIZES),
+        "repetitions": (repetitions,),
+        "effect": (1.0,),
+        "lapses": (population.habits.lapses,),
+        "dropout": (population.habits.dropout,),
+        "exponent": (0.0,),
+    }
+    return {
+        axis: default[axis] if (given := getattr(args, axis)) is None else values_of(axis, given)
+        for axis in AXES
+    }
+
+
+def part_of(text: str | None, cache: Path | None) -> Part:
+    """Return which part of the grid is computed here."""
+    from analysis.planning.run_grid import Part  # noqa: PLC0415
+
+    if text is None:
+        return Part()
+    found = re.fullmatch(r"(\d{1,6})/(\d{1,6})", text)
+    if not found or not 1 <= int(found[1]) <= int(found[2]):
+        raise UserError(f"--shard {text}: expected K/N, K from 1 to N, as 3/20")
+    if cache is None:
+        raise UserError(f"--shard {text}: expected a --cache that all the parts share")
+    return Part(number=int(found[1]), of=int(found[2]))
+
+
+def assurance_of(text: str | None) -> Assurance | None:
+    """Return the effect's distribution, if one was given."""
+    from analysis.planning.answers import Assurance  # noqa: PLC0415
+
+    if text is None:
+        return None
+    try:
+        mean, sd = (float(part) for part in text.split(","))
+    except ValueError:
+        mean = sd = math.nan
+    if not (math.isfinite(mean) and math.isfinite(sd) and mean >= 0 and sd > 0):
+        raise UserError(f"--assurance {text}: expected a mean and a positive SD, as 1,0.4")
+    return Assurance(mean=mean, sd=sd)
+
+
 def run_power(args: Namespace) -> int:
-    """Simulate studies of several sizes; 1 where none reaches the power asked for."""
-    from analysis.planning.power import fewest, power_curve  # noqa: PLC0415
+    """Simulate a grid of studies; 1 where no size reaches the power asked for."""
+    from analysis.planning.answers import (  # noqa: PLC0415
+        as_json,
+        fewest,
+        largest_effect,
+        rows,
+    )
+    from analysis.planning.design import design_of  # noqa: PLC0415
+    from analysis.planning.grid import conditions, without_effect  # noqa: PLC0415
+    from analysis.planning.power_page import write_power  # noqa: PLC0415
+    from analysis.planning.run_grid import missing, run_grid, shards  # noqa: PLC0415
+    from analysis.planning.shard import Looks  # noqa: PLC0415
+    from analysis.planning.shard_cache import ShardCache  # noqa: PLC0415
     from analysis.planning.terminal import print_power  # noqa: PLC0415
-    from experiments.participants.population import Population  # noqa: PLC0415
     from experiments.study.file import read_study  # noqa: PLC0415
-    from faults import UserError  # noqa: PLC0415
 
     refuse_nonsense(args)
     say(here())
-    study, _ = read_study(args.study)
-    estimation = [task for task in study.tasks if task.protocol == "magnitude_estimation"]
-    if not estimation:
-        raise UserError(f"{study.name}: no magnitude_estimation among its tasks; nothing to plan")
-    repetitions = args.repetitions or int(getattr(estimation[0], "repetitions", 1))
-    try:
-        population = (
-            Population()
-            if args.trial_to_trial is None
-            else Population(trial_to_trial=args.trial_to_trial)
-        )
-    except ValueError as error:
-        raise UserError(
-            f"--trial-to-trial {args.trial_to_trial}: expected a share from 0 to "
-            f"{1 - Population().shared:g}, what the part shared by all amplitudes leaves"
-        ) from error
-    with telling() as progress:
-        curve = power_curve(
-            study.amplitudes_um_pp,
-            sorted(set(args.sizes)),
-            repetitions=repetitions,
-            studies=args.studies,
-            seed=args.seed,
-            alpha=args.alpha,
-            primary=study.analysis.primary,
-            population=population,
+    assurance = assurance_of(args.assurance)
+    study, text = read_study(args.study)
+    population, fitted = chosen_population(args)
+    design = design_of(study, text, population, args.alpha)
+    wanted = conditions(axes_of(args, design.task.repetitions, population))
+    beside = without_effect(wanted)
+    if assurance:
+        from dataclasses import replace  # noqa: PLC0415
+
+        effects = [effect for effect, _ in assurance.effects(largest_effect(design))]
+        beside += [replace(each, effect=effect) for each in wanted for effect in effects]
+    for each in wanted:
+        each.people(population)  # refuses an effect that no scale holds, before anything is done
+    looks = Looks(number=args.looks, spending=args.spending)
+    every = shards(
+        design,
+        list(dict.fromkeys([*wanted, *beside])),
+        studies=args.studies,
+        seed=args.seed,
+        looks=looks,
+    )
+    cache = ShardCache(args.cache) if args.cache else None
+    part = part_of(args.shard, args.cache)
+    ask_for_long(args, missing(every, cache), part)
+    with showing(enabled=not args.json) as progress:
+        outcomes = run_grid(
+            every,
+            jobs=args.jobs,
+            cache=cache,
+            part=part,
+            scheduler=args.scheduler,
             progress=progress,
         )
-    enough = fewest(curve, args.target)
-    if args.json:
-        rows = [
-            {
-                "participants": point.participants,
-                "omnibus": point.omnibus,
-                "steps": [
-                    {"from_um_pp": low, "to_um_pp": high, "power": share}
-                    for (low, high), share in point.steps.items()
-                ],
-                "exponent_half_width": point.exponent_half_width,
-            }
-            for point in curve
-        ]
+    if left := missing(every, cache) if part.of > 1 else []:
         print(
-            json.dumps(
-                {
-                    "enough": enough,
-                    "target": args.target,
-                    "primary": study.analysis.primary,
-                    "sizes": rows,
-                },
-                indent=2,
-            )
+            f"part {part.number} of {part.of} is in {args.cache}; {len(left)} of {len(every)} "
+            "shards are still missing, the other parts'"
         )
+        return DONE
+    found = rows(design, wanted, outcomes, looks=looks, assurance=assurance)
+    if args.json:
+        print(json.dumps(as_json(design, found, args.target), indent=2))
     else:
-        print_power(curve, args.target, enough, repetitions, primary=study.analysis.primary)
-    return ANSWER_IS_NO if enough is None else DONE
+        for line in fitted.sentences if fitted else ():
+            print(line)
+        print_power(design, found, args.target)
+    if args.out:
+        page = write_power(args.out, design, found, args.target)
+        if not args.json:
+            print(f"page    {page}")
+    return DONE if any(fewest(found, args.target).values()) else ANSWER_IS_NO
+
+
+def ask_for_long(args: Namespace, left: list[Any], part: Part) -> None:
+    """Refuse a grid of more than an hour unless ``--yes`` was given."""
+    from analysis.planning.run_grid import HOUR_S, estimated_s  # noqa: PLC0415
+
+    if args.yes or args.scheduler:
+        return
+    jobs = args.jobs
+    if jobs == -1:
+        from os import cpu_count  # noqa: PLC0415
+
+        jobs = cpu_count() or 1
+    seconds = estimated_s(left, jobs * part.of)
+    if seconds > HOUR_S:
+        raise UserError(
+            f"{len(left)} parts of {args.studies} studies a condition take about "
+            f"{seconds / HOUR_S:.1f} hours here; add --yes to compute them, or --jobs, a smaller "
+            "grid or fewer --studies"
+        )
+
+
+@contextmanager
+def showing(*, enabled: bool) -> Iterator[Callable[[int, int], None]]:
+    """Show a bar with the time left on stderr, where that is a terminal."""
+    from rich.console import Console  # noqa: PLC0415
+    from rich.progress import (  # noqa: PLC0415
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("simulated studies"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, disable=not (enabled and console.is_terminal)) as bar:
+        task = bar.add_task("", total=None)
+        yield lambda done, of: bar.update(task, completed=done, total=of)
 
 
 COMMANDS = {"power": (add_power, run_power)}

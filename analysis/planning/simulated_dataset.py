@@ -62,6 +62,7 @@ def simulated_dataset(
             "faulty": False,
         }
     )
+    # Excluded or dropped out: no answer, no row.
     answered = frame[frame["estimate"].notna()].reset_index(drop=True)
     there = answered[PARTICIPANT].cat.remove_unused_categories()
     answered = answered.assign(**{PARTICIPANT: there})
@@ -78,3 +79,8 @@ def simulated_dataset(
 
 def _label(label: str, rows: int) -> pd.Categorical[str]:
     return pd.Categorical([label] * rows)
+
+
+def place_of(label: str) -> int:
+    """Return a simulated participant's place, from 0, by their label."""
+    return int(label.removeprefix("sub-")) - 1

@@ -2,61 +2,116 @@
 
 from __future__ import annotations
 
+import math
+from functools import partial
 from typing import TYPE_CHECKING
 
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from analysis.planning.answers import PRIMARY_TESTS, fewest, sentence, varying
+
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
-    from analysis.planning.power import Power
-    from experiments.study.analysis_choices import Primary
+    from analysis.planning.answers import Row
+    from analysis.planning.design import Design
 
-
-#: Primary analysis -> the tests whose power is shown.
-TESTS: dict[Primary, str] = {
-    "ranks": "Friedman; Wilcoxon between neighbours",
-    "logarithms": "ANOVA of logarithms (Greenhouse-Geisser); paired t between neighbours",
-}
+#: Headings that are short enough for a column of short numbers.
+SHORT = {"participants": "N", "repetitions": "ratings"}
+WIDTH = 110
+#: With more columns of conditions than this only the weakest pair is shown.
+NARROW = 2
 
 
 def print_power(
-    curve: Sequence[Power],
-    target: float,
-    enough: int | None,
-    repetitions: int,
-    *,
-    primary: Primary = "ranks",
-    console: Console | None = None,
+    design: Design, found: Sequence[Row], target: float, console: Console | None = None
 ) -> None:
-    """Print power against the number of participants, and how many suffice."""
+    """Print power of each condition, and how many participants suffice."""
+    # Cut off, numbers would mislead: a narrower terminal breaks the lines.
+    target_console = console or Console()
+    target_console.width = max(target_console.width, WIDTH)
     table = Table(
-        title=f"Power of simulated studies ({curve[0].studies} each, {repetitions} "
-        f"estimate{'s' if repetitions > 1 else ''} of a surface)",
+        title=f"Power: share of {found[0].weakest.studies:,} simulated studies",
         title_justify="left",
         title_style="bold",
         box=box.SIMPLE_HEAD,
     )
-    table.add_column("participants", justify="right")
-    table.add_column("any\ndifference", justify="right")
-    for low, high in curve[0].steps:
-        table.add_column(f"{low:g} - {high:g}\nµm p-p", justify="right")
-    table.add_column("exponent\n± 95 %", justify="right")
-    for point in curve:
-        shares = [point.omnibus, *point.steps.values()]
-        cells = [f"[bold]{s:.3f}[/]" if s >= target else f"{s:.3f}" for s in shares]
-        table.add_row(str(point.participants), *cells, f"{point.exponent_half_width:.2f}")
-    target_console = console or Console()
+    axes = varying(found)
+    columns = _columns(found[0], target, brief=len(axes) > NARROW)
+    for title in (*(SHORT.get(axis, axis) for axis in axes), *columns):
+        table.add_column(title, justify="right", no_wrap=True)
+    for row in found:
+        values = [f"{getattr(row.condition, axis):g}" for axis in axes]
+        table.add_row(*values, *(cell(row) for cell in columns.values()))
     target_console.print(table)
-    target_console.print(
-        f"{enough} participants or more reach {target:g} on every test."
-        if enough
-        else f"None of these sizes reaches {target:g} on every test.",
-        highlight=False,
+    errors = [share.error for row in found for share in row.power.values()]
+    lines = [f"Monte Carlo standard errors are at most {max(errors):.3f}."]
+    for line in (*lines, *summary(design, found, target)):
+        target_console.print(line, highlight=False, markup=False)
+
+
+def _columns(first: Row, target: float, *, brief: bool) -> dict[str, Callable[[Row], str]]:
+    """Return heading -> what stands under it, of what was computed."""
+    columns: dict[str, Callable[[Row], str]] = {}
+    for name in first.decisive[: 1 if brief else None]:
+        title = f"{name}\nµm" if " - " in name else "any"
+        columns[title] = partial(_power, name, target)
+    if brief:
+        columns["weakest\npair"] = lambda row: _share(row.weakest.value, target)
+    columns["exponent\n±"] = _width
+    if first.false_alarms:
+        columns["false\nalarms"] = lambda row: f"{row.false_alarms[row.decisive[0]].value:.3f}"
+    if first.assurance is not None:
+        columns["assur-\nance"] = lambda row: f"{row.assurance:.3f}"
+    if first.looks:
+        columns["with\nlooks"] = lambda row: f"{row.any_look:.3f}"
+        columns["mean\nN"] = lambda row: f"{row.expected_participants:.1f}"
+    if first.false_looks:
+        columns["looks,\nno effect"] = lambda row: (
+            f"{row.false_looks.value:.3f}" if row.false_looks else ""
+        )
+    return columns
+
+
+def _power(name: str, target: float, row: Row) -> str:
+    return _share(row.power[name].value, target)
+
+
+def _share(value: float, target: float) -> str:
+    return f"[bold]{value:.3f}[/]" if value >= target else f"{value:.3f}"
+
+
+def _width(row: Row) -> str:
+    width = row.widths["exponent"].mean
+    return f"{width:.3f}" if math.isfinite(width) else "none"
+
+
+def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
+    """Return what follows from the table, a sentence each."""
+    lines = []
+    others = [axis for axis in varying(found) if axis != "participants"]
+    for condition, size in fewest(found, target).items():
+        where = ", ".join(f"{axis} {getattr(condition, axis):g}" for axis in others)
+        said = (
+            f"{size} participants or more reach {target:g} on every comparison"
+            if size
+            else f"none of these sizes reaches {target:g} on every comparison"
+        )
+        line = f"{where}: {said}" if where else said[0].upper() + said[1:]
+        lines.append(f"{line}.")
+    best = next((row for row in found if row.weakest.value >= target), found[-1])
+    lines.append(f"For the application: {sentence(design, best)}")
+    refused = max(row.unusable.value for row in found)
+    if refused:
+        lines.append(
+            f"Up to {refused:.1%} of the studies could not be normalised; they count as "
+            "having found nothing."
+        )
+    lines.append(
+        f"Tests: {PRIMARY_TESTS[design.choices.primary]}; normalised by {design.rule}; excluded: "
+        f"{', '.join(design.choices.exclusions) or 'nobody'}. How people are is assumed: see "
+        "docs/simulated-people.md."
     )
-    target_console.print(
-        f"[dim]{TESTS[primary]}, Holm-corrected over all pairs. The "
-        "population has Table III's means and spreads; how ratings pair up is an assumption.[/]"
-    )
+    return lines

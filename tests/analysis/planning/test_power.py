@@ -1,63 +1,193 @@
-"""Power: the population's own numbers, laws of power, and the command."""
+"""Power: the population's own numbers, the report's tests at scale, R's simulation, the command."""
 
+import csv
 import json
-from itertools import combinations
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy import stats
-from statsmodels.stats.multitest import multipletests
 
 import slipscale
-from analysis.planning.power import fewest, power_curve, power_of, simulate
-from analysis.statistics.batched import friedman_p, holm, signed_rank_p
+from analysis.pipeline import analyse
+from analysis.planning.answers import Assurance, fewest, largest_effect, rows
+from analysis.planning.design import design_of
+from analysis.planning.fast_tests import pairwise, tables
+from analysis.planning.grid import Condition, conditions, values_of
+from analysis.planning.run_grid import run_grid, shards
+from analysis.planning.shard import Looks, Shard, at_once, excluded
+from analysis.planning.simulated_dataset import simulated_dataset
+from analysis.planning.simulation import Ratings, Task, simulate_ratings
+from analysis.statistics.batched import signed_rank_p
+from experiments.participants.bare import bare_run
+from experiments.participants.habits import REALISTIC
 from experiments.participants.population import Population
+from experiments.protocols.steps import Ask, Present
+from experiments.running.pilot import pilot_plans
+from experiments.study.analysis_choices import AnalysisChoices
+from experiments.study.file import parse_study, read_study, study_text
 from faults import UserError
 
 AMPLITUDES = (0.0, 0.5, 1.2, 2.3)
+REFERENCE = Path(__file__).parents[2] / "data" / "power_reference" / "power.csv"
+STUDY, TEXT = read_study("biet2007")
 
 
-def studies(**kwargs):
-    options = {"participants": 200, "repetitions": 1, "studies": 50} | kwargs
-    people = options.pop("population", Population())
-    return simulate(AMPLITUDES, population=people, rng=np.random.default_rng(1), **options)
+def design(population=None, text=TEXT, **choices):
+    study = parse_study(text, "study.toml")
+    made = design_of(study, text, population or Population(), 0.05)
+    return replace(made, choices=made.choices.model_copy(update=choices))
+
+
+def simulated(made, condition, studies, seed=1):
+    return simulate_ratings(
+        made.task_of(condition),
+        participants=condition.participants,
+        studies=studies,
+        population=condition.people(made.population),
+        rng=np.random.default_rng(seed),
+    )
+
+
+def found_in(made, ratings):
+    return at_once(made, tables(ratings, AMPLITUDES, made.rule, made.choices.zero_rule))
 
 
 def test_simulated_estimates_have_table_iii_s_means_and_spreads():
     """The numbers are the paper's (Table III), typed here once more."""
-    values = studies().reshape(-1, 4)
+    ratings = simulated(design(), Condition(participants=200), 50)
+    values = ratings.means(4).reshape(-1, 4)
     assert values.mean(axis=0) == pytest.approx([12.75, 19.58, 56.25, 81.33], abs=0.5)
     assert values.std(axis=0) == pytest.approx([12.75, 8.11, 8.82, 10.76], abs=0.5)
     assert (values == values.round()).all()
 
 
-def test_power_is_the_share_of_studies_that_scipy_and_statsmodels_find_significant():
-    """The same simulated studies, one by one, by the libraries' own tests."""
-    values = studies(participants=9, studies=60)
-    values[:, 0, 1] = 0  # somebody feels nothing at 0.5 µm
-    pairs = list(combinations(range(4), 2))
-    omnibus, steps, widths = [], [], []
-    log_amplitudes = np.log(AMPLITUDES[1:])
-    for study in values:
-        omnibus.append(stats.friedmanchisquare(*study.T).pvalue < 0.05)
-        raw = [_wilcoxon(study[:, high] - study[:, low]) for low, high in pairs]
-        rejected = multipletests(raw, method="holm")[0]
-        steps.append([rejected[pairs.index((low, low + 1))] for low in range(3)])
-        slopes = [
-            stats.linregress(log_amplitudes, np.log(np.maximum(own[1:], 0.5))).slope
-            for own in study
-        ]
-        low, high = stats.ttest_1samp(slopes, 0).confidence_interval()
-        widths.append((high - low) / 2)
-    found = power_of(AMPLITUDES, values)
-    assert found.omnibus == np.mean(omnibus)
-    assert list(found.steps.values()) == list(np.mean(steps, axis=0))
-    assert 0 < found.weakest < 1
-    assert found.exponent_half_width == pytest.approx(np.mean(widths))
+def reference():
+    with REFERENCE.open() as file:
+        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
 
 
-def _wilcoxon(steps):
-    return stats.wilcoxon(steps, method="exact").pvalue if steps.any() else 1.0
+@pytest.mark.parametrize(
+    "case", reference(), ids=lambda case: f"N{case['participants']:g}-{case['effect']:g}"
+)
+def test_power_is_that_of_r_s_simulation_of_the_same_model(case):
+    """Model and tests written once more in R: tests/data/power_reference/power.R."""
+    condition = Condition(
+        participants=int(case["participants"]),
+        repetitions=int(case["repetitions"]),
+        effect=case["effect"],
+        lapses=case["lapses"],
+    )
+    studies = 2000
+    made = design()
+    outcome = Shard(design=made, condition=condition, number=0, studies=studies, seed=3).compute()
+    names = {"friedman": "friedman", "p01": "0 - 0.5", "p12": "0.5 - 1.2", "p23": "1.2 - 2.3"}
+    for theirs, ours in names.items():
+        p, q = case[theirs] / case["studies"], outcome.power(ours).value
+        middle = (p + q) / 2
+        error = np.sqrt(middle * (1 - middle) * (1 / studies + 1 / case["studies"]))
+        assert abs(p - q) < 4 * error + 0.002, ours
+    assert outcome.widths["exponent"].mean == pytest.approx(case["half_width"], rel=0.04)
+
+
+def as_analysed(made, ratings):
+    """Return what `analyse` itself finds in each study: test -> list of bool."""
+    told = []
+    for number in range(len(ratings.percent)):
+        data = simulated_dataset(ratings, number, AMPLITUDES, made.choices, declared=made.declared)
+        inference = analyse(data).inference
+        p = {"friedman": inference.friedman.p, "rm_anova": inference.rm_anova.p_gg}
+        for each in inference.pairwise:
+            primary = made.choices.primary
+            name = f"{each.from_um_pp:g} - {each.to_um_pp:g}"
+            p[name] = each.ranks.p_holm if primary == "ranks" else each.logs.p_holm
+        half = (inference.power_law.interval.high - inference.power_law.interval.low) / 2
+        told.append(({name: value < 0.05 for name, value in p.items()}, half))
+    return told
+
+
+@pytest.mark.parametrize(
+    "choices",
+    [
+        {"primary": "logarithms", "normalisation": "grand_maximum"},
+        {"primary": "ranks", "normalisation": "modulus_equalisation", "zero_rule": "half_minimum",
+         "exclusions": ("non_monotone",)},
+    ],
+    ids=lambda choices: choices["normalisation"],
+)  # fmt: skip
+def test_the_fast_tests_decide_as_analyse_does_study_by_study(choices):
+    """With the study's normalisation, zero rule and exclusions; ties alone may differ."""
+    named = ("friedman", "rm_anova", "pairwise", "power_law")
+    made = design(tests=named, **choices)
+    people = Population(habits=REALISTIC.model_copy(update={"dropout": 0.15}))
+    ratings = simulated(
+        replace(made, population=people),
+        Condition(participants=9, effect=0.5, dropout=0.15, lapses=0.02),
+        5,
+    )
+    each = as_analysed(made, ratings)
+    kept = excluded(made, ratings) if made.choices.exclusions else ratings
+    for number, (told, half) in enumerate(each):
+        one = Ratings(
+            amplitude=kept.amplitude[[number]],
+            percent=kept.percent[[number]],
+            scale_top=kept.scale_top[[number]],
+        )
+        outcome = found_in(made, one)
+        for name, count in outcome.found.items():
+            if name in told and (" - " not in name or made.choices.primary == "logarithms"):
+                assert bool(count) == told[name], name
+        assert outcome.widths["exponent"].mean == pytest.approx(half)
+
+
+def test_the_fast_path_is_the_full_sessions_power_within_its_error():
+    """The same people through the protocol itself, answer by answer, at half the effect."""
+    people = Condition(participants=8, effect=0.5, lapses=0.1).people(Population(habits=REALISTIC))
+    studies, participants = 40, 8
+    percent = np.empty((studies, participants, 4))
+    amplitude = np.empty((studies, participants, 4), int)
+    tops = np.empty((studies, participants))
+    for study in range(studies):
+        plans = pilot_plans(
+            "biet2007", participants=participants, seed=study, language="en", population=people
+        )
+        for who, plan in enumerate(plans):
+            surface, rated = None, []
+            for step, answer in bare_run(plan, people):
+                if isinstance(step, Present):
+                    surface = step.surface.amplitude_um_pp
+                if isinstance(step, Ask) and step.name == "scale_top":
+                    tops[study, who] = answer.value
+                rating = isinstance(step, Ask) and step.name == "estimate"
+                if rating and step.trial.phase == "main":
+                    rated.append((AMPLITUDES.index(surface), answer.value))
+            amplitude[study, who], values = zip(*rated, strict=True)
+            percent[study, who] = 100 * np.array(values) / tops[study, who]
+    sessions = found_in(
+        design(), Ratings(amplitude=amplitude, percent=percent.round(6), scale_top=tops)
+    )
+    fast = Shard(
+        design=design(people),
+        condition=Condition(participants=8, lapses=0.1),
+        number=0,
+        studies=1000,
+        seed=1,
+    ).compute()
+    assert 0.2 < fast.power("1.2 - 2.3").value < 0.9
+    for name in sessions.found:
+        share = fast.power(name).value
+        error = np.sqrt(max(share * (1 - share), 0.01) / studies)
+        assert abs(sessions.power(name).value - share) < 3.5 * error, name
+
+
+def test_a_test_without_a_fast_form_is_computed_study_by_study():
+    made = design(tests=("page_trend", "friedman"))
+    outcome = Shard(
+        design=made, condition=Condition(participants=5), number=0, studies=6, seed=1
+    ).compute()
+    assert set(outcome.found) == {"page_trend", "friedman"}
+    assert outcome.found["page_trend"] == 6
 
 
 @pytest.mark.parametrize("n, power", [(5, 0.0), (6, 0.9**6 + 0.1**6)])
@@ -70,9 +200,14 @@ def test_power_of_a_population_made_by_hand_is_the_binomial_s(n, power):
     rng = np.random.default_rng(6)
     up = np.where(rng.random((4000, n)) < 0.9, 1, -1)
     values = np.stack([np.full((4000, n), 50.0), 50 + up * np.arange(1, n + 1)], axis=2)
-    found = power_of((1.0, 2.0), values)
-    assert found.steps[1.0, 2.0] == found.omnibus
-    assert found.omnibus == pytest.approx(power, abs=4 * np.sqrt(power * (1 - power) / 4000))
+    ratings = Ratings(
+        amplitude=np.broadcast_to([0, 1], values.shape),
+        percent=values,
+        scale_top=np.full((4000, n), 100.0),
+    )
+    p = pairwise(tables(ratings, (1.0, 2.0), "scale_top", "exclude"), "ranks")
+    share = (p < 0.05).mean()
+    assert share == pytest.approx(power, abs=4 * np.sqrt(power * (1 - power) / 4000))
 
 
 @pytest.mark.parametrize("n, method", [(50, "exact"), (51, "asymptotic")])
@@ -83,71 +218,89 @@ def test_planning_takes_the_exact_test_up_to_the_size_where_the_report_does(n, m
     assert list(found) == pytest.approx([expected, expected, 1.0])
 
 
-def test_repetitions_average_out_only_the_trial_s_part_of_the_variance():
-    people = Population(shared=0.3, trial_to_trial=0.5)
-    once = studies(population=people).reshape(-1, 4).var(axis=0)
-    often = studies(population=people, repetitions=40).reshape(-1, 4).var(axis=0)
-    assert often[2] / once[2] == pytest.approx(0.5, abs=0.06)
+def computed(wanted, studies=150, **options):
+    made = design()
+    looks = options.pop("looks", Looks())
+    outcomes = run_grid(shards(made, wanted, studies=studies, seed=2007, looks=looks), **options)
+    return made, outcomes
 
 
-def test_without_any_difference_the_tests_keep_their_level():
-    rng = np.random.default_rng(3)
-    values = np.round(rng.normal(50, 10, (1500, 12, 4)))
-    found = power_of(AMPLITUDES, values)
-    error = np.sqrt(0.05 * 0.95 / 1500)
-    assert abs(found.omnibus - 0.05) < 4 * error + 0.015  # Friedman's chi-square is approximate
-    assert max(found.steps.values()) < 0.05
-
-
-def test_friedman_and_holm_at_scale_are_scipy_s_and_statsmodels_one_by_one():
-    values = studies(participants=5, studies=20)
-    expected = [stats.friedmanchisquare(*one.T).pvalue for one in values]
-    assert friedman_p(values) == pytest.approx(expected)
-    p = np.random.default_rng(2).uniform(0, 0.2, (20, 6))
-    expected = [multipletests(row, method="holm")[1] for row in p]
-    assert holm(p) == pytest.approx(np.array(expected))
-
-
-def test_more_participants_have_more_power_and_narrower_exponents():
-    curve = power_curve(AMPLITUDES, [10, 40], studies=150)
-    small, large = curve
-    assert large.steps[0.0, 0.5] > small.steps[0.0, 0.5]
-    assert large.exponent_half_width < small.exponent_half_width
-    assert power_curve(AMPLITUDES, [10], studies=150)[0] == small
+def test_more_participants_have_more_power_and_narrower_intervals():
+    small, large = Condition(participants=10), Condition(participants=40)
+    _, outcomes = computed([small, large])
+    assert outcomes[large].power("0 - 0.5").value > outcomes[small].power("0 - 0.5").value
+    for name in ("exponent", "mean at 1.2"):
+        assert outcomes[large].widths[name].mean < outcomes[small].widths[name].mean
 
 
 def test_the_fewest_are_those_from_which_on_the_target_holds():
-    curve = power_curve(AMPLITUDES, [6, 60], studies=60)
-    assert fewest(curve, 0.8) == 60
-    assert fewest(curve[:1], 0.8) is None
+    wanted = [Condition(participants=n, effect=effect) for n in (6, 60) for effect in (1.0, 0.1)]
+    made, outcomes = computed(wanted, studies=60)
+    found = fewest(rows(made, wanted, outcomes, looks=Looks()), 0.8)
+    assert {others.effect: size for others, size in found.items()} == {1.0: 60, 0.1: None}
 
 
-def test_too_small_a_study_is_refused():
-    with pytest.raises(UserError, match="2 participants"):
-        power_curve(AMPLITUDES, [2])
+def test_assurance_lies_between_the_power_of_a_small_and_of_a_large_effect():
+    known, most = Assurance(mean=0.8, sd=0.3), largest_effect(design())
+    effects = known.effects(most)
+    assert sum(weight for _, weight in effects) == pytest.approx(1)
+    assert sum(effect * weight for effect, weight in effects) == pytest.approx(0.8, abs=0.02)
+    assert all(0 <= effect <= most for effect, _ in effects)
+    one = Condition(participants=12, effect=0.8)
+    every = [one, *(replace(one, effect=effect) for effect, _ in effects)]
+    made, outcomes = computed(list(dict.fromkeys(every)))
+    (row,) = rows(made, [one], outcomes, looks=Looks(), assurance=known)
+    assert 0 < row.assurance < row.weakest.value
 
 
-def test_a_study_that_no_memory_holds_is_refused():
-    with pytest.raises(UserError, match=r"2.4e\+13 estimates; expected at most 5e\+07"):
-        power_curve(AMPLITUDES, [6], studies=1_000_000_000_000)
+@pytest.mark.parametrize(
+    "axis, words, values",
+    [
+        ("participants", ["8:40:16"], (8, 24, 40)),
+        ("participants", ["8", "12,10"], (8, 10, 12)),
+        ("repetitions", ["1:4"], (1, 2, 3, 4)),
+        ("effect", ["1,0.5"], (0.5, 1.0)),
+        ("lapses", ["0:0.1:0.05"], (0.0, 0.05, 0.1)),
+    ],
+)
+def test_axes_are_lists_and_ranges(axis, words, values):
+    assert values_of(axis, words) == values
+
+
+def test_lapses_and_dropout_that_leave_nobody_are_refused():
+    axes = {"participants": (8,), "lapses": (0.5,), "dropout": (0.5,)}
+    with pytest.raises(UserError, match="together leave no answer"):
+        conditions(axes)
 
 
 @pytest.mark.parametrize(
     "words",
     [
-        ["--sizes", "-5"],
-        ["--sizes", "2", "20"],
-        ["--sizes", "99999999999999999999"],
+        ["--participants", "-5"],
+        ["--participants", "2", "20"],
+        ["--participants", ""],
+        ["--participants", "8:4"],
+        ["--participants", "8.5"],
+        ["--participants", "many"],
         ["--repetitions", "0"],
-        ["--repetitions", "-1"],
         ["--repetitions", "1000000000"],
+        ["--effect", "-1"],
+        ["--effect", "nan"],
+        ["--effect", "9"],
+        ["--lapses", "1.2"],
+        ["--dropout", "-0.1"],
         ["--studies", "0"],
         ["--seed", "-1"],
         ["--alpha", "0"],
         ["--alpha", "nan"],
         ["--target", "1"],
-        ["--trial-to-trial", "0.71"],
-        ["--trial-to-trial", "nan"],
+        ["--looks", "0"],
+        ["--looks", "9"],
+        ["--jobs", "0"],
+        ["--shard", "5/4"],
+        ["--shard", "1/2"],
+        ["--assurance", "1"],
+        ["--population", "nobody"],
         ["no-such-study"],
         [""],
     ],
@@ -156,7 +309,8 @@ def test_nonsense_is_refused_in_a_sentence_that_names_it(capsys, words):
     assert slipscale.main(["power", *words]) == 2
     said = capsys.readouterr().err
     assert "expected" in said
-    assert words[0] in said or "estimates; expected at most" in said
+    assert words[0] in said or f"'{words[-1]}'" in said
+    assert said.count("\n") == 1
 
 
 def test_all_nonsense_is_named_at_once(capsys):
@@ -166,30 +320,62 @@ def test_all_nonsense_is_named_at_once(capsys):
     assert "--studies 0: expected 1 or more" in said
 
 
+def test_a_grid_of_hours_is_refused_unless_it_is_wanted(capsys):
+    words = ["power", "--participants", "60", "--studies", "3000000"]
+    assert slipscale.main(words) == 2
+    assert "add --yes" in capsys.readouterr().err
+
+
+def test_a_protocol_without_simulated_ratings_is_refused(capsys, tmp_path):
+    text = study_text("biet2007")
+    first, _, rest = text.partition('[[tasks]]\nprotocol = "magnitude_estimation"')
+    file = tmp_path / "only.toml"
+    file.write_text(first + rest[rest.index("[[about_you]]") :])
+    assert slipscale.main(["power", str(file)]) == 2
+    assert "no magnitude_estimation among its tasks" in capsys.readouterr().err
+
+
 def test_the_command_says_how_many_and_exits_1_where_none_suffices(capsys):
-    words = ["power", "--studies", "40", "--json", "--sizes"]
+    words = ["power", "--studies", "40", "--json", "--participants"]
     assert slipscale.main([*words, "60"]) == 0
-    assert json.loads(capsys.readouterr().out)["enough"] == 60
+    found = json.loads(capsys.readouterr().out)
+    assert found["enough"][0]["participants"] == 60
+    assert found["conditions"][0]["false_alarms"]["friedman"]["value"] < 0.2
     assert slipscale.main([*words, "4"]) == 1
-    assert slipscale.main(["power", "--trial-to-trial", "2"]) == 2
 
 
-def test_power_is_that_of_the_declared_primary_analysis():
-    """Logarithms: paired t, one by one, of simulated studies with zeros among them."""
-    rng = np.random.default_rng(5)
-    values = np.round(rng.lognormal(np.log([8, 14, 50]), 0.4, (40, 8, 3)))
-    values[0, 0, 0] = 0
-    found = power_of((0.5, 1.2, 2.3), values, primary="logarithms")
-    reject = []
-    for study in values:
-        logs = np.where(study > 0, np.log(np.maximum(study, 1e-9)), np.nan)
-        ps = [
-            stats.ttest_1samp(logs[:, high] - logs[:, low], 0, nan_policy="omit").pvalue
-            for low, high in ((0, 1), (0, 2), (1, 2))
-        ]
-        reject.append(multipletests(ps, method="holm")[1] < 0.05)
-    share = np.mean(reject, axis=0)
-    assert found.steps[0.5, 1.2] == pytest.approx(share[0])
-    assert found.steps[1.2, 2.3] == pytest.approx(share[2])
-    assert found.omnibus > 0.9
-    assert found.steps != power_of((0.5, 1.2, 2.3), values).steps
+def test_everything_is_written_as_a_page_figures_and_tables(capsys, tmp_path):
+    out = tmp_path / "plan"
+    words = ["power", "--studies", "60", "--participants", "6,12", "--effect", "1,0.5"]
+    slipscale.main([*words, "--looks", "2", "--assurance", "1,0.2", "--out", str(out)])
+    said = " ".join(capsys.readouterr().out.split())
+    assert "For the application: With 1" in said
+    assert "95 % Monte Carlo interval" in said
+    names = {path.name for path in out.iterdir()}
+    assert names == {"power.html", "power.csv", "power.json", "power.svg", "power.png",
+                     "precision.svg", "precision.png"}  # fmt: skip
+    page = (out / "power.html").read_text(encoding="utf-8")
+    assert "For the application" in page
+    assert page.count("<svg") == 2
+    with (out / "power.csv").open() as file:
+        lines = list(csv.DictReader(file))
+    told = json.loads((out / "power.json").read_text())["conditions"]
+    assert len(lines) == sum(len(each["power"]) for each in told)
+    for line in lines:
+        (same,) = (each for each in told if (each["participants"], each["effect"]) == (
+            int(line["participants"]), float(line["effect"])))  # fmt: skip
+        assert float(line["power"]) == same["power"][line["test"]]["value"]
+
+
+def test_the_choices_that_need_a_standard_are_refused():
+    study = STUDY.model_copy(
+        update={"analysis": AnalysisChoices(normalisation="standard_referenced")}
+    )
+    with pytest.raises(UserError, match="needs a standard"):
+        design_of(study, TEXT, Population(), 0.05)
+
+
+def test_a_task_knows_what_comes_before_and_after_it():
+    assert design().task == Task(
+        amplitudes_um_pp=AMPLITUDES, repetitions=1, practice=1, trials_before=4
+    )

@@ -1,0 +1,158 @@
+"""The conditions of a power analysis: every combination of the values that are to be compared."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, fields, replace
+from itertools import product
+from typing import TYPE_CHECKING, Any
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from experiments.participants.population import Population
+
+FEWEST_PARTICIPANTS = 3
+#: Values of one option; a longer range is a slip.
+MOST_VALUES = 1000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Condition:
+    """One study design, and how people are in it.
+
+    Parameters
+    ----------
+    participants : int
+    repetitions : int
+        Ratings of each surface.
+    effect : float
+        1 is the population's own; with 0.5 the mean sensations are half as far apart.
+    lapses, dropout : float
+        Shares; see `experiments.participants.habits.Habits`.
+    exponent : float
+        Of the mean sensation above 0 µm; 0 keeps the population's own curve.
+    """
+
+    participants: int
+    repetitions: int = 1
+    effect: float = 1.0
+    lapses: float = 0.0
+    dropout: float = 0.0
+    exponent: float = 0.0
+
+    @property
+    def label(self) -> str:
+        """The condition in words that tell it from every other."""
+        return ", ".join(f"{name} {value:g}" for name, value in asdict(self).items())
+
+    def people(self, population: Population) -> Population:
+        """Return the population with the condition's effect, lapses and dropout."""
+        centre = math.fsum(population.mean_sensation) / len(population.mean_sensation)
+        top_um_pp, top = population.amplitude_um_pp[-1], population.mean_sensation[-1]
+        mean = tuple(
+            top * (amplitude / top_um_pp) ** self.exponent if self.exponent and amplitude else own
+            for amplitude, own in zip(
+                population.amplitude_um_pp, population.mean_sensation, strict=True
+            )
+        )
+        mean = tuple(centre + self.effect * (each - centre) for each in mean)
+        if not all(0 < each < 100 for each in mean):  # noqa: PLR2004
+            raise UserError(
+                f"--effect {self.effect:g}: mean sensations would be {min(mean):.3g} to "
+                f"{max(mean):.3g}; expected an effect that keeps them between 0 and 100"
+            )
+        habits = population.habits.model_copy(
+            update={"lapses": self.lapses, "dropout": self.dropout}
+        )
+        changed = {"mean_sensation": mean, "habits": habits}
+        # A distribution on 0 to 100 may not allow the spread at another mean.
+        most = (0.9 * math.sqrt(each * (100 - each)) for each in mean)
+        changed["sd_sensation"] = tuple(map(min, population.sd_sensation, most))
+        return population.model_copy(update=changed)
+
+
+AXES: tuple[str, ...] = tuple(field.name for field in fields(Condition))
+_SHARE = (lambda value: 0 <= value <= 1, "shares from 0 to 1")
+#: Axis -> its type, what can be meant, and what was expected.
+EXPECTED: dict[str, tuple[type, tuple[Callable[[float], bool], str]]] = {
+    "participants": (
+        int,
+        (lambda n: n >= FEWEST_PARTICIPANTS, f"{FEWEST_PARTICIPANTS} participants or more"),
+    ),
+    "repetitions": (int, (lambda n: 1 <= n <= 1000, "1 to 1000")),  # noqa: PLR2004
+    "effect": (float, (lambda value: value >= 0, "0 or more")),
+    "lapses": (float, _SHARE),
+    "dropout": (float, _SHARE),
+    "exponent": (float, (lambda value: value >= 0, "0 or more")),
+}
+
+
+def values_of(axis: str, words: Sequence[str]) -> tuple[Any, ...]:
+    """Return an option's values: lists and ranges, ``8:40:4`` or ``1,0.5`` or ``8 12 16``.
+
+    Raises
+    ------
+    UserError
+        No value, something that is no number, or a value that cannot be meant.
+    """
+    kind, (meant, expected) = EXPECTED[axis]
+    found: list[float] = []
+    for word in ",".join(words).split(","):
+        if word.strip():
+            found += _range(axis, word.strip(), kind)
+    if not found:
+        raise UserError(f"--{axis}: no value; expected a list or a range, as 8:40:4 or 8,12,16")
+    for value in found:
+        if not (math.isfinite(value) and meant(value)):
+            raise UserError(f"--{axis} {value:g}: expected {expected}")
+    return tuple(sorted({kind(value) for value in found}))
+
+
+def _range(axis: str, word: str, kind: type) -> list[float]:
+    parts = word.split(":")
+    try:
+        numbers = [float(part) for part in parts]
+    except ValueError:
+        raise UserError(
+            f"--{axis} {word}: expected numbers, as a list 8,12 or a range 8:40:4"
+        ) from None
+    if kind is int and any(not number.is_integer() for number in numbers):
+        raise UserError(f"--{axis} {word}: expected whole numbers")
+    if len(numbers) == 1:
+        return numbers
+    first, last, step = (*numbers, 1.0)[:3]
+    count = (last - first) / step if step else math.nan
+    if len(numbers) > 3 or not 0 <= count < MOST_VALUES:  # noqa: PLR2004
+        raise UserError(
+            f"--{axis} {word}: expected FIRST:LAST or FIRST:LAST:STEP, ascending, of at most "
+            f"{MOST_VALUES} values"
+        )
+    return [round(first + number * step, 12) for number in range(math.floor(count + 1e-9) + 1)]
+
+
+def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
+    """Return every combination of the axes' values.
+
+    Raises
+    ------
+    UserError
+        Lapses and dropout leave nobody who answers.
+    """
+    found = [
+        Condition(**dict(zip(axes, values, strict=True))) for values in product(*axes.values())
+    ]
+    for each in found:
+        if each.lapses + each.dropout >= 1:
+            raise UserError(
+                f"--lapses {each.lapses:g} and --dropout {each.dropout:g} together leave no "
+                "answer that was meant; expected less than 1"
+            )
+    return found
+
+
+def without_effect(wanted: Sequence[Condition]) -> list[Condition]:
+    """Return the same conditions without an effect, once each: they tell the false alarms."""
+    return list(dict.fromkeys(replace(each, effect=0.0, exponent=0.0) for each in wanted))

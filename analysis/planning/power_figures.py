@@ -1,0 +1,101 @@
+"""Power against participants with its Monte Carlo band, and the map of precision."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.planning.answers import varying
+from figure_style import CYCLE, DASHES, GREY, PALE, canvas, styled
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
+
+    from analysis.planning.answers import Row
+
+#: More curves than this cannot be told apart.
+CURVES = 8
+
+
+@styled
+def power_figure(found: Sequence[Row], target: float) -> Figure:
+    """Return the weakest comparison's power against participants, a curve each other condition."""
+    figure, axes = canvas(size=(6.6, 4.0))
+    others = [axis for axis in varying(found) if axis != "participants"]
+    curves: dict[str, list[Row]] = {}
+    for row in found:
+        name = ", ".join(f"{axis} {getattr(row.condition, axis):g}" for axis in others)
+        curves.setdefault(name, []).append(row)
+    for number, (name, own) in enumerate(list(curves.items())[:CURVES]):
+        colour, dash = CYCLE[number % len(CYCLE)], DASHES[number // len(CYCLE) % len(DASHES)]
+        sizes = [row.condition.participants for row in own]
+        shares = [row.weakest for row in own]
+        axes.fill_between(
+            sizes,
+            [share.low for share in shares],
+            [share.high for share in shares],
+            color=colour,
+            alpha=0.18,
+            linewidth=0,
+        )
+        values = [share.value for share in shares]
+        axes.plot(sizes, values, dash, marker="o", markersize=4, color=colour, label=name)
+    axes.axhline(target, color=GREY, linewidth=0.9, linestyle=":")
+    axes.annotate(
+        f"target {target:g}", (0.01, target), xycoords=("axes fraction", "data"), fontsize=8,
+        color=GREY, ha="left", va="bottom",
+    )  # fmt: skip
+    axes.set(xlabel="Participants", ylabel="Power of the weakest comparison", ylim=(0, 1.02))
+    if others:
+        # Above the axes: curves may go anywhere.
+        figure.legend(loc="outside upper left", ncols=2, handlelength=3.5)
+    if len(curves) > CURVES:
+        axes.set_title(f"the first {CURVES} of {len(curves)} conditions", fontsize=8.5)
+    return figure
+
+
+@styled
+def precision_figure(found: Sequence[Row]) -> Figure:
+    """Return the exponent's half-width for participants and repetitions."""
+    figure, axes = canvas(size=(6.6, 3.6))
+    # The likeliest of the plan: its largest effect, with as little else as there is.
+    first = max(found, key=lambda row: row.condition.effect).condition
+    same = [
+        row
+        for row in found
+        if all(
+            getattr(row.condition, axis) == getattr(first, axis)
+            for axis in varying(found)
+            if axis not in ("participants", "repetitions")
+        )
+    ]
+    sizes = sorted({row.condition.participants for row in same})
+    repetitions = sorted({row.condition.repetitions for row in same})
+    table = np.full((len(repetitions), len(sizes)), np.nan)
+    for row in same:
+        place = (
+            repetitions.index(row.condition.repetitions),
+            sizes.index(row.condition.participants),
+        )
+        table[place] = row.widths["exponent"].mean
+    image = axes.imshow(table, aspect="auto", origin="lower", cmap="cividis_r")
+    for (y, x), value in np.ndenumerate(table):
+        if np.isfinite(value):
+            dark = value < np.nanmean(table)
+            axes.annotate(
+                f"{value:.3f}", (x, y), ha="center", va="center", fontsize=8.5,
+                color="#000000" if dark else "#FFFFFF",
+            )  # fmt: skip
+    axes.grid(visible=False)
+    axes.set_xticks(range(len(sizes)), [str(size) for size in sizes])
+    axes.set_yticks(range(len(repetitions)), [str(number) for number in repetitions])
+    others = [axis for axis in varying(found) if axis not in ("participants", "repetitions")]
+    told = ", ".join(f"{axis} {getattr(first, axis):g}" for axis in others)
+    axes.set_title(told, fontsize=8.5)
+    axes.set(xlabel="Participants", ylabel="Ratings of each surface")
+    bar = figure.colorbar(image, ax=axes)
+    bar.set_label("Half-width of the exponent's interval", color=PALE)
+    return figure

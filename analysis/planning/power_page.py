@@ -1,0 +1,129 @@
+"""A power analysis as files: a page, figures, CSV and JSON."""
+
+from __future__ import annotations
+
+import csv
+import json
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from analysis.planning.answers import as_json, varying
+from analysis.planning.grid import AXES
+from analysis.planning.power_figures import power_figure, precision_figure
+from analysis.planning.terminal import summary
+from analysis.reporting import html
+from faults import UserError
+from figure_style import save, svg
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from analysis.planning.answers import Row
+    from analysis.planning.design import Design
+
+try:
+    VERSION = version("slipscale")
+except PackageNotFoundError:  # a checkout that was never installed
+    VERSION = "unknown"
+
+
+def write_power(folder: Path, design: Design, found: Sequence[Row], target: float) -> Path:
+    """Write ``power.html``, ``power.csv``, ``power.json`` and the figures; return the page.
+
+    Raises
+    ------
+    UserError
+        The folder cannot be written.
+    """
+    figures = {"power": power_figure(found, target), "precision": precision_figure(found)}
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        told = json.dumps(as_json(design, found, target), indent=2)
+        (folder / "power.json").write_text(told, encoding="utf-8")
+        with (folder / "power.csv").open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerows(_csv(found))
+        for name, figure in figures.items():
+            save(figure, folder / name, (".svg", ".png"))
+        page = folder / "power.html"
+        page.write_text(_page(design, found, target), encoding="utf-8")
+    except OSError as error:
+        raise UserError(
+            f"--out {folder}: {error.strerror}; nothing computed is lost if a --cache was named"
+        ) from None
+    return page
+
+
+def _csv(found: Sequence[Row]) -> list[list[str]]:
+    """Return a line for each condition and test, in the long form."""
+    head = [*AXES, "test", "power", "low", "high", "false_alarms", "exponent_half_width", "studies"]
+    lines = [head]
+    for row in found:
+        axes = [f"{getattr(row.condition, axis):g}" for axis in AXES]
+        for name, share in row.power.items():
+            alarms = row.false_alarms.get(name)
+            lines.append(
+                [
+                    *axes,
+                    name,
+                    repr(share.value),
+                    repr(share.low),
+                    repr(share.high),
+                    repr(alarms.value) if alarms else "",
+                    repr(row.widths["exponent"].mean),
+                    str(share.studies),
+                ]
+            )
+    return lines
+
+
+def _page(design: Design, found: Sequence[Row], target: float) -> str:
+    environment = Environment(
+        loader=PackageLoader("analysis.planning"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    css = files("analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
+    blocks = [
+        html.figure(
+            svg(power_figure(found, target), salt="power"),
+            "Power of the weakest comparison against the number of participants. Bands: 95 % "
+            "Monte Carlo intervals.",
+            "Curves of power that rise with the number of participants",
+        ),
+        html.figure(
+            svg(precision_figure(found), salt="precision"),
+            "Half-width of the interval of the group's exponent.",
+            "A map of half-widths over participants and ratings of each surface",
+        ),
+        _table(found),
+    ]
+    return environment.get_template("power.html").render(
+        title=f"Power of {design.name}",
+        version=VERSION,
+        css=Markup(css),  # noqa: S704 - our own file
+        sentences=summary(design, found, target),
+        blocks=blocks,
+    )
+
+
+def _table(found: Sequence[Row]) -> Markup:
+    axes, tests = varying(found), found[0].power
+    columns = [html.TableColumn(title=name) for name in (*axes, *tests, "exponent ±")]
+    rows = [
+        [
+            *(f"{getattr(row.condition, axis):g}" for axis in axes),
+            *(f"{row.power[name].value:.3f}" for name in tests),
+            f"{row.widths['exponent'].mean:.3f}",
+        ]
+        for row in found
+    ]
+    return html.table(columns, rows, "Power of every test, and the exponent's half-width.")

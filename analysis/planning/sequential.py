@@ -1,0 +1,97 @@
+"""Looks at the data before the end: the level of each, so that all together keep the study's.
+
+Alpha spending after Lan and DeMets (1983, Biometrika 70, 659-663) with the two functions of their
+equations for O'Brien and Fleming's and for Pocock's boundaries; the levels follow by the recursive
+integration of Armitage, McPherson and Rowe (1969, J. R. Stat. Soc. A 132, 235-244), here by Gauss's
+rule between the boundaries.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+Spending = Literal["obrien-fleming", "pocock"]
+NODES = 200
+FARTHEST_Z = 9.0
+
+
+def _obrien_fleming(share: float, alpha: float) -> float:
+    from scipy.special import ndtr, ndtri  # noqa: PLC0415
+
+    return float(2 * (1 - ndtr(ndtri(1 - alpha / 2) / math.sqrt(share))))
+
+
+def _pocock(share: float, alpha: float) -> float:
+    return alpha * math.log1p((math.e - 1) * share)
+
+
+SPENDING: dict[Spending, Callable[[float, float], float]] = {
+    "obrien-fleming": _obrien_fleming,
+    "pocock": _pocock,
+}
+
+
+def look_sizes(participants: int, looks: int, fewest: int = 3) -> tuple[int, ...]:
+    """Return after how many participants is looked: evenly, the last after all of them.
+
+    >>> look_sizes(32, 3)
+    (11, 21, 32)
+    """
+    sizes = tuple(round(participants * look / looks) for look in range(1, looks + 1))
+    if looks < 1 or sizes[0] < fewest:
+        raise UserError(
+            f"--looks {looks}: the first would be after {sizes[0] if sizes else 0} of "
+            f"{participants} participants; expected {fewest} or more"
+        )
+    return sizes
+
+
+@lru_cache(maxsize=256)
+def levels(sizes: tuple[int, ...], alpha: float, spending: Spending) -> tuple[float, ...]:
+    """Return the two-sided level of each look.
+
+    Parameters
+    ----------
+    sizes : tuple of int
+        Participants at each look, ascending; the last is the whole study.
+    alpha : float
+        Of the whole study.
+    spending : {"obrien-fleming", "pocock"}
+    """
+    from scipy.optimize import brentq  # noqa: PLC0415
+    from scipy.special import ndtr  # noqa: PLC0415
+
+    # Half to each side, as the published tables of two-sided boundaries have it.
+    spent = [2 * SPENDING[spending](size / sizes[-1], alpha / 2) for size in sizes]
+    found: list[float] = []
+    # Density of the score where the study goes on, at the nodes between the boundaries.
+    nodes, density, before = np.zeros(1), np.ones(1), 0.0
+    for size, until in zip(sizes, spent, strict=True):
+        information = size / sizes[-1]
+        step = math.sqrt(information - before)
+
+        def beyond(z: float) -> float:
+            edge = z * math.sqrt(information)  # noqa: B023 - called in this turn alone
+            tails = ndtr((nodes - edge) / step) + ndtr((-nodes - edge) / step)  # noqa: B023
+            return float(density @ tails)  # noqa: B023
+
+        share = until - ((found and spent[len(found) - 1]) or 0.0)
+        z = brentq(lambda z, beyond=beyond, share=share: beyond(z) - share, 0.0, FARTHEST_Z)
+        found.append(float(2 * (1 - ndtr(z))))
+        edge = z * math.sqrt(information)
+        at, weight = np.polynomial.legendre.leggauss(NODES)
+        after = at * edge
+        kernel = np.exp(-0.5 * ((after[:, None] - nodes) / step) ** 2) / (
+            step * math.sqrt(2 * math.pi)
+        )
+        nodes, density, before = after, weight * edge * (kernel @ density), information
+    return tuple(found)
