@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from experiments.lab.defaults import here, say
-from faults import DONE, harmless
+from faults import DONE, UserError, harmless
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -44,6 +44,22 @@ def add_study(parser: ArgumentParser) -> None:
         "--session", default="", metavar="01", help="of which session (default: the study's first)"
     )
     show.add_argument("--run", default="01", metavar="01", help="of which run (default: 01)")
+    show.add_argument(
+        "--timeline",
+        action="store_true",
+        help="say what a participant goes through instead: minutes and their spread, time with "
+        "the plate vibrating, cost",
+    )
+    show.add_argument(
+        "--people",
+        type=int,
+        default=200,
+        metavar="N",
+        help="simulated people behind the timeline (default: 200)",
+    )
+    show.add_argument(
+        "--figure", type=Path, metavar="FILE", help="draw the timeline: .svg, .png or .pdf"
+    )
     validate = commands.add_parser(
         "validate", help="tell every fault of a study file, and how balanced its orders are"
     )
@@ -59,6 +75,8 @@ def run_study(args: Namespace) -> int:
 
     if args.what in ("show", "validate"):
         say(here())
+    if args.what == "show" and args.timeline:
+        return _timeline(args)
     actions = {
         "new": lambda: study_commands.new(args.path, args.template, *_title_and_authors(args)),
         "show": lambda: study_commands.show(args.study, args.participant, args.session, args.run),
@@ -80,6 +98,27 @@ def _title_and_authors(args: Namespace) -> tuple[str, tuple[str, ...]]:
         named = input("Authors, with commas between [none yet]: ").split(",")
         authors = tuple(name.strip() for name in named if name.strip())
     return title or args.path.stem, authors
+
+
+def _timeline(args: Namespace) -> int:
+    """Print what a participant goes through, and draw it."""
+    from experiments.running.timeline import lines, timeline  # noqa: PLC0415
+
+    figure: Path | None = args.figure
+    if figure and figure.suffix not in (".svg", ".png", ".pdf"):
+        raise UserError(f"--figure {figure}: expected a name that ends in .svg, .png or .pdf")
+    found = timeline(args.study, people=args.people)
+    print(harmless("\n".join(lines(found))))
+    if figure:
+        from experiments.running.timeline_figure import timeline_figure  # noqa: PLC0415
+        from figure_style import save  # noqa: PLC0415
+
+        try:
+            save(timeline_figure(found), figure)
+        except OSError as error:
+            raise UserError(f"--figure {figure}: {error.strerror}") from None
+        print(f"figure  {figure}")
+    return DONE
 
 
 COMMANDS = {"study": (add_study, run_study)}

@@ -7,7 +7,7 @@ the mean of its amplitude; in a session it is felt at moments of the stroke.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from experiments.participants.respondent import Respondent
 from experiments.participants.simulated import FELT_DIGITS
@@ -41,7 +41,15 @@ if TYPE_CHECKING:
 PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, EndBlock)
 
 
-def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[tuple[Step, Answer]]:
+class BareStep(NamedTuple):
+    """A step, its answer, and how long the person took; the plate takes no time here."""
+
+    step: Step
+    answer: Answer
+    duration_s: float
+
+
+def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[BareStep]:
     """Yield a run's steps, each with its answer, to the end or until the person gives up.
 
     Parameters
@@ -66,7 +74,9 @@ def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[tu
         while not (person.gives_up and isinstance(step, PERFORMED)):
             person.now = step
             answer = run.answers[type(step)](step)
-            yield step, answer
+            taken = person.read(step.screen) if isinstance(step, EndBlock) else answer
+            duration_s = taken.response_time_s if isinstance(taken, Reply) else None
+            yield BareStep(step, answer, duration_s or 0.0)
             person.over(step, answer)
             step = steps.send(answer)
     except StopIteration:

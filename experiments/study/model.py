@@ -71,6 +71,32 @@ class MaskingNoise(BaseModel):
     )
 
 
+Amount = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
+
+
+class Cost(BaseModel):
+    """What the study costs, for ``slipscale study show --timeline``."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    currency: Words = Field(default="EUR", description="The currency's name, as it is printed.")
+    per_person: Amount = Field(
+        default=0.0,
+        description="What each participant is paid.",
+        json_schema_extra={"unit": "currency"},
+    )
+    per_rig_hour: Amount = Field(
+        default=0.0,
+        description="What an hour at the rig costs, experimenter included.",
+        json_schema_extra={"unit": "currency an hour"},
+    )
+    setup_minutes: Amount = Field(
+        default=0.0,
+        description="Time at the rig before and after each run: greeting, cleaning, paying.",
+        json_schema_extra={"unit": "minutes a run"},
+    )
+
+
 class PlateSettings(BaseModel):
     """Which plate, and its limits where they differ from the shipped ones."""
 
@@ -253,6 +279,9 @@ class Study(BaseModel):
     analysis: AnalysisChoices = Field(
         default=AnalysisChoices(),
         description="How the data will be analysed, fixed before anybody looks at them.",
+    )
+    cost: Cost | None = Field(
+        default=None, description="What the study costs; left out: no cost is computed."
     )
     texts: dict[str, dict[str, Any]] = Field(
         default_factory=dict,

@@ -124,7 +124,7 @@ def test_the_fast_tests_decide_as_analyse_does_study_by_study(choices):
     ratings = simulated(
         replace(made, population=people),
         Condition(participants=9, effect=0.5, dropout=0.15, lapses=0.02),
-        5,
+        2,
     )
     each = as_analysed(made, ratings)
     kept = excluded(made, ratings) if made.choices.exclusions else ratings
@@ -154,7 +154,7 @@ def test_the_fast_path_is_the_full_sessions_power_within_its_error():
         )
         for who, plan in enumerate(plans):
             surface, rated = None, []
-            for step, answer in bare_run(plan, people):
+            for step, answer, _ in bare_run(plan, people):
                 if isinstance(step, Present):
                     surface = step.surface.amplitude_um_pp
                 if isinstance(step, Ask) and step.name == "scale_top":
@@ -244,7 +244,7 @@ def test_assurance_lies_between_the_power_of_a_small_and_of_a_large_effect():
     known, most = Assurance(mean=0.8, sd=0.3), largest_effect(design())
     effects = known.effects(most)
     assert sum(weight for _, weight in effects) == pytest.approx(1)
-    assert sum(effect * weight for effect, weight in effects) == pytest.approx(0.8, abs=0.02)
+    assert sum(effect * weight for effect, weight in effects) == pytest.approx(0.8, abs=0.06)
     assert all(0 <= effect <= most for effect, _ in effects)
     one = Condition(participants=12, effect=0.8)
     every = [one, *(replace(one, effect=effect) for effect, _ in effects)]

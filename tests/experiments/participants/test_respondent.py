@@ -28,7 +28,7 @@ HABITUAL = Population(
 def answers_of(steps):
     return [
         (step.name, answer.value, answer.response_time_s)
-        for step, answer in steps
+        for step, answer, _ in steps
         if isinstance(step, Ask)
     ]
 

@@ -1,0 +1,274 @@
+"""What a participant goes through: minutes and their spread, plate-on time, exposures and cost.
+
+From simulated people who answer the study itself, without plate and screen. Real people are slower
+where they ask, wait or are greeted; ``[cost]`` has a place for that.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from experiments.participants.bare import bare_run
+from experiments.protocols.steps import Present, Rest, Silence
+from experiments.running.pilot import MOCK, pilot_plans
+from experiments.running.run import plate_for
+from experiments.study.file import read_study
+from faults import UserError
+from hardware.address import with_plate_file
+from hardware.clock import VirtualClock
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from experiments.participants.bare import BareStep
+    from experiments.participants.population import Population
+    from experiments.protocols.steps import Step
+    from experiments.study.model import Study
+    from experiments.study.run_plan import RunPlan
+
+    Array = NDArray[np.float64]
+
+#: A surface takes so long to be there, on the mock plate.
+SETTLING_S = 0.05
+MINUTE_S, HOUR_S = 60.0, 3600.0
+PEOPLE = 200
+QUANTILES = (5, 50, 95)
+ABOUT = "welcome, consent and questions"
+RESTS = "rests"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spread:
+    """Quantiles over simulated people."""
+
+    p5: float
+    p50: float
+    p95: float
+
+    @classmethod
+    def of(cls, values: Sequence[float] | Array) -> Spread:
+        """Return the quantiles of some values."""
+        p5, p50, p95 = (float(value) for value in np.percentile(np.asarray(values), QUANTILES))
+        return cls(p5=p5, p50=p50, p95=p95)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Timeline:
+    """What a participant goes through, in all their runs.
+
+    Parameters
+    ----------
+    parts : tuple of (str, Spread)
+        Minutes of each part, in the order in which it comes.
+    total_min, plate_on_min : Spread
+        Minutes in all, and with the plate vibrating.
+    exposures : Spread
+        Surfaces above 0 µm that are presented.
+    longest_on_s : Spread
+        The longest time without silence.
+    duty : Spread
+        The largest fraction of any window of the plate's limits in which it vibrates.
+    on_time_limit_s, duty_limit : float
+        The plate's limits of these.
+    people, participants : int
+        How many were simulated, and how many the study plans.
+    cost_each, cost_total : Spread or None
+        In the study's currency; None without ``[cost]``.
+    currency : str
+    """
+
+    parts: tuple[tuple[str, Spread], ...]
+    total_min: Spread
+    plate_on_min: Spread
+    exposures: Spread
+    longest_on_s: Spread
+    duty: Spread
+    on_time_limit_s: float
+    duty_limit: float
+    people: int
+    participants: int
+    cost_each: Spread | None = None
+    cost_total: Spread | None = None
+    currency: str = ""
+
+
+class _Visit:
+    """What one simulated person goes through."""
+
+    def __init__(self) -> None:
+        self.now_s = 0.0
+        self.parts: dict[str, float] = defaultdict(float)
+        self.exposures = 0
+        self._on_since_s: float | None = None
+        self.on: list[tuple[float, float]] = []
+
+    def take(self, part: str, done: BareStep) -> None:
+        """Take note of a step that is over."""
+        begun_s = self.now_s
+        self.now_s += done.duration_s
+        step = done.step
+        if isinstance(step, Present):
+            vibrates = step.surface.amplitude_um_pp > 0
+            self.exposures += vibrates
+            self._switch(on=vibrates)
+            self.now_s += SETTLING_S
+        elif isinstance(step, Silence):
+            self._switch(on=False)
+        self.parts[part] += self.now_s - begun_s
+
+    def end(self) -> None:
+        """Note that a run is over, the plate silent."""
+        self._switch(on=False)
+
+    def _switch(self, *, on: bool) -> None:
+        if on and self._on_since_s is None:
+            self._on_since_s = self.now_s
+        elif not on and self._on_since_s is not None:
+            self.on.append((self._on_since_s, self.now_s))
+            self._on_since_s = None
+
+    @property
+    def on_s(self) -> float:
+        """How long the plate vibrated."""
+        return sum(end - begun for begun, end in self.on)
+
+    @property
+    def longest_on_s(self) -> float:
+        """The longest time without silence."""
+        return max((end - begun for begun, end in self.on), default=0.0)
+
+    def duty(self, window_s: float) -> float:
+        """Return the largest fraction of any window that the plate vibrated."""
+        # It is largest in a window that ends where a vibration ends.
+        return max((self._on_within(last - window_s, last) for _, last in self.on), default=0.0) / (
+            window_s
+        )
+
+    def _on_within(self, first_s: float, last_s: float) -> float:
+        """Return how long the plate vibrated between two times."""
+        return sum(max(min(end, last_s) - max(begun, first_s), 0.0) for begun, end in self.on)
+
+
+def timeline(name: str, *, people: int = PEOPLE, population: Population | None = None) -> Timeline:
+    """Return what a participant of a study goes through.
+
+    Parameters
+    ----------
+    name : str
+        A study file, or a shipped study's name.
+    people : int
+        How many are simulated.
+    population : Population, optional
+
+    Raises
+    ------
+    UserError
+        Nobody is simulated, or a protocol has no simulated answers.
+    """
+    if people < 1:
+        raise UserError(f"--people {people}: expected 1 or more")
+    study, _ = read_study(name)
+    plans = pilot_plans(name, participants=people, seed=None, language=None)
+    visits: dict[str, _Visit] = defaultdict(_Visit)
+    for plan in plans:
+        visit = visits[plan.participant]
+        for done in bare_run(plan, population):
+            visit.take(_part(done.step, plan), done)
+        visit.end()
+    every = list(visits.values())
+    order = list(dict.fromkeys(part for visit in every for part in visit.parts))
+    minutes = np.array([visit.now_s for visit in every]) / MINUTE_S
+    held = with_plate_file(MOCK, study.plate.file)
+    limits = plate_for(plans[0], held, VirtualClock()).limits
+    found = Timeline(
+        parts=tuple(
+            (part, Spread.of([visit.parts[part] / MINUTE_S for visit in every])) for part in order
+        ),
+        total_min=Spread.of(minutes),
+        plate_on_min=Spread.of([visit.on_s / MINUTE_S for visit in every]),
+        exposures=Spread.of([visit.exposures for visit in every]),
+        longest_on_s=Spread.of([visit.longest_on_s for visit in every]),
+        duty=Spread.of([visit.duty(limits.duty_window_s) for visit in every]),
+        on_time_limit_s=limits.on_time_s,
+        duty_limit=limits.duty,
+        people=people,
+        participants=study.participants,
+    )
+    return _with_cost(found, study, minutes)
+
+
+def _with_cost(found: Timeline, study: Study, minutes: Array) -> Timeline:
+    """Return a timeline with what the study costs, where it says so."""
+    cost = study.cost
+    if cost is None:
+        return found
+    visits = len(study.sessions or ("",)) * study.runs
+    hours = (minutes + cost.setup_minutes * visits) * MINUTE_S / HOUR_S
+    each = cost.per_person + cost.per_rig_hour * hours
+    # All participants: sums of as many people, drawn again and again from those simulated.
+    drawn = np.random.default_rng(0).choice(each, size=(1000, study.participants))
+    return replace(
+        found,
+        cost_each=Spread.of(each),
+        cost_total=Spread.of(drawn.sum(axis=1)),
+        currency=cost.currency,
+    )
+
+
+def _part(step: Step, plan: RunPlan) -> str:
+    """Return which part of a run a step belongs to."""
+    if isinstance(step, Rest) or isinstance(getattr(step, "screen", None), Rest):
+        return RESTS
+    trial = step.trial
+    if trial is None:
+        return ABOUT
+    titles = {protocol.task: protocol.title for protocol, _ in plan.tasks()}
+    title = titles[trial.task]
+    return f"{title}, practice" if trial.phase == "practice" else title
+
+
+def lines(found: Timeline) -> list[str]:
+    """Return a timeline as a table and what follows, a line each."""
+    width = max(len(part) for part, _ in found.parts) + 2
+    head = f"{'minutes':<{width}}{'p5':>8}{'p50':>8}{'p95':>8}"
+    rows = [*found.parts, ("in all", found.total_min), ("plate vibrating", found.plate_on_min)]
+    width = max(width, *(len(name) + 2 for name, _ in rows))
+    told = [
+        f"What a participant goes through ({found.people} simulated people)",
+        head,
+        *(f"{name:<{width}}{s.p5:8.1f}{s.p50:8.1f}{s.p95:8.1f}" for name, s in rows),
+        "",
+    ]
+    exposures, longest, duty = found.exposures, found.longest_on_s, found.duty
+    told.append(
+        f"surfaces that vibrate: {exposures.p50:.0f} ({exposures.p5:.0f} to {exposures.p95:.0f})"
+    )
+    told.append(
+        f"longest vibration without silence: {longest.p50:.0f} s, at p95 {longest.p95:.0f} s (the "
+        f"plate's limit: {found.on_time_limit_s:g} s)"
+    )
+    told.append(
+        f"largest duty: {duty.p50:.0%}, at p95 {duty.p95:.0%} (the plate's limit: "
+        f"{found.duty_limit:.0%})"
+    )
+    if found.longest_on_s.p95 > found.on_time_limit_s or found.duty.p95 > found.duty_limit:
+        told.append(
+            "WARNING: beyond the plate's limits it goes silent by itself; add rests, or "
+            "limit the exploration"
+        )
+    if found.cost_each and found.cost_total:
+        each, total = found.cost_each, found.cost_total
+        told.append(
+            f"cost: {each.p50:.0f} {found.currency} each ({each.p5:.0f} to {each.p95:.0f}), "
+            f"{total.p50:.0f} {found.currency} for {found.participants} participants "
+            f"({total.p5:.0f} to {total.p95:.0f})"
+        )
+    else:
+        told.append("cost: the study file has no [cost]")
+    return told

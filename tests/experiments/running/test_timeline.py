@@ -1,0 +1,94 @@
+"""The timeline is what full sessions take, and its plate-on time what the plate did."""
+
+import itertools
+
+import pytest
+
+import slipscale
+from experiments.journal.run_record import elapsed_s, read_plan
+from experiments.participants.bare import BareStep
+from experiments.protocols.steps import Explore, Present, Silence, Trial
+from experiments.running.pilot import pilot_plans, run_simulated
+from experiments.running.timeline import _Visit, timeline
+from experiments.study.file import study_text
+from stimuli.surface import VirtualSurface
+
+COST = "\n[cost]\nper_person = 12.0\nper_rig_hour = 40.0\nsetup_minutes = 15.0\n"
+
+
+def test_minutes_are_those_of_full_sessions_of_the_same_people(tmp_path):
+    found = timeline("biet2007", people=5)
+    minutes = []
+    for plan in pilot_plans("biet2007", participants=5, seed=None, language=None):
+        run_simulated(tmp_path, plan, "mock")
+        minutes.append(elapsed_s(read_plan(plan.journal_path(tmp_path))[1]) / 60)
+    # The last screen is read after the last step has begun.
+    assert found.total_min.p50 == pytest.approx(sorted(minutes)[2], abs=0.15)
+    parts = [part for part, _ in found.parts]
+    assert parts == [
+        "welcome, consent and questions",
+        "Descending difference",
+        "Magnitude estimation of slipperiness, practice",
+        "Magnitude estimation of slipperiness",
+    ]
+
+
+def visited(*steps):
+    visit = _Visit()
+    for step, duration_s in steps:
+        visit.take("", BareStep(step, None, duration_s))
+    visit.end()
+    return visit
+
+
+def present(amplitude_um_pp):
+    return Present(surface=VirtualSurface(amplitude_um_pp=amplitude_um_pp))
+
+
+def test_the_plate_is_on_from_a_vibrating_surface_to_the_silence():
+    explore = Explore(text="", trial=Trial(task="t", number=1, total=1))
+    visit = visited(
+        (present(2.3), 0.0), (explore, 10.0), (present(1.2), 0.0), (explore, 5.0), (Silence(), 0.0),
+        (explore, 100.0),
+        (present(0.0), 0.0), (explore, 7.0), (Silence(), 0.0),
+        (present(1.2), 0.0), (explore, 20.0),
+    )  # fmt: skip
+    assert visit.exposures == 3
+    assert visit.on_s == pytest.approx(35, abs=0.3)
+    assert visit.longest_on_s == pytest.approx(20, abs=0.1)
+    assert visit.duty(1000.0) == pytest.approx(0.035, abs=0.001)
+    assert visit.duty(20.0) == pytest.approx(1.0, abs=0.01)
+
+
+def test_the_cost_is_that_of_person_and_rig(tmp_path):
+    file = tmp_path / "paid.toml"
+    file.write_text(study_text("biet2007") + COST, encoding="utf-8")
+    found = timeline(str(file), people=20)
+    hours = (found.total_min.p50 + 15) / 60
+    assert found.cost_each.p50 == pytest.approx(12 + 40 * hours, rel=1e-6)
+    assert found.cost_total.p50 == pytest.approx(12 * found.cost_each.p50, rel=0.02)
+    assert timeline("biet2007", people=3).cost_each is None
+
+
+def test_the_command_prints_the_table_and_draws_it(capsys, tmp_path):
+    figure = tmp_path / "time.svg"
+    words = ["study", "show", "--timeline", "--people", "5", "--figure", str(figure)]
+    assert slipscale.main(words) == 0
+    lines = capsys.readouterr().out.splitlines()
+    heads = ["What a participant goes through", "minutes", "welcome"]
+    assert all(line.startswith(head) for line, head in itertools.zip_longest(lines[:3], heads))
+    assert any("cost: the study file has no [cost]" in line for line in lines)
+    assert "plate vibrating" in figure.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "words", [["--people", "0"], ["--figure", "time.doc"], ["--figure", "/no/such/folder/t.svg"]]
+)
+def test_nonsense_is_refused_in_a_sentence(capsys, words):
+    assert slipscale.main(["study", "show", "--timeline", "--people", "1", *words]) == 2
+    assert words[0] in capsys.readouterr().err
+
+
+def test_a_protocol_that_cannot_be_answered_bare_is_refused_in_a_sentence(capsys):
+    assert slipscale.main(["study", "show", "matching", "--timeline", "--people", "1"]) == 2
+    assert "expected a session" in capsys.readouterr().err
