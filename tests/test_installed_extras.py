@@ -15,7 +15,7 @@ from tools import setup
 
 ROOT = Path(__file__).parent.parent
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-#: Those of the extra "all"; "bayes" is too large to install for a test.
+#: Those of the extra "all", and the cluster's; "bayes" is too large to install for a test.
 EXTRAS = ("analysis", "plate", "session", "markers", "console", "export", "cluster")
 
 TIDY = "participant_id,amplitude_um_pp,estimate\n" + "".join(
