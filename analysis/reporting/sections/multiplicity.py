@@ -46,7 +46,8 @@ def tests_made(analysis: Analysis) -> ReportSection:
             "answers the question; each other family stands for itself, and is corrected within, "
             "not for the others. The last column says how many tests remain if all of the report "
             "were one family. Exponents, growth functions, reliability, shares of “yes” and d′ are "
-            "estimates with intervals: nothing is tested there.",
+            "estimates with intervals: nothing is tested there. Checks of assumptions and of fit "
+            "decide nothing, and are not counted.",
         )
     )
     return section

@@ -54,6 +54,20 @@ def test_correction_over_all_leaves_no_more_than_within_families(analysis):
     assert (groups.below, groups.below_over_all) == (1, 0)
 
 
+def test_families_are_counted_as_they_are_corrected(analysis):
+    """At levels between a p and its correction, where the two would be counted otherwise."""
+    pairs = [pair.logs for pair in analysis.inference.pairwise]
+    told = 0
+    for pair in pairs:
+        level = (pair.p + pair.p_holm) / 2
+        found = multiplicity(analysis.inference, "ranks", 1 - level)
+        family = next(f for f in found.families if f.name == "pairs of amplitudes, paired t")
+        assert family.corrected
+        assert family.below == sum(one.p_holm < found.level for one in pairs)
+        told += family.below != sum(one.p < found.level for one in pairs)
+    assert told
+
+
 def p_values(value):
     """Every field named p of a result, which a reader may take for a test."""
     if isinstance(value, tuple):
