@@ -1,5 +1,6 @@
 """Data of other laboratories: any quantity, any names, long and wide, Excel, SPSS, BIDS."""
 
+import numpy as np
 import openpyxl
 import pandas as pd
 import pyreadstat
@@ -7,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from analysis.pipeline import analyse
 from analysis.reading.load import load
 from analysis.reading.mapping import beside, parse_mapping, write_mapping
 from analysis.reading.units import factor
@@ -273,3 +275,20 @@ def test_units_that_do_not_convert_are_one_sentence(unit, wanted):
 def test_there_and_back_is_one(base, one, other):
     there, back = factor(one + base, other + base), factor(other + base, one + base)
     assert there * back == pytest.approx(1.0, rel=1e-12)
+
+
+def test_a_weber_fraction_is_one_of_the_reference(table_by_hand):
+    """Of one reference, 2, a fraction is half the difference: its slope is twice as steep."""
+    rng = np.random.default_rng(1)
+    rows = [
+        f"{who},2,{level},{'yes' if rng.random() < 0.1 + 0.35 * (level - 2) else 'no'}"
+        for who in "abcde"
+        for level in (2, 3, 4)
+        for _ in range(6)
+    ]
+    text = "\n".join(["subject,base,level,felt", *rows])
+    found = mapping(stimulus="level", response="", answer="felt", reference="base")
+    difference = analyse(load(table_by_hand(text), found)).inference.difference
+    assert difference.weber.log_odds_per_unit == pytest.approx(
+        2 * difference.psychometric.log_odds_per_unit, rel=1e-5
+    )
