@@ -14,7 +14,7 @@ from hashlib import sha256
 from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
-from analysis.reconstruction.constraints import impossible
+from analysis.reconstruction.contradictions import impossible
 from analysis.reconstruction.saddle_point import log10_multisets
 from analysis.reconstruction.solutions import Solutions
 

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from analysis.reconstruction.bounds import as_table
-from analysis.reconstruction.comparable_columns import require_comparable, values_of
+from analysis.reconstruction.comparable_columns import require_comparable
 from analysis.reconstruction.extreme_t import t_of_moments
 from analysis.reconstruction.independent import (
     every_f,
@@ -26,7 +25,7 @@ from analysis.reconstruction.independent import (
     welchs_t,
 )
 from analysis.reconstruction.least_f import least_f
-from analysis.reconstruction.sampling import Sampler
+from analysis.reconstruction.sums_of_products import Pair, example
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -41,12 +40,8 @@ if TYPE_CHECKING:
 Verdict = Literal["possible", "impossible", "not decided"]
 # Floating point's share in what is compared with a printed number.
 SLACK = 1e-9
-# Pairs of sums and sums of squares that are taken in turn, those that tables are sought for, and
-# data sets that are drawn and paired for each.
+# Pairs of sums and sums of squares that are taken in turn.
 COMBINATIONS = 1_000_000
-SOUGHT = 20
-DRAWN = 2000
-PAIRED = 50
 WORDS = {
     "paired_t": "paired t",
     "independent_t": "independent t",
@@ -248,25 +243,6 @@ def _rm_f(test: PrintedTest, columns: list[Solutions]) -> PrintedTestAnswer:
     return _said(test, columns, verdict, (low, inf))
 
 
-@dataclass(frozen=True)
-class _Pair:
-    """A sum and a sum of squares of either column, and the sums of products that fit."""
-
-    sums: tuple[int, int]
-    squares: tuple[int, int]
-    roots: tuple[float, float]
-    products: range
-
-    def correlations(self, n: int) -> tuple[float, float]:
-        """Return the least and the largest correlation."""
-        bottom = self.roots[0] * self.roots[1]
-        found = [
-            (n * value - self.sums[0] * self.sums[1]) / bottom
-            for value in (self.products[0], self.products[-1])
-        ]
-        return found[0], found[1]
-
-
 def _of_products(test: PrintedTest, columns: list[Solutions]) -> PrintedTestAnswer:
     """Answer for the paired t and the correlation: the sum of products is settled by them."""
     n = columns[0].column.n
@@ -284,17 +260,17 @@ def _of_products(test: PrintedTest, columns: list[Solutions]) -> PrintedTestAnsw
         # Every sum and sum of squares that some data set has is among them.
         return replace(found, verdict="impossible")
     ends = [pair.correlations(n) for pair in pairs]
-    example = _example(columns, pairs) if sharp and also else ()
+    shown = example(columns, pairs) if sharp and also else ()
     return replace(
         found,
-        verdict="possible" if example else "not decided",
+        verdict="possible" if shown else "not decided",
         correlation_low=min(low for low, _ in ends),
         correlation_high=max(high for _, high in ends),
-        example=example,
+        example=shown,
     )
 
 
-def _pair(test: PrintedTest, a: tuple[int, int], b: tuple[int, int], n: int) -> _Pair | None:
+def _pair(test: PrintedTest, a: tuple[int, int], b: tuple[int, int], n: int) -> Pair | None:
     """Return the sums of products that print the test beside these sums; None if there is none."""
     roots = sqrt(max(n * a[1] - a[0] ** 2, 0)), sqrt(max(n * b[1] - b[0] ** 2, 0))
     if not all(roots):
@@ -316,7 +292,7 @@ def _pair(test: PrintedTest, a: tuple[int, int], b: tuple[int, int], n: int) -> 
     products = range(
         ceil((low + a[0] * b[0] - slack) / n), floor((high + a[0] * b[0] + slack) / n) + 1
     )
-    return _Pair((a[0], b[0]), (a[1], b[1]), roots, products) if products else None
+    return Pair((a[0], b[0]), (a[1], b[1]), roots, products) if products else None
 
 
 def _scatter_of_t(test: PrintedTest, difference: int, n: int) -> tuple[float, float] | None:
@@ -333,52 +309,3 @@ def _scatter_of_t(test: PrintedTest, difference: int, n: int) -> tuple[float, fl
     if not top:
         return (0.0, inf) if low <= SLACK else None
     return top / high**2 if high < inf else 0.0, top / low**2 if low > 0 else inf
-
-
-def _example(columns: list[Solutions], pairs: list[_Pair]) -> Ratings:
-    """Return ratings that print the test; empty if a search finds none."""
-    if any(solutions.not_drawn for solutions in columns):
-        return ()
-    generator = np.random.default_rng(1)
-    drawn = [Sampler(solutions).draw(DRAWN, generator).astype(np.int64) for solutions in columns]
-    for pair in pairs[:SOUGHT]:
-        rows = [
-            x[(x.sum(axis=1) == total) & ((x**2).sum(axis=1) == squares)]
-            for x, total, squares in zip(drawn, pair.sums, pair.squares, strict=True)
-        ]
-        for x, y in zip(*(part[:PAIRED] for part in rows), strict=False):
-            for start in (np.sort(y), np.sort(y)[::-1], generator.permutation(y)):
-                found = _exchange(np.sort(x), start.copy(), pair.products)
-                if found is not None:
-                    tables = as_table(np.sort(x), found)
-                    return tuple(
-                        tuple(float(v) for v in values_of(solutions, np.array(row)))
-                        for solutions, row in zip(columns, tables, strict=True)
-                    )
-    return ()
-
-
-def _exchange(x: Array, y: Array, products: range) -> Array | None:
-    """Return `y` rearranged so that its products with `x` add up to one of `products`, or None.
-
-    By the exchange of two ratings that comes nearest, as long as one comes nearer.
-    """
-    gains = np.subtract.outer(x, x)
-    for _ in range(len(x) ** 2):
-        missing = _missing(int(x @ y), products)
-        if not missing:
-            return y
-        # y[i] and y[j] exchanged add (x_i - x_j) (y_j - y_i).
-        change = -gains * np.subtract.outer(y, y)
-        left = np.abs(missing - change)
-        place = int(left.argmin())
-        if left.flat[place] >= abs(missing):
-            return None
-        i, j = divmod(place, len(x))
-        y[i], y[j] = y[j], y[i]
-    return None
-
-
-def _missing(value: int, products: range) -> int:
-    """Return how far a sum of products is from those that fit."""
-    return max(products[0] - value, 0) or min(products[-1] - value, 0)

@@ -46,6 +46,8 @@ class PrintedTest(Record):
     def _enough(self) -> PrintedTest:
         if not (self.statistic or self.p or self.p_below):
             raise ValueError("expected a statistic, p or p_below")
+        if self.p_below and self.p_below.value <= 0:
+            raise ValueError("p_below is 0 or less, which no p is below")
         if self.kind == "rm_f" and (self.p or self.p_below):
             raise ValueError(
                 "leave out the p of a repeated-measures F: it depends on its correction"

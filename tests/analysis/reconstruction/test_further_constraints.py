@@ -159,9 +159,9 @@ def test_an_estimate_and_a_witness_hold_what_is_told(column, told):
     assert gives_what_is_printed(solutions.column, witness(solutions.column, solutions.targets))
 
 
-def test_a_percentage_that_nobody_s_number_gives_is_a_finding(column):
+def test_a_percentage_that_no_count_gives_is_a_finding(column):
     solutions = Solutions(column(30, "3.00", "1.00", maximum=6, percentages=[(2, "12.0")]))
-    assert "12.0 % of 30 at the rating 2 is nobody's number (GRIM)" in solutions.reason
+    assert "GRIM: no count out of 30 is 12.0 % (rating 2)" in solutions.reason
 
 
 def test_numbers_for_one_mean_must_agree(column):
