@@ -176,13 +176,18 @@ def assert_all_felt(plan, answered):
 def test_whenever_the_operator_pauses_all_intervals_are_felt_before_the_answer(
     laboratory, sit_down, disturbed, tmp_path
 ):
-    poll, paused = 1, True
+    poll, paused, turned = 1, True, []
     while paused:
         laboratory.folder = tmp_path / f"pause{poll}"
         answered = sit_down(disturbed, operator=PausesAt(poll))
         assert_all_felt(disturbed, answered)
         paused = bool(laboratory.records(disturbed, kind="pause"))
+        discarded = laboratory.records(disturbed, kind="discarded")
+        turned += [record.data["answer"].get("trace", []) for record in discarded]
         poll += 1
+    # What was turned until a pause is kept, though it is turned again from the start.
+    adjusts = disturbed.tasks()[0][0].answer == "matched_um_pp"
+    assert any(len(trace) > 1 for trace in turned) == adjusts
     assert poll > 20
 
 
