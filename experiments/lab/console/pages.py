@@ -159,7 +159,6 @@ def data(found: Snapshot, jobs: Jobs, _: Words) -> dict[str, Any]:
         "figure": figure.stat().st_mtime_ns if drawn else None,
         "rounded": _rounded,
         "analysing": bool(analysis and analysis.running),
-        "analysis_line": analysis.complained() if analysis else "",
         "analysis_failed": _failure(analysis),
     }
 

@@ -9,6 +9,7 @@ from io import BytesIO
 import pytest
 
 from experiments.lab.console import state
+from experiments.lab.console.jobs import Jobs
 from experiments.lab.console.plots import scatter
 from experiments.lab.console.words import LANGUAGES, page_texts
 from experiments.lab.run_summary import RunSummary, summary
@@ -294,6 +295,16 @@ def test_results_are_kept_back_until_somebody_unblinds_and_that_is_written_down(
     assert "80.512" in visitor.see("/data/report.html")
     assert visitor.ask("analyse")[0] == 200
     assert visitor.jobs.started == [("analysis", "analyse", "data")]
+
+
+def test_a_job_at_work_is_shown_and_one_that_failed_says_why(visitor, analysed, lab):
+    visitor.ask("unblind", word="unblind")
+    job = Jobs(lab).start("analysis", "the analysis", "analyse", "nothing")
+    visitor.jobs.jobs["analysis"] = job
+    if job.running:  # it is, unless this machine is very quick
+        assert "The analysis is at work" in words_of(visitor.see("/data"))
+    job.process.wait()
+    assert "It failed: slipscale analyse: nothing: no such file" in words_of(visitor.see("/data"))
 
 
 def test_unblinding_in_the_middle_of_a_session_stands_in_its_journal(visitor, session):
