@@ -36,7 +36,12 @@ def add_lab(parser: ArgumentParser) -> None:
         "init", help="make a laboratory folder: its slipscale.toml has every command's defaults"
     )
     init.add_argument(
-        "folder", type=Path, nargs="?", default=Path(), metavar="FOLDER", help="default: this one"
+        "folder",
+        type=Path,
+        nargs="?",
+        default=Path(),
+        metavar="FOLDER",
+        help="a new one, or one to become it (default: this one)",
     )
     init.add_argument("--study", metavar="STUDY", help="a TOML file or a shipped study's name")
     init.add_argument("--plate", metavar="SPEC", help="mock, serial:PORT or scpi:RESOURCE")
