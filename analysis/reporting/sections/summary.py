@@ -166,7 +166,7 @@ def _lines(analysis: Analysis) -> str:
         return "One participant's means: no spread and no intervals."
     level = 100 * analysis.dataset.choices.confidence
     intervals = (
-        f" Dark bars: geometric means with {level:g} % within-participant confidence intervals "
+        f" Bars: geometric means with {level:g} % within-participant confidence intervals "
         "(Cousineau-Morey on logarithms), where nobody's estimate is zero."
         if analysis.description["within_low"].notna().any()
         else ""
