@@ -6,6 +6,7 @@ from datetime import UTC, datetime, timedelta
 import pandas as pd
 import pytest
 
+from experiments.dataset.measured import OF_THE_PLATE
 from experiments.journal import header
 from experiments.journal.record import chained, decode, encode
 from experiments.journal.run_record import read_plan
@@ -112,8 +113,9 @@ def test_a_date_that_jumps_between_two_sessions_moves_no_time_back(session, wall
     assert times == sorted(times)
     (resume,) = [record for record in records if record.kind == "resume"]
     assert resume.data["resumed_utc"] == wall.date.isoformat(timespec="seconds")
-    # The interrupted trial lasts longer, and the sensor's noise follows time.
-    when = ["onset", "duration", "flag", "amplitude_readback_um_pp"]
+    # The interrupted trial lasts longer, and what the plate measures follows time.
+    measured = ["amplitude_readback_um_pp", *OF_THE_PLATE]
+    when = ["onset", "duration", "flag", *measured]
     for one, other in zip(tables(whole), tables(path), strict=True):
         pd.testing.assert_frame_equal(one.drop(columns=when), other.drop(columns=when))
 
