@@ -163,7 +163,7 @@ def test_a_texture_feels_like_its_mean_and_not_like_its_largest_amplitude(labora
     laboratory.plate.connect()
     laboratory.plate.present(GRATING)
     laboratory.person.perform(Explore(text=""), lambda: None)
-    felt = laboratory.person._felt[1]
+    felt = laboratory.person.respondent.felt_last_um_pp
     assert felt == pytest.approx(1.2, abs=0.2)
 
 
@@ -213,7 +213,7 @@ def test_a_plate_that_cannot_modulate_is_found_out_before_the_session(tmp_path):
     planned = PlannedSession(study="textures_demo", plate="mock", out=tmp_path)
     with pytest.raises(UserError, match="cannot present the texture 'T1'"):
         check_plate(planned)
-    plan = make_plan("textures_demo", participant="01")
+    plan = make_plan("textures_demo", participant="01", pilot=True)
     with pytest.raises(UserError, match="cannot present the texture 'T1'"):
         lab_session.begin(tmp_path, plan, Setting(plate="mock"))
     assert not plan.journal_path(tmp_path).exists()
