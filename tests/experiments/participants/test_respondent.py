@@ -46,7 +46,7 @@ def asked(records):
 
 @pytest.mark.parametrize(
     "study, population",
-    [("biet2007", Population()), ("biet2007", HABITUAL), ("paired_comparison", HABITUAL)],
+    [("biet2007", Population()), ("biet2007", HABITUAL), ("constant_stimuli", HABITUAL)],
     ids=["default", "habitual", "intervals"],
 )
 def test_the_bare_path_gives_the_answers_of_a_full_session(tmp_path, study, population):

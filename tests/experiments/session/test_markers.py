@@ -7,7 +7,7 @@ import types
 
 import pytest
 
-from experiments.cli import sessions
+import slipscale
 from experiments.journal.run_record import last_markers
 from experiments.running.preflight import PlannedSession, check_markers
 from experiments.session.marker_outputs import open_markers
@@ -245,8 +245,6 @@ def test_a_resumed_run_goes_on_with_the_markers_it_had(marked, laboratory, plan,
     )
     monkeypatch.setattr("experiments.journal.run_record.answered_by", lambda _records: "person")
     path = plan().journal_path(laboratory.folder)
-    parser_args = types.SimpleNamespace(
-        journal=path, plate=None, windowed=True, screen=0, unblind=False, markers=[]
-    )
-    sessions.run_resume(parser_args)
+    parser, resume = slipscale.load("resume")
+    resume(parser.parse_args([str(path), "--windowed"]))
     assert settings[0].markers == ("lsl:EEG",)
