@@ -68,7 +68,7 @@ def test_figures_of_yes_and_no_are_r_s(name):
         return
     # The estimate of the correlation differs in geepack, by what it divides.
     curve = difference.psychometric
-    assert curve.log_odds_per_um_pp == pytest.approx(expected["slope"], rel=1e-4)
+    assert curve.log_odds_per_unit == pytest.approx(expected["slope"], rel=1e-4)
     assert curve.intercept == pytest.approx(expected["intercept"], rel=1e-3)
     if name == "contrast":
         # 120 answers of a participant: a rule of few points over participants misses their peaks.
