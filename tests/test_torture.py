@@ -46,9 +46,11 @@ def test_two_that_write_at_once_are_found(monkeypatch):
     """The race itself can fail: here a session takes no lock at all."""
     monkeypatch.setattr(writers.locks, "take", lambda _stream, _path: None)
     outcome = pilots.Outcome()
-    writers.writer_campaign(pilots.plans_of("biet2007", 1)[0], 1, outcome)
-    assert len(outcome.bad) == len(writers.KINDS)
-    assert "of 4 writers 4 wrote" in outcome.bad[0][1]
+    # In the second round the journal is there, and nobody has to make it first.
+    writers.writer_campaign(pilots.plans_of("biet2007", 1)[0], 2, outcome)
+    told = [" ".join(map(str, each)) for each in outcome.bad]
+    for kind in writers.KINDS:
+        assert any(kind in each and "of 4 writers" in each for each in told)
 
 
 def test_every_protocol_takes_part_with_all_its_options():
