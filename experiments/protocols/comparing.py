@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
 
-from experiments.protocols.base import Count, Switch
+from experiments.protocols.base import Column, Count, Switch
 from experiments.protocols.pacing import RestedOptions
 from experiments.protocols.repeating import Condition, Repeating, part_over
 from experiments.protocols.steps import (
@@ -178,3 +178,14 @@ class Comparing(IntervalTask[Shown]):
 def truth(value: Value) -> str | None:
     """Return a yes or no as a cell of a table holds it."""
     return None if value is None else "true" if value else "false"
+
+
+#: The design's column of tasks after a plan.
+DESIGN: Mapping[str, Column] = {
+    "catch": Column(
+        value=lambda record: truth(record.trial.factors["catch"]),
+        kind="label",
+        description="Whether it is a practice or catch trial, outside the plan",
+        levels={"true": "outside the plan", "false": "one of the plan"},
+    ),
+}

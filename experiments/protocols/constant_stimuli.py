@@ -13,6 +13,7 @@ from pydantic import Field
 from experiments.languages.texts import answers
 from experiments.protocols.base import Amplitude, AtLeastOne, Column, Protocol
 from experiments.protocols.comparing import (
+    DESIGN,
     Comparing,
     ComparingOptions,
     Shown,
@@ -202,14 +203,7 @@ PROTOCOL = Protocol(
     answer="response",
     instructions="constant_stimuli.forced_choice.instructions",
     simulated={"response": _answer},
-    design={
-        "catch": Column(
-            value=lambda record: truth(record.trial.factors["catch"]),
-            kind="label",
-            description="Whether it is a practice or catch trial, outside the plan",
-            levels={"true": "outside the plan", "false": "one of the plan"},
-        ),
-    },
+    design=DESIGN,
     stimulus={
         "standard_um_pp": _column(
             "standard_um_pp", "Amplitude of the standard, peak to peak", units="um"

@@ -15,10 +15,10 @@ from pydantic import Field
 from experiments.languages.texts import answers
 from experiments.protocols.base import AtLeastOne, Column, Protocol
 from experiments.protocols.comparing import (
+    DESIGN,
     Comparing,
     ComparingOptions,
     Shown,
-    truth,
     with_catch_trials,
 )
 from experiments.protocols.simulation import compared
@@ -159,14 +159,7 @@ PROTOCOL = Protocol(
     answer="response",
     instructions="paired_comparison.pairs.instructions",
     simulated={"response": _answer},
-    design={
-        "catch": Column(
-            value=lambda record: truth(record.trial.factors["catch"]),
-            kind="label",
-            description="Whether it is a practice or catch trial, outside the plan",
-            levels={"true": "outside the plan", "false": "one of the plan"},
-        ),
-    },
+    design=DESIGN,
     stimulus={f"stimulus{number}": _surface(number) for number in (1, 2, 3)},
     response={
         "response": Column(
