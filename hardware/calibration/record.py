@@ -142,7 +142,8 @@ class Calibration(CalibrationTable):
         linear = [each for each in self.points if each.sweep == "voltage"]
         for readings in (fine or coarse, linear):
             misfit = self._misfit(readings)
-            if misfit > MISFIT:
+            # Of numbers beyond all measure the distance is nan.
+            if misfit > MISFIT or math.isnan(misfit):
                 raise ValueError(
                     f"the readings of the {readings[0].sweep} sweep lie {misfit:.0%} from what "
                     f"resonance and gain say, expected up to {MISFIT:.0%}"
@@ -154,13 +155,16 @@ class Calibration(CalibrationTable):
         largest_um_pp = max((each.amplitude_um_pp for each in readings), default=0.0)
         if largest_um_pp == 0:
             return math.inf if readings else 0.0
-        square = sum((each.amplitude_um_pp - self._expected_um_pp(each)) ** 2 for each in readings)
-        return math.sqrt(square / len(readings)) / largest_um_pp
+        # hypot takes numbers of any size, which a square does not.
+        apart = math.hypot(
+            *(each.amplitude_um_pp - self._expected_um_pp(each) for each in readings)
+        )
+        return apart / math.sqrt(len(readings)) / largest_um_pp
 
     def _expected_um_pp(self, point: Point) -> float:
         resonance = self.resonance
         detuning = (point.frequency_hz - resonance.frequency_hz) / resonance.frequency_hz
-        lost = math.sqrt(1 + (2 * resonance.quality_factor * detuning) ** 2)
+        lost = math.hypot(1, 2 * resonance.quality_factor * detuning)
         return self.gain.um_pp_per_v * point.voltage_v / lost
 
     @property

@@ -68,3 +68,18 @@ def test_a_calibration_is_used_or_refused_in_a_sentence(whole, data, signed):
     assert limits.amplitude_um_pp <= PlateLimits().amplitude_um_pp
     assert volts >= 0
     assert to_toml(calibration)
+
+
+@pytest.mark.parametrize("name", ["frequency_hz", "voltage_v", "amplitude_um_pp"])
+@pytest.mark.parametrize("value", ["1e308", "1e-308"])
+def test_a_reading_of_no_possible_size_is_refused_in_a_sentence(whole, name, value):
+    text, path = whole
+    first, *points = text.split("[[points]]")
+    lines = [
+        f"{name} = {value}" if line.startswith(f"{name} =") else line
+        for line in points[2].splitlines()
+    ]
+    points[2] = "\n".join(lines) + "\n\n"
+    path.write_text("[[points]]".join([first, *points]), encoding="utf-8")
+    with pytest.raises(UserError, match=r"lie .* from what resonance and gain say|checksum|sha256"):
+        read_calibration(path)
