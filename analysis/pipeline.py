@@ -165,19 +165,7 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
         people = kept[PARTICIPANT].cat.remove_unused_categories()
         return kept.assign(**{PARTICIPANT: people})
 
-    return (
-        replace(
-            data,
-            estimates=keep(data.estimates),
-            answers=keep(data.answers),
-            differences=keep(data.differences),
-            textures=keep(data.textures),
-            forced_choices=keep(data.forced_choices),
-            comparisons=keep(data.comparisons),
-            matches=keep(data.matches),
-        ),
-        why,
-    )
+    return data.with_tables(keep), why
 
 
 def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:

@@ -16,11 +16,7 @@ if TYPE_CHECKING:
 def sessions_of(data: Dataset) -> list[str]:
     """Return the labels of all sessions in which there are trials, sorted."""
     found: set[str] = set()
-    tables = (
-        *(data.estimates, data.answers, data.differences, data.textures),
-        *(data.forced_choices, data.comparisons, data.matches),
-    )
-    for table in tables:
+    for table in data.tables.values():
         if "session" in table:
             found |= set(table["session"].dropna().astype(str))
     return sorted(found - {""})
@@ -39,17 +35,8 @@ def only_session(data: Dataset, session: str) -> Dataset:
         there = ", ".join(known) or "none"
         raise UserError(f"{data.name}: there is no session '{session}'; there are: {there}")
     note = f"Only session {session} is analysed, of {', '.join(known)}."
-    return replace(
-        data,
-        estimates=_rows(data.estimates, session),
-        answers=_rows(data.answers, session),
-        differences=_rows(data.differences, session),
-        textures=_rows(data.textures, session),
-        forced_choices=_rows(data.forced_choices, session),
-        comparisons=_rows(data.comparisons, session),
-        matches=_rows(data.matches, session),
-        problems=(*data.problems, note),
-    )
+    of_session = data.with_tables(lambda table: _rows(table, session))
+    return replace(of_session, problems=(*data.problems, note))
 
 
 def _rows(table: pd.DataFrame, session: str) -> pd.DataFrame:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -15,8 +15,15 @@ from experiments.dataset.schema import PARTICIPANT
 from experiments.study.analysis_choices import AnalysisChoices
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from pathlib import Path
+
+
+#: The fields of `Dataset` that hold trials.
+TABLES = (
+    *("estimates", "answers", "differences", "textures"),
+    *("forced_choices", "comparisons", "matches"),
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,6 +95,16 @@ class Dataset:
     forced_choices: pd.DataFrame = field(default_factory=empty_choices)
     comparisons: pd.DataFrame = field(default_factory=empty_comparisons)
     matches: pd.DataFrame = field(default_factory=empty_matches)
+
+    @property
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """All tables of trials, by their field."""
+        return {name: getattr(self, name) for name in TABLES}
+
+    def with_tables(self, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Dataset:
+        """Return the data with every table of trials changed alike."""
+        changed: dict[str, Any] = {name: change(rows) for name, rows in self.tables.items()}
+        return replace(self, **changed)
 
     @property
     def people(self) -> set[str]:
