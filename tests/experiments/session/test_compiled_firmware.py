@@ -17,26 +17,9 @@ from hardware.clock import SystemClock, VirtualClock
 from hardware.errors import NotReached
 from hardware.registry import open_plate
 from stimuli.surface import VirtualSurface
-from tools.board_sessions import board_plan, rows_of, run_on_board
+from tools.board_sessions import STUDY, board_plan, rows_of, run_on_board
 
-SHORT = """
-name = "short"
-title = "Three surfaces in real time"
-authors = ["A. Test"]
-language = "en"
-seed = 1
-participants = 1
-amplitudes_um_pp = [0.0, 0.5, 2.3]
-
-[[tasks]]
-protocol = "magnitude_estimation"
-repetitions = 1
-practice = 0
-randomisation = "blocked"
-scale_top = "declared"
-"""
-
-
+SHORT = STUDY.replace("[0.5, 1.2, 2.3]", "[0.0, 0.5, 2.3]")
 TOUCH_S = 0.25  # two heartbeats
 BOARD = ("--firmware", "--gain", "0.184", "--seed", "4")
 
