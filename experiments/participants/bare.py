@@ -2,7 +2,8 @@
 
 The same protocol is asked the same questions in the same order by the same person as in a full
 session on the mock plate, and gives the same answers, many times as fast. A texture is felt as
-the mean of its amplitude; in a session it is felt at moments of the stroke.
+the mean of its amplitude; in a session it is felt at moments of the stroke. A notch that is turned
+takes no time beyond the person's; on a plate it has to settle.
 """
 
 from __future__ import annotations
@@ -10,9 +11,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from experiments.participants.respondent import Respondent
-from experiments.participants.simulated import FELT_DIGITS
+from experiments.participants.simulated import FELT_DIGITS, turned_until_content
 from experiments.protocols.steps import (
     Adjust,
+    Adjusted,
     Ask,
     EndBlock,
     EndTrial,
@@ -26,7 +28,7 @@ from experiments.protocols.steps import (
     Silence,
     Voided,
 )
-from faults import UserError
+from hardware.clock import VirtualClock
 from stimuli.texture import Grating
 
 if TYPE_CHECKING:
@@ -38,7 +40,7 @@ if TYPE_CHECKING:
     from stimuli.surface import Surface
 
 # Who gives up does so when one of these comes.
-PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, EndBlock)
+PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, Adjust, EndBlock)
 
 
 class BareStep(NamedTuple):
@@ -122,9 +124,23 @@ class _Bare:
         self.person.feels(step, _felt_um_pp(self.on_plate))
         return Reply(response_time_s=duration_s)
 
-    def adjust(self, step: Adjust) -> Reply:
-        raise UserError(
-            f"'{step.name}' is turned at the plate, which a bare run has not; expected a session"
+    def adjust(self, step: Adjust) -> Adjusted:
+        clock = VirtualClock()
+        trace = [(0.0, _mean_um_pp(self.on_plate))]
+
+        def turn(notches: int) -> None:
+            aim_um_pp = step.turned_um_pp(trace[-1][1], notches)
+            if aim_um_pp != trace[-1][1]:
+                trace.append((clock.now(), aim_um_pp))
+
+        reply = turned_until_content(self.person, step, lambda: trace[-1][1], turn, clock)
+        return Adjusted(
+            value=trace[-1][1],
+            response_time_s=reply.response_time_s,
+            time_source=reply.time_source,
+            timed_out=reply.timed_out,
+            readback_um_pp=trace[-1][1],
+            trace=tuple(trace),
         )
 
     def silence(self, _step: Silence) -> None:
@@ -132,8 +148,10 @@ class _Bare:
 
 
 def _felt_um_pp(surface: Surface | None) -> float:
-    return 0.0 if surface is None else round(_mean_um_pp(surface), FELT_DIGITS)
+    return round(_mean_um_pp(surface), FELT_DIGITS)
 
 
-def _mean_um_pp(surface: Surface) -> float:
+def _mean_um_pp(surface: Surface | None) -> float:
+    if surface is None:
+        return 0.0
     return surface.mean_um_pp if isinstance(surface, Grating) else surface.amplitude_um_pp

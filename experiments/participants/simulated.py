@@ -122,30 +122,12 @@ class SimulatedParticipant:
         """Turn until the function that answers says that it will do."""
         watch()
         self._stop_if_enough()
-        person = self.respondent
-        onset_s = self._clock.now()
-        limit_s = math.inf if step.time_limit_s is None else step.time_limit_s
-        person.begin(step)
-        person.turned = 0
-        timed_out = False
-        for _ in range(MOST_TURNS):
-            self._clock.sleep(TURN_S)
-            if self._clock.now() - onset_s > limit_s:
-                timed_out = True
-                break
-            person.feels(step, round(self._feel(), FELT_DIGITS))
-            notches = int(person.told(step) or 0)
-            if not notches:
-                break
+
+        def turn_and_watch(notches: int) -> None:
             turn(notches)
-            person.turned += notches
             watch()
-        return Reply(
-            onset_s=onset_s,
-            response_time_s=None if timed_out else self._clock.now() - onset_s,
-            time_source="simulated",
-            timed_out=timed_out,
-        )
+
+        return turned_until_content(self.respondent, step, self._feel, turn_and_watch, self._clock)
 
     def hold(self, _text: str, until: Callable[[], bool]) -> None:
         """Wait."""
@@ -192,3 +174,37 @@ class SimulatedParticipant:
         trace: TracebackType | None,
     ) -> None:
         return None
+
+
+def turned_until_content(
+    person: Respondent, step: Adjust, feel: Callable[[], float], turn: Turn, clock: Clock
+) -> Reply:
+    """Turn notch by notch until the function that answers says that it will do.
+
+    Parameters
+    ----------
+    feel : callable
+        Returns the plate's vibration now, µm peak to peak.
+    """
+    onset_s = clock.now()
+    limit_s = math.inf if step.time_limit_s is None else step.time_limit_s
+    person.begin(step)
+    person.turned = 0
+    timed_out = False
+    for _ in range(MOST_TURNS):
+        clock.sleep(TURN_S)
+        if clock.now() - onset_s > limit_s:
+            timed_out = True
+            break
+        person.feels(step, round(feel(), FELT_DIGITS))
+        notches = int(person.told(step) or 0)
+        if not notches:
+            break
+        turn(notches)
+        person.turned += notches
+    return Reply(
+        onset_s=onset_s,
+        response_time_s=None if timed_out else clock.now() - onset_s,
+        time_source="simulated",
+        timed_out=timed_out,
+    )

@@ -30,6 +30,8 @@ from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal
 
+from experiments.protocols.adaptive.track import rounded
+
 if TYPE_CHECKING:
     from stimuli.surface import Surface
 
@@ -223,6 +225,11 @@ class Adjust:
     lowest_um_pp: float
     highest_um_pp: float
     time_limit_s: float | None = None
+
+    def turned_um_pp(self, from_um_pp: float, notches: int) -> float:
+        """Return where so many notches lead, held within the bounds, µm peak to peak."""
+        aim_um_pp = rounded(from_um_pp + notches * self.step_um_pp)
+        return min(max(aim_um_pp, self.lowest_um_pp), self.highest_um_pp)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

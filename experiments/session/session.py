@@ -346,8 +346,7 @@ class Session:
         trace = [(0.0, start_um_pp)]
 
         def turn(notches: int) -> None:
-            aim_um_pp = round(trace[-1][1] + notches * step.step_um_pp, DECIMALS)
-            aim_um_pp = min(max(aim_um_pp, step.lowest_um_pp), step.highest_um_pp)
+            aim_um_pp = step.turned_um_pp(trace[-1][1], notches)
             if aim_um_pp != trace[-1][1]:
                 self._surface.turn(turned(aim_um_pp))
                 trace.append((round(self._clock.now() - began_s, DECIMALS), aim_um_pp))

@@ -15,7 +15,15 @@ from experiments.participants.population import (
     read_population,
 )
 from experiments.participants.respondent import Respondent
-from experiments.protocols.steps import Ask, Explore, Instruct, NumberQuestion, Reply, Trial
+from experiments.protocols.steps import (
+    Adjusted,
+    Ask,
+    Explore,
+    Instruct,
+    NumberQuestion,
+    Reply,
+    Trial,
+)
 from experiments.running.pilot import gave_up, pilot_plans, run_simulated
 from faults import UserError
 
@@ -55,6 +63,24 @@ def test_the_bare_path_gives_the_answers_of_a_full_session(tmp_path, study, popu
         run_simulated(tmp_path, plan, "mock")
         records = read_plan(plan.journal_path(tmp_path))[1]
         assert answers_of(bare_run(plan, population)) == asked(records)
+
+
+def test_the_bare_path_turns_the_plate_as_a_full_session_does(tmp_path):
+    plans = pilot_plans("matching", participants=3, seed=3, language="en", population=HABITUAL)
+    for plan in plans:
+        run_simulated(tmp_path, plan, "mock")
+        turned = [
+            [um_pp for _, um_pp in record.data["answer"]["trace"]]
+            for record in read_plan(plan.journal_path(tmp_path))[1]
+            if record.kind == "done" and "trace" in (record.data["answer"] or {})
+        ]
+        bare = [
+            [um_pp for _, um_pp in answer.trace]
+            for _, answer, _ in bare_run(plan, HABITUAL)
+            if isinstance(answer, Adjusted)
+        ]
+        assert bare == turned
+        assert sum(map(len, turned)) > 10 * len(turned)
 
 
 def test_a_pilot_of_people_with_habits_is_the_same_wherever_it_was_cut(tmp_path):

@@ -89,6 +89,6 @@ def test_nonsense_is_refused_in_a_sentence(capsys, words):
     assert words[0] in capsys.readouterr().err
 
 
-def test_a_protocol_that_cannot_be_answered_bare_is_refused_in_a_sentence(capsys):
-    assert slipscale.main(["study", "show", "matching", "--timeline", "--people", "1"]) == 2
-    assert "expected a session" in capsys.readouterr().err
+def test_matching_has_a_timeline_too(capsys):
+    assert slipscale.main(["study", "show", "matching", "--timeline", "--people", "1"]) == 0
+    assert "Matching by adjustment" in capsys.readouterr().out
