@@ -1,7 +1,8 @@
 """Plug-ins: what other packages add by entry points, each name once.
 
 Two packages that give the same name would hide one another by the accident of an installation's
-order; which of them runs must not depend on that.
+order; which of them runs must not depend on that. What goes wrong in a package is told in one
+sentence that names it.
 """
 
 from __future__ import annotations
@@ -9,16 +10,19 @@ from __future__ import annotations
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
-from faults import UserError
+from faults import RigError, UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
 PROTOCOLS = "slipscale.protocols"
 PARTICIPANTS = "slipscale.participants"
 ANALYSES = "slipscale.analyses"
+OURS = "slipscale"
+
+T = TypeVar("T")
 
 
 @cache
@@ -37,7 +41,7 @@ def installed(group: str) -> Mapping[str, EntryPoint]:
         known = found.setdefault(point.name, point)
         if known.value != point.value:
             sources = " and ".join(
-                sorted(f"{each.value} ({_package(each)})" for each in (known, point))
+                sorted(f"{each.value} ({package_of(each)})" for each in (known, point))
             )
             raise UserError(
                 f"plug-ins: '{point.name}' of the group {group} is there twice, as {sources}; "
@@ -46,5 +50,43 @@ def installed(group: str) -> Mapping[str, EntryPoint]:
     return MappingProxyType(dict(sorted(found.items())))
 
 
-def _package(point: EntryPoint) -> str:
+def package_of(point: EntryPoint) -> str:
+    """Return the name of the package that brings a plug-in."""
     return point.dist.name if point.dist else "no package"
+
+
+def called(point: EntryPoint, action: Callable[[], T], what: str) -> T:
+    """Return what a plug-in's own code returns; tell in one sentence what it raises.
+
+    Parameters
+    ----------
+    point : EntryPoint
+    action : callable
+        Calls the plug-in.
+    what : str
+        The subject of the sentence: "analysis 'grip' of the package ourlab".
+
+    Raises
+    ------
+    UserError
+        The plug-in raised something other than a sentence of its own; the line is that of the
+        innermost of its own functions.
+    """
+    try:
+        return action()
+    except (UserError, RigError):
+        raise
+    except Exception as error:
+        raise UserError(f"{what} raised {_told(point, error)}") from error
+
+
+def _told(point: EntryPoint, error: Exception) -> str:
+    own, line = point.module.partition(".")[0], ""
+    trace = error.__traceback__
+    while trace:
+        module = str(trace.tb_frame.f_globals.get("__name__"))
+        if module.partition(".")[0] == own:
+            line = f" (module {module}, line {trace.tb_lineno})"
+        trace = trace.tb_next
+    words = " ".join(str(error).split())
+    return f"{type(error).__name__}{f': {words}' if words else ''}{line}"

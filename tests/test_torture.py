@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from experiments.protocols.base import protocol_names
+from experiments.protocols.registry import protocol_names
 from experiments.study.file import read_study
 from hardware.emulator.process import EmulatorProcess
 from tools.torture import __main__ as torture

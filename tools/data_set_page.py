@@ -23,7 +23,7 @@ from experiments.dataset.schema import (
     session_columns,
     table_stem,
 )
-from experiments.protocols.base import load_protocol, protocol_names
+from experiments.protocols.registry import load_protocol, protocol_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

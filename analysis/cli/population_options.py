@@ -19,8 +19,8 @@ def add_population(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--population",
         metavar="NAME",
-        help="who is simulated: biet2007 (default), realistic (with people's habits), or a TOML "
-        "file",
+        help="who is simulated: biet2007 (default), realistic (with people's habits), a TOML file, "
+        "or one that an installed package brings",
     )
     parser.add_argument(
         "--from",

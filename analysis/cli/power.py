@@ -191,6 +191,12 @@ def run_power(args: Namespace) -> int:
     assurance = assurance_of(args.assurance)
     study, text = read_study(args.study)
     population, fitted = chosen_population(args)
+    if population.behaviour:
+        raise UserError(
+            f"--population {args.population}: power draws answers from a population's numbers "
+            f"alone, and not by the code of '{population.behaviour}'; expected a population "
+            "without a behaviour (pilot simulates this one)"
+        )
     design = design_of(study, text, population, args.alpha)
     wanted = conditions(axes_of(args, design.task.repetitions, population))
     beside = without_effect(wanted)

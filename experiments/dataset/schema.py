@@ -102,7 +102,7 @@ def columns(protocol: Protocol, measured: Iterable[str] = ()) -> dict[str, Colum
     own = {**protocol.design, **protocol.stimulus, **protocol.response}
     if doubled := sorted(set(own) & {*common, *MEASURED}):
         raise UserError(
-            f"protocol '{protocol.task}': column {', '.join(doubled)} is in every task's table; "
+            f"{protocol.named}: column {', '.join(doubled)} is in every task's table; "
             "expected another name"
         )
     if protocol.interval_columns:

@@ -22,10 +22,19 @@ from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+    model_validator,
+)
 
+from experiments.participants.behaviour import behaviour_names, load_behaviour
 from experiments.participants.habits import REALISTIC, Habits
 from faults import UserError
 from faults.toml_file import parse_toml
@@ -41,6 +50,7 @@ SD_SENSATION = (12.75, 8.11, 8.82, 10.76)
 TURN_UM_PP = 0.5
 # Amplitudes kept for the next who feels the same: an adaptive method presents ever new ones.
 MOST_KEPT = 2**12
+OWN = "behaviour"
 
 Share = Annotated[float, Field(ge=0, le=1)]
 AboveZero = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -134,6 +144,16 @@ class Population(BaseModel):
     habits: Habits = Field(
         default=Habits(), description="What people do beside answering; all off by default."
     )
+    behaviour: str = Field(
+        default="",
+        description="Name of a package's own behaviour (an entry point of slipscale.participants); "
+        "left out: Slipscale's own people answer.",
+    )
+
+    @model_serializer(mode="wrap")
+    def _as_before(self, numbers: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        # Journals of pilots that were begun without it are gone on with.
+        return {name: value for name, value in numbers(self).items() if value or name != OWN}
 
     @model_validator(mode="after")
     def _possible(self) -> Self:
@@ -256,21 +276,48 @@ POPULATIONS: dict[str, Callable[[], Population]] = {
 
 
 def read_population(name: str) -> Population:
-    """Return a shipped population by name, or one that a TOML file describes.
+    """Return a shipped population by name, a package's own, or one that a TOML file describes.
 
     Raises
     ------
     UserError
-        There is neither, or the file has faults: all are told at once, each with its line.
+        There is none of these, the file has faults (all are told at once, each with its line), or
+        a package gives the name of a shipped population to its own.
     """
+    if name in POPULATIONS and name in behaviour_names():
+        raise UserError(
+            f"{load_behaviour(name).named}: '{name}' is a shipped population; expected the entry "
+            "point to have another name"
+        )
     if name in POPULATIONS:
         return POPULATIONS[name]()
+    if name in behaviour_names():
+        return _of_package(name)
     try:
         text = Path(name).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        known = ", ".join([*POPULATIONS, *behaviour_names()])
         raise UserError(
-            f"population '{name}': {reason}; expected a TOML file or one of the shipped "
-            f"populations: {', '.join(POPULATIONS)}"
+            f"population '{name}': {reason}; expected a TOML file or one of the populations that "
+            f"are there: {known}"
         ) from None
-    return parse_toml(text, name, Population)
+    found = parse_toml(text, name, Population)
+    if found.behaviour:
+        load_behaviour(found.behaviour)  # that it is there is told before anything is begun
+    return found
+
+
+def _of_package(name: str) -> Population:
+    """Return the population that a package's behaviour brings."""
+    behaviour = load_behaviour(name)
+    try:
+        own = dict(behaviour.kind.population)
+        return Population.model_validate({**own, "name": name, OWN: name})
+    except (TypeError, ValueError) as error:
+        first = error.errors()[0] if isinstance(error, ValidationError) else None
+        where = ".".join(map(str, first["loc"])) if first else ""
+        raise UserError(
+            f"{behaviour.named}: its population is none: {f'{where}: ' if where else ''}"
+            f"{first['msg'] if first else error}"
+        ) from None

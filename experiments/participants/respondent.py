@@ -12,6 +12,7 @@ import math
 from collections import Counter
 from typing import TYPE_CHECKING
 
+from experiments.participants.behaviour import Behaviour, load_behaviour
 from experiments.participants.habits import (
     ROUND_TO_PERCENT,
     Frame,
@@ -21,6 +22,7 @@ from experiments.participants.habits import (
 )
 from experiments.participants.population import Population, curves
 from experiments.protocols.randomisation import Stream
+from experiments.protocols.simulation import misfit
 from experiments.protocols.steps import (
     CONSENT,
     Adjust,
@@ -43,7 +45,7 @@ from faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from experiments.protocols.simulation import SimulatedAnswer
+    from experiments.protocols.simulation import SimulatedAnswer, SimulatedPerson
     from experiments.protocols.steps import Answer, Step, Trial
 
 # What people say has been removed; the first is the paper's ("less slippery", Section IV-B).
@@ -65,10 +67,10 @@ VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
 }
 
 
-def unanswered(task: str, name: str) -> str:
+def unanswered(protocol: str, name: str) -> str:
     """Return the sentence about a question that nobody answers in a pilot."""
     return (
-        f"protocol '{task}': no simulated participant can answer '{name}', so there is no pilot "
+        f"{protocol}: no simulated participant can answer '{name}', so there is no pilot "
         f"of it; expected its 'simulated' to say who answers"
     )
 
@@ -107,6 +109,11 @@ class Respondent:
     ) -> None:
         people = population or Population()
         self._answers = answers or {}
+        # A laboratory's own class, if any, and who answers: one of it, or this person.
+        self._behaviour = load_behaviour(people.behaviour) if people.behaviour else None
+        self._person: SimulatedPerson = self
+        if self._behaviour is not None:
+            self._person = self._behaviour.made(self)
         self._key = (seed, participant)
         self._visit = ("visit", visit) if visit else ()
         self.language = language
@@ -201,6 +208,7 @@ class Respondent:
         people = self._people
         deviate = self.stream("explore").normal()
         wish_s = people.exploration_s * self._pace * math.exp(people.exploration_sigma * deviate)
+        wish_s = self._own_duration_s(step, wish_s)
         longest_s = math.inf if step.maximum_s is None else step.maximum_s
         return min(max(wish_s, step.minimum_s), longest_s)
 
@@ -210,6 +218,7 @@ class Respondent:
         people = self._people
         deviate = self.stream(step.name, "time").normal()
         time_s = people.answer_s * self._pace * math.exp(people.answer_sigma * deviate)
+        time_s = self._own_duration_s(step, time_s)
         if step.time_limit_s is not None and time_s > step.time_limit_s:
             return Reply(response_time_s=step.time_limit_s, timed_out=True)
         return Reply(value=self._value(step), response_time_s=time_s)
@@ -234,8 +243,15 @@ class Respondent:
         task = step.trial.task if step.trial else getattr(step, "task", "")
         answer = self._answers.get((task, step.name))
         if answer is None:
-            raise UserError(unanswered(task, step.name))
-        return answer(step, self)
+            raise UserError(unanswered(f"task '{task}'", step.name))
+        if self._behaviour is None:
+            who, value = f"the simulated answer of task '{task}'", answer(step, self)
+        else:
+            who, person = self._behaviour.named, self._person
+            value = self._behaviour.ask(lambda: answer(step, person))
+        if wrong := misfit(step, value):
+            raise UserError(f"{who} {wrong}")
+        return value
 
     # What a protocol may know, see `experiments.protocols.simulation.SimulatedPerson` -------------
 
@@ -327,6 +343,18 @@ class Respondent:
         if isinstance(question, ChoiceQuestion):
             return stream.choice(question.options)[0]
         raise TypeError(f"no simulated answer to {type(question).__name__}")
+
+    def _own_duration_s(self, step: Explore | Ask, usual_s: float) -> float:
+        """Return how long a step takes people of a laboratory's own, if that is who this is."""
+        person, behaviour = self._person, self._behaviour
+        if behaviour is None or not isinstance(person, Behaviour):
+            return usual_s
+        time_s: object = behaviour.ask(lambda: person.duration_s(step, usual_s))
+        if not isinstance(time_s, int | float) or not 0 <= time_s < math.inf:
+            raise UserError(
+                f"{behaviour.named} takes {time_s!r} for a step, expected seconds, 0 or more"
+            )
+        return float(time_s)
 
     def _lapses(self) -> bool:
         lapses = self._people.habits.lapses

@@ -1,7 +1,6 @@
-"""What a protocol is made of, and where protocols are found.
+"""What a protocol is made of; where protocols are found is said by `registry`.
 
-A laboratory adds a protocol as an entry point of the group ``slipscale.protocols`` that names a
-`Protocol`; the study file's ``protocol`` key is the entry point's name. What most protocols share
+What most protocols share
 is beside this: the options of `pacing`, and `repeating`, which counts trials and has voided ones
 come again.
 """
@@ -17,7 +16,6 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 from experiments.protocols.randomisation import Stream
 from experiments.protocols.williams import Place
 from faults import UserError
-from faults.plug_ins import PROTOCOLS, installed
 from stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
@@ -255,6 +253,9 @@ class Protocol:
         its trials have intervals.
     interval_columns : int
         For how many intervals the table has columns; `for_task` sets it.
+    package : str
+        The package that brings it, empty for Slipscale's own;
+        `registry.load_protocol` sets it.
 
     Raises
     ------
@@ -283,6 +284,7 @@ class Protocol:
     check: Callable[[Any, Context], None] | None = None
     textures: bool = False
     interval_columns: int = 0
+    package: str = ""
 
     def __post_init__(self) -> None:
         own = [*self.design, *self.stimulus, *self.response]
@@ -298,7 +300,14 @@ class Protocol:
             ),
         )
         if faults := [expected for fault, expected in wrong if fault]:
-            raise UserError(f"protocol '{self.task}': expected that {'; that '.join(faults)}")
+            raise UserError(f"{self.named}: expected that {'; that '.join(faults)}")
+
+    @property
+    def named(self) -> str:
+        """What sentences call it: its task, and the package that brings it."""
+        return f"protocol '{self.task}'" + (
+            f" of the package {self.package}" if self.package else ""
+        )
 
     def for_task(self, options: Options) -> Protocol:
         """Return the protocol as a task of a study has it: under its label, with its intervals."""
@@ -320,32 +329,7 @@ def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
     """
     if protocol.texts and language not in protocol.texts:
         raise UserError(
-            f"protocol '{protocol.task}': has no texts in '{language}'; it has them in "
+            f"{protocol.named}: has no texts in '{language}'; it has them in "
             f"{', '.join(protocol.texts)}"
         )
     return protocol.texts.get(language, {})
-
-
-def protocol_names() -> list[str]:
-    """Return the names of all installed protocols, sorted."""
-    return list(installed(PROTOCOLS))
-
-
-def load_protocol(name: str) -> Protocol:
-    """Return an installed protocol by name; KeyError if there is none.
-
-    Raises
-    ------
-    UserError
-        It is no `Protocol`, or its texts would hide others.
-    """
-    loaded: object = installed(PROTOCOLS)[name].load()
-    if not isinstance(loaded, Protocol):
-        raise UserError(f"protocol '{name}': its entry point is {loaded!r}, expected a Protocol")
-    for language, texts in loaded.texts.items():
-        if foreign := [key for key in texts if not key.startswith(f"{name}.")]:
-            raise UserError(
-                f"protocol '{name}': its {language} text '{foreign[0]}' could hide another's; "
-                f"expected a key that begins with '{name}.'"
-            )
-    return loaded

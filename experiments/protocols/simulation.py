@@ -7,15 +7,24 @@ is `SimulatedPerson`, and no more: neither the protocol's plan nor which answer 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
-from experiments.protocols.steps import ComparisonQuestion
+from experiments.protocols.steps import (
+    Adjust,
+    ChoiceQuestion,
+    ComparisonQuestion,
+    NumberQuestion,
+    TextQuestion,
+    WholeNumberQuestion,
+    YesNoQuestion,
+)
 from faults import UserError
 
 if TYPE_CHECKING:
     from experiments.protocols.randomisation import Stream
-    from experiments.protocols.steps import Adjust, Ask, Value
+    from experiments.protocols.steps import Ask, Value
 
 
 class SimulatedPerson(Protocol):
@@ -25,9 +34,17 @@ class SimulatedPerson(Protocol):
     something was called.
     """
 
-    language: str
-    scale_top: float
-    turned: int  # by how many notches, in an `Adjust`
+    @property
+    def language(self) -> str:
+        """The language of verbal reports."""
+
+    @property
+    def scale_top(self) -> float:
+        """What this person calls the most slippery surface imaginable."""
+
+    @property
+    def turned(self) -> int:
+        """By how many notches the surface was turned, in an `Adjust`."""
 
     @property
     def felt_um_pp(self) -> tuple[float, ...]:
@@ -88,3 +105,41 @@ def until_equal(_step: Adjust, person: SimulatedPerson) -> int:
         return 1 if now < reference else -1 if now > reference else 0
     reached = now >= reference if person.turned > 0 else now <= reference
     return 0 if reached else 1 if person.turned > 0 else -1
+
+
+def _number(_question: object, value: object) -> bool:
+    real = isinstance(value, int | float) and not isinstance(value, bool)
+    return real and math.isfinite(float(str(value))) and float(str(value)) >= 0
+
+
+#: Kind of question: what is an answer to it, and in words.
+ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
+    NumberQuestion: (_number, "a number of 0 or more"),
+    WholeNumberQuestion: (
+        lambda question, value: (
+            _number(question, value) and value in range(question.minimum, question.maximum + 1)
+        ),
+        "a whole number within the question's bounds",
+    ),
+    YesNoQuestion: (lambda _, value: isinstance(value, bool), "true or false"),
+    TextQuestion: (lambda _, value: isinstance(value, str), "a text"),
+    ChoiceQuestion: (
+        lambda question, value: value in [code for code, _ in question.options],
+        "the code of one of the options",
+    ),
+    ComparisonQuestion: (
+        lambda question, value: value in range(1, len(question.options) + 1),
+        "the number of an interval",
+    ),
+    Adjust: (
+        lambda _, value: isinstance(value, int) and not isinstance(value, bool),
+        "a whole number of notches",
+    ),
+}
+
+
+def misfit(step: Ask | Adjust, value: object) -> str | None:
+    """Return why a value is no answer to a question, None where it is one, or not known."""
+    question = step if isinstance(step, Adjust) else step.question
+    fits, words = ANSWERS.get(type(question), (lambda *_: True, ""))
+    return None if fits(question, value) else f"answered {value!r} to '{step.name}', not {words}"

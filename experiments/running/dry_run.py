@@ -72,6 +72,7 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
         protocol.task: protocol.most(options, replace(context, task=protocol.task))
         for protocol, options in plan.tasks()
     }
+    named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
     steps = plan.steps()
     answer: Answer = None
     asked = 0
@@ -85,12 +86,12 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
             task = step.trial.task if step.trial else getattr(step, "task", "")
             if task and step.name not in declared[task]:
                 raise UserError(
-                    f"protocol '{task}' asks for '{step.name}', which its table has no column "
+                    f"{named[task]} asks for '{step.name}', which its table has no column "
                     "for: the answer would be missing from the data set; expected it to be declared"
                 )
         if isinstance(step, EndTrial) and step.trial.number > most[step.trial.task]:
             raise UserError(
-                f"protocol '{step.trial.task}' goes on after {most[step.trial.task]} trials, the "
+                f"{named[step.trial.task]} goes on after {most[step.trial.task]} trials, the "
                 "most that it says it has: a rule that never stops needs a cap"
             )
         yield step
@@ -160,6 +161,7 @@ def surfaces(plan: RunPlan) -> list[Surface]:
 def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Surface]:
     """Return what is presented on a way through a run; refuse what a protocol did not declare."""
     bounds: dict[str, tuple[float, float]] = {}
+    named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
     for protocol, options in plan.tasks():
         if protocol.possible_um_pp:
             possible = list(protocol.possible_um_pp(options, plan.context(protocol.task)))
@@ -172,7 +174,7 @@ def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Surface]:
             low, high = bounds.get(task, (0.0, float("inf")))
             if not low <= step.surface.amplitude_um_pp <= high:
                 raise UserError(
-                    f"protocol '{task}' presents {step.surface.amplitude_um_pp:g} µm p-p, and says "
+                    f"{named[task]} presents {step.surface.amplitude_um_pp:g} µm p-p, and says "
                     f"that it presents {low:g} to {high:g}; expected it to declare every amplitude"
                 )
     return found
@@ -199,9 +201,10 @@ def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
 def check_answered(plan: RunPlan) -> None:
     """Raise `UserError` where nobody could answer a question in a pilot."""
     answers = plan.simulated_answers()
+    named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
     for way in WAYS.values():
         for step in dry_run(plan, way):
             if isinstance(step, Ask | Adjust):
                 task = step.trial.task if step.trial else getattr(step, "task", "")
                 if task and (task, step.name) not in answers:
-                    raise UserError(unanswered(task, step.name))
+                    raise UserError(unanswered(named[task], step.name))

@@ -36,10 +36,9 @@ from experiments.protocols.base import (
     Seed,
     Switch,
     Words,
-    load_protocol,
-    protocol_names,
     protocol_texts,
 )
+from experiments.protocols.registry import load_protocol, protocol_names
 from experiments.study.analysis_choices import AnalysisChoices
 from experiments.study.participant_keys import ParticipantKeys
 from experiments.study.person_questions import PersonQuestion, unanswerable

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from experiments.languages.texts import load_texts
-from experiments.protocols.base import ORDER_VERSION, Context, load_protocol, protocol_texts
+from experiments.protocols.base import ORDER_VERSION, Context, protocol_texts
+from experiments.protocols.registry import load_protocol
 from experiments.protocols.steps import CONSENT, Ask, ChoiceQuestion, Instruct, Reply, Steps
 from experiments.study.file import parse_study
 from faults import UserError

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic.json_schema import models_json_schema
 
-from experiments.protocols.base import Options, load_protocol, protocol_names
+from experiments.protocols.base import Options
+from experiments.protocols.registry import load_protocol, protocol_names
 from experiments.study.model import Study
 
 if TYPE_CHECKING:

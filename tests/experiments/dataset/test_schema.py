@@ -16,7 +16,8 @@ from experiments.dataset.schema import (
     person_columns,
     table_stem,
 )
-from experiments.protocols.base import Column, Options, load_protocol, protocol_names
+from experiments.protocols.base import Column, Options
+from experiments.protocols.registry import load_protocol, protocol_names
 from experiments.protocols.steps import Adjust, Ask
 from experiments.running.dry_run import dry_run
 from experiments.study.file import study_text

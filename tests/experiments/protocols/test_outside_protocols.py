@@ -1,12 +1,14 @@
 """What a laboratory's own protocol may get wrong: told in a sentence, before anybody sits down."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from importlib.metadata import EntryPoint
+from types import SimpleNamespace
 
 import pytest
 
-from experiments.protocols import base
-from experiments.protocols.base import Column, Options, Protocol, load_protocol
+from experiments.protocols import registry
+from experiments.protocols.base import Column, Options, Protocol
+from experiments.protocols.registry import load_protocol
 from experiments.protocols.simulation import compared
 from experiments.protocols.steps import (
     Ask,
@@ -21,7 +23,7 @@ from experiments.protocols.steps import (
 )
 from experiments.running.dry_run import check_answered, surfaces
 from experiments.running.pilot import pilot_plans, run_pilot
-from faults import UserError, plug_ins
+from faults import RigError, UserError, plug_ins
 from stimuli.surface import VirtualSurface
 
 STUDY = """
@@ -50,6 +52,10 @@ def steps(_options, context, amplitude_um_pp=1.2, count=2):
     yield EndBlock(screen=Instruct(text="over"))
 
 
+def broken(*_):
+    raise KeyError("lost")
+
+
 GRIP = Protocol(
     task="grip",
     title="Grip",
@@ -67,9 +73,14 @@ GRIP = Protocol(
 )
 
 
-@dataclass
 class Point:
-    protocol: object
+    """An entry point of a package that is called ourlab."""
+
+    module = __name__
+    dist = SimpleNamespace(name="ourlab")
+
+    def __init__(self, protocol):
+        self.protocol = protocol
 
     def load(self):
         return self.protocol
@@ -78,11 +89,11 @@ class Point:
 @pytest.fixture
 def pilot(monkeypatch, tmp_path):
     """Return a function that runs a pilot with a protocol of the name grip."""
-    known = base.installed(base.PROTOCOLS)
+    known = registry.installed(registry.PROTOCOLS)
 
-    def run(protocol, text=STUDY, **changes):
+    def run(protocol, text=STUDY, *, begun=False, **changes):
         points = {**known, "grip": Point(replace(protocol, **changes))}
-        monkeypatch.setattr(base, "installed", lambda _: points)
+        monkeypatch.setattr(registry, "installed", lambda _: points)
         file = tmp_path / f"outside{len(list(tmp_path.glob('*.toml')))}.toml"
         file.write_text(text, encoding="utf-8")
         plans = pilot_plans(str(file), participants=None, seed=None, language=None)
@@ -90,7 +101,7 @@ def pilot(monkeypatch, tmp_path):
         try:
             run_pilot(folder, plans, tell=lambda _: None)
         except UserError:
-            assert not folder.exists() or not list(folder.rglob("*.jsonl"))
+            assert begun or not folder.exists() or not list(folder.rglob("*.jsonl"))
             raise
         return folder
 
@@ -136,17 +147,48 @@ def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
         ({"possible_um_pp": lambda _o, _c: (0.5, 3.0)}, "3.0 is beyond the plate's 2.5 µm p-p"),
         ({"finest_um_pp": lambda _o, _c: (0.04, 1.2)}, "is held to within 0.06 µm p-p at 1.2"),
         ({"steps": lambda o, c: steps(o, c, amplitude_um_pp=2.6)}, "2.6 µm p-p is outside"),
+        (
+            {"trials": broken},
+            r"trials raised KeyError: 'lost' \(module .*protocols, line",
+        ),
+        ({"trials": lambda *_: "two"}, "trials returned 'two', expected a whole number"),
+        ({"steps": lambda *_: [1, 2]}, "its steps are list, expected a generator"),
+        ({"steps": lambda *_: (each for each in ("Present",))}, "its steps yield str, expected"),
+        ({"steps": broken}, "its steps raised KeyError"),
+        ({"possible_um_pp": lambda *_: (broken() for _ in "a")}, "possible_um_pp raised KeyError"),
     ],
 )
 def test_what_is_wrong_with_a_protocol_is_one_sentence_and_nothing_is_recorded(
     pilot, changes, said
 ):
-    with pytest.raises(Exception, match=said):
+    with pytest.raises((UserError, RigError), match=said):
         pilot(GRIP, **changes)
 
 
+@pytest.mark.parametrize(
+    "answer, said",
+    [(broken, "to 'grip' raised KeyError"), (lambda *_: "much", "answered 'much' to 'grip', not")],
+)
+def test_a_simulated_answer_that_fails_is_a_sentence(pilot, answer, said):
+    with pytest.raises(UserError, match=said):
+        pilot(GRIP, simulated={"grip": answer}, begun=True)
+
+
+@pytest.mark.parametrize("value", [broken, lambda _: object()], ids=["raises", "object"])
+def test_a_column_that_fails_is_a_sentence_and_the_journal_stays(pilot, value, tmp_path):
+    column = replace(GRIP.response["grip"], value=value)
+    with pytest.raises(UserError, match=r"of the package ourlab: column 'grip' (raised|holds)"):
+        pilot(GRIP, response={"grip": column}, begun=True)
+    assert list((tmp_path / "data").rglob("*_journal.jsonl"))
+
+
+def test_the_sentence_names_the_package(pilot):
+    with pytest.raises(UserError, match="protocol 'grip' of the package ourlab: no simulated"):
+        pilot(GRIP, simulated={})
+
+
 def test_an_entry_point_that_is_no_protocol_is_refused(pilot, monkeypatch):
-    monkeypatch.setattr(base, "installed", lambda _: {"grip": Point(GripOptions)})
+    monkeypatch.setattr(registry, "installed", lambda _: {"grip": Point(GripOptions)})
     with pytest.raises(UserError, match="expected a Protocol"):
         load_protocol("grip")
 

@@ -8,9 +8,8 @@ import jsonschema
 import pytest
 
 import slipscale
-from experiments.protocols import base
-from experiments.protocols.base import load_protocol, protocol_names
 from experiments.protocols.magnitude_estimation import MagnitudeEstimation
+from experiments.protocols.registry import load_protocol, protocol_names
 from experiments.study.file import shipped_studies, study_text
 from experiments.study.schema import study_schema
 
@@ -74,7 +73,7 @@ def test_a_laboratorys_own_protocol_belongs_to_it(monkeypatch):
     monkeypatch.setattr("experiments.study.schema.protocol_names", lambda: names)
     monkeypatch.setattr(
         "experiments.study.schema.load_protocol",
-        lambda name: own if name == "grip" else base.load_protocol(name),
+        lambda name: own if name == "grip" else load_protocol(name),
     )
     table = study_schema()["$defs"]["task_grip"]["properties"]
     assert (table["protocol"]["const"], table["grips"]["default"]) == ("grip", 3)

@@ -7,7 +7,7 @@ import pytest
 from experiments.dataset.bids import build_dataset
 from experiments.dataset.schema import columns
 from experiments.journal.serialisation import step_record, surface_from
-from experiments.protocols.base import load_protocol
+from experiments.protocols.registry import load_protocol
 from experiments.protocols.steps import Explore, Present
 from experiments.running import lab_session
 from experiments.running.lab_session import Setting, make_plan

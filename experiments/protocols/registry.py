@@ -1,0 +1,43 @@
+"""Where protocols are found: entry points of the group ``slipscale.protocols``.
+
+Each names a `Protocol`; the study file's ``protocol`` key is the entry point's name.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from experiments.protocols.base import Protocol
+from experiments.protocols.outside import guarded
+from faults import UserError
+from faults.plug_ins import OURS, PROTOCOLS, called, installed, package_of
+
+
+def protocol_names() -> list[str]:
+    """Return the names of all installed protocols, sorted."""
+    return list(installed(PROTOCOLS))
+
+
+def load_protocol(name: str) -> Protocol:
+    """Return an installed protocol by name; KeyError if there is none.
+
+    Raises
+    ------
+    UserError
+        It cannot be imported, is no `Protocol`, or its texts would hide others.
+    """
+    point = installed(PROTOCOLS)[name]
+    package = package_of(point)
+    named = f"protocol '{name}' of the package {package}"
+    loaded: object = called(point, point.load, named)
+    if not isinstance(loaded, Protocol):
+        raise UserError(f"{named}: its entry point is {loaded!r}, expected a Protocol")
+    if package == OURS:
+        return loaded
+    for language, texts in loaded.texts.items():
+        if foreign := [key for key in texts if not key.startswith(f"{name}.")]:
+            raise UserError(
+                f"{named}: its {language} text '{foreign[0]}' could hide another's; "
+                f"expected a key that begins with '{name}.'"
+            )
+    return guarded(replace(loaded, package=package), point)
