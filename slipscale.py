@@ -79,7 +79,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "every raw data set that a published table allows",
     ),
     "power": ("analysis.cli.power", "how many participants a study needs"),
-    "plate": ("hardware.cli.plate", "the machine: calibrate, conform, emulate, design, list"),
+    "plate": ("experiments.cli.plate", "the machine: calibrate, conform, emulate, design, list"),
     "study": ("experiments.cli.study", "study files: new, show, validate, schema"),
 }
 

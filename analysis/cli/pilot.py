@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from analysis.cli.population_options import add_population, chosen_population
-from experiments.cli.sessions import add_contact, add_study, contact_specs
+from experiments.cli.sessions import add_contact, add_study, simulated_contact
 from experiments.lab.defaults import here, say
 from faults import DONE
 
@@ -73,7 +73,7 @@ def run(args: Namespace) -> int:
                 folder,
                 plans,
                 spec=args.plate,
-                contact=contact_specs(args),
+                contact=simulated_contact(args),
                 tell=lambda _: progress.advance(bar),
             )
             work = progress.add_task("analysis", total=None)

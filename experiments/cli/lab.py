@@ -235,11 +235,12 @@ def add_note(parser: ArgumentParser) -> None:
 def run_note(args: Namespace) -> int:
     """Have the running session write the operator's words into its journal."""
     from experiments.journal.locks import is_being_written  # noqa: PLC0415
-    from experiments.lab.defaults import here  # noqa: PLC0415
+    from experiments.lab.defaults import here, say  # noqa: PLC0415
     from experiments.session.mailbox import LiveRequest, post, read_status  # noqa: PLC0415
     from faults import UserError  # noqa: PLC0415
 
     defaults = here()
+    say(defaults)
     folders = (defaults.out(pilot=False), defaults.out(pilot=True))
     live = [
         path.with_name(path.name.removesuffix(".live"))

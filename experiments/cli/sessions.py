@@ -67,28 +67,44 @@ def add_setting(parser: ArgumentParser) -> None:
 
 def add_contact(parser: ArgumentParser) -> None:
     """Add what says what measures the finger."""
-    default = here()
     parser.add_argument(
         "--position",
         metavar="SPEC",
-        default=default.position,
         help="what tells where the finger is: mouse:mm_per_pixel=X, lasers:PORT, scripted:FILE, "
-        "simulated or none (default: the study's)",
+        "simulated or none (default: the laboratory folder's, else the study's)",
     )
     parser.add_argument(
         "--force",
         metavar="SPEC",
-        default=default.force,
         help="what measures its forces: load_cells:PORT, daq:..., simulated or none "
-        "(default: the study's)",
+        "(default: the laboratory folder's, else the study's)",
     )
 
 
 def contact_specs(args: Namespace) -> ContactSpecs:
-    """Return the sources that the command names."""
+    """Return the sources that the command names, else the laboratory folder's."""
+    return named_contact(args).otherwise(_folders_contact())
+
+
+def named_contact(args: Namespace) -> ContactSpecs:
+    """Return the sources that the command line itself names."""
     from experiments.running.contact import ContactSpecs  # noqa: PLC0415
 
     return ContactSpecs(position=args.position, force=args.force)
+
+
+def simulated_contact(args: Namespace) -> ContactSpecs:
+    """Return a pilot's sources: what the laboratory folder names is simulated."""
+    from experiments.running.contact import simulated  # noqa: PLC0415
+
+    return named_contact(args).otherwise(simulated(_folders_contact()))
+
+
+def _folders_contact() -> ContactSpecs:
+    from experiments.running.contact import ContactSpecs  # noqa: PLC0415
+
+    defaults = here()
+    return ContactSpecs(position=defaults.position, force=defaults.force)
 
 
 def add_study(parser: ArgumentParser) -> None:
@@ -263,7 +279,7 @@ def run_resume(args: Namespace) -> int:
         from experiments.running.pilot import run_simulated  # noqa: PLC0415
 
         folder = dataset_of(args.journal, plan)
-        specs = contact_specs(args).otherwise(of_records(records))
+        specs = named_contact(args).otherwise(of_records(records))
         require_virtual(specs)
         run_simulated(folder, plan, plate, specs)
         for problem in build_dataset(folder):

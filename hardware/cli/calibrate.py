@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def add_arguments(parser: ArgumentParser) -> None:
     """Fill the parser."""
     parser.add_argument(
-        "--plate", default="mock", metavar="SPEC", help="of which plate (default: mock)"
+        "--plate", metavar="SPEC", help="of which plate (default: the laboratory folder's; mock)"
     )
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
@@ -107,6 +107,16 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--plate-serial", default="", help="the plate's own number, where plates can be changed"
     )
     parser.add_argument("--seed", type=int, default=0, help="of a simulated plate (default: 0)")
+    parser.set_defaults(of_folder=without_calibration)
+
+
+def without_calibration(spec: str) -> str:
+    """Return a plate's SPEC without its calibration, which is about to be made.
+
+    >>> without_calibration("serial:/dev/ttyACM0,calibration=plate.toml,limit=2")
+    'serial:/dev/ttyACM0,limit=2'
+    """
+    return ",".join(word for word in spec.split(",") if not word.startswith("calibration="))
 
 
 def run(arguments: Namespace) -> int:
@@ -183,8 +193,8 @@ def _open(arguments: Namespace) -> PlateDriver:
     from hardware.clock import Clock, SystemClock, VirtualClock  # noqa: PLC0415
     from hardware.registry import open_plate  # noqa: PLC0415
 
-    clock: Clock = VirtualClock() if arguments.plate.startswith("mock") else SystemClock()
-    spec = without_session_watchdog(arguments.plate)
+    spec = without_session_watchdog(arguments.plate or "mock")
+    clock: Clock = VirtualClock() if spec.startswith("mock") else SystemClock()
     return open_plate(spec, clock=clock, seed=arguments.seed)
 
 

@@ -15,17 +15,24 @@ if TYPE_CHECKING:
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Fill the parser."""
-    parser.add_argument("spec", metavar="SPEC", help="serial:PORT; the plate will vibrate")
+    parser.add_argument(
+        "plate",
+        metavar="SPEC",
+        nargs="?",
+        help="serial:PORT; the plate will vibrate (default: the laboratory folder's)",
+    )
     parser.add_argument("--json", action="store_true", help="for programs")
+    # The port alone: a calibration and limits are nothing to the protocol.
+    parser.set_defaults(of_folder=lambda spec: spec.partition(",")[0])
 
 
 def run(arguments: Namespace) -> int:
     """Check the board against every rule of its protocol; print what it makes of each."""
-    backend, _, port = arguments.spec.partition(":")
+    spec = arguments.plate or ""
+    backend, _, port = spec.partition(":")
     if backend != "serial" or not port or "," in port:
         raise UserError(
-            f"plate conform: '{arguments.spec}', expected serial:PORT; "
-            "slipscale plate list shows ports"
+            f"plate conform: '{spec}', expected serial:PORT; slipscale plate list shows ports"
         )
     from hardware.backends.serial_board import protocol as wire  # noqa: PLC0415 - loads pyserial
     from hardware.backends.serial_board.serial_line import SerialLine  # noqa: PLC0415

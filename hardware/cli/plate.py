@@ -47,6 +47,3 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     """Run the subcommand that was parsed."""
     return int(arguments.call(arguments))
-
-
-COMMANDS = {"plate": (add_arguments, run)}

@@ -22,7 +22,13 @@ COLUMNS = 60  # of the plot
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Fill the parser."""
-    parser.add_argument("spec", metavar="SPEC", help="the plate: mock, serial:PORT, ...")
+    parser.add_argument(
+        "plate",
+        metavar="SPEC",
+        nargs="?",
+        help="the plate: mock, serial:PORT, ... (default: the laboratory folder's)",
+    )
+    parser.set_defaults(of_folder=str)
     parser.add_argument(
         "--amplitude",
         type=float,
@@ -52,8 +58,10 @@ def run(arguments: Namespace) -> int:
     from hardware.signals import silent_on_signals  # noqa: PLC0415
     from stimuli.surface import VirtualSurface  # noqa: PLC0415
 
+    if arguments.plate is None:
+        raise UserError("plate watch: expected the plate's SPEC: mock, serial:PORT, ...")
     clock = SystemClock()
-    plate = open_plate(arguments.spec, clock=clock)
+    plate = open_plate(arguments.plate, clock=clock)
     scale_um_pp = plate.limits.amplitude_um_pp
     if not 0 <= arguments.amplitude <= scale_um_pp:
         raise UserError(
