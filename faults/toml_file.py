@@ -49,8 +49,10 @@ def read_toml(
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
+    except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        if "\0" in str(path):
+            reason = "no file's name has a null character"
         raise UserError(f"{path}: cannot be read ({reason}); expected a TOML file") from None
     return parse_toml(text, str(path), model, parse_float=parse_float)
 
@@ -61,13 +63,27 @@ def parse_toml(
     """Return what a TOML text says, as `read_toml` does; ``source`` is its name for messages."""
     from pydantic import ValidationError  # noqa: PLC0415 - whoever has a model has loaded it
 
-    table = _table(text, source, parse_float)
-    if faults := list(_beyond_reason(table)):
-        raise complaint(source, sentences(faults, Lines(text).of))
+    table = toml_table(text, source, parse_float=parse_float)
     try:
         return model.model_validate(table)
     except ValidationError as error:
         raise complaint(source, sentences(faults_in(error), Lines(text).of)) from None
+
+
+def toml_table(
+    text: str, source: str, *, parse_float: Callable[[str], object] = float
+) -> dict[str, object]:
+    """Return what a TOML text says, where no model knows all that may stand in it.
+
+    Raises
+    ------
+    UserError
+        It is not TOML, or is nested too deeply or has numbers too large for any use.
+    """
+    table = _table(text, source, parse_float)
+    if faults := list(_beyond_reason(table)):
+        raise complaint(source, sentences(faults, Lines(text).of))
+    return table
 
 
 def _table(text: str, source: str, parse_float: Callable[[str], object]) -> dict[str, object]:

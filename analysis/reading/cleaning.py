@@ -133,12 +133,7 @@ def numbers(
     lost : str
         What is left out where the cell cannot be read.
     """
-    raw = frame[column]
-    if pd.api.types.is_bool_dtype(raw) or not pd.api.types.is_numeric_dtype(raw):
-        raw = raw.astype("str")  # TRUE is no number
-        values = pd.to_numeric(raw, errors="coerce").astype(float)
-    else:
-        values = raw.astype(float)
+    raw, values = as_numbers(frame[column])
     text = values.isna() & raw.notna()
     if text.any():
         text[text] = ~raw[text].str.strip().isin(NOT_AVAILABLE)
@@ -160,6 +155,15 @@ def numbers(
             int(bad.sum()),
         )
     return values.mask(outside)
+
+
+def as_numbers(raw: pd.Series[Any]) -> tuple[pd.Series[Any], pd.Series[float]]:
+    """Return a column as it is written, and as numbers: NaN where a cell is none."""
+    if pd.api.types.is_bool_dtype(raw) or not pd.api.types.is_numeric_dtype(raw):
+        # TRUE is no number, and whole numbers that no float can hold come as Python's own.
+        raw = raw.astype("str")
+        return raw, pd.to_numeric(raw, errors="coerce").astype(float)
+    return raw, raw.astype(float)
 
 
 def _refuse_many(

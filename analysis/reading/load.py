@@ -17,6 +17,7 @@ import pandas as pd
 from analysis.reading import metadata
 from analysis.reading.cleaning import (
     ESTIMATION_NUMBERS,
+    as_numbers,
     clean_differences,
     clean_estimates,
     empty_differences,
@@ -226,7 +227,7 @@ def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quan
 
 def _refuse_another_unit(frame: pd.DataFrame, path: Path) -> None:
     """Raise a `UserError` where an amplitude above 0 would count as none: metres, not µm."""
-    given = pd.to_numeric(frame["amplitude_um_pp"], errors="coerce")
+    _, given = as_numbers(frame["amplitude_um_pp"])
     vanishing = given[(given > 0) & (given.round(AMPLITUDE_DECIMALS) == 0)]
     if len(vanishing):
         raise UserError(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import tomllib
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -23,6 +22,7 @@ from analysis.reading.table_lines import listed_lines
 from experiments.dataset.schema import NOTES, PARTICIPANT, SIDECAR
 from experiments.study.analysis_choices import RETIRED, AnalysisChoices
 from faults import UserError
+from faults.toml_file import toml_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -124,12 +124,14 @@ def choices(
     sources.append(source)
     try:
         text = content.decode("utf-8-sig")
-        table = tomllib.loads(text).get("analysis", {})
-        choices = AnalysisChoices.model_validate(table)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
         raise UserError(f"{path}: not a TOML file ({error})") from error
+    given = toml_table(text, str(path)).get("analysis", {})
+    try:
+        choices = AnalysisChoices.model_validate(given)
     except ValidationError as error:
         raise UserError(f"{path}: {faults_of(error, text, ('analysis',))}") from error
+    table = given if isinstance(given, dict) else {}
     for key in sorted(table.keys() & RETIRED.keys()):
         problems.add(f"code/study.toml: analysis.{key} has no effect any more: {RETIRED[key]}")
     ran_with = details.get("study_hash", ())

@@ -189,10 +189,13 @@ def _take_presented(row: TrialRecord, step: dict[str, Any], answer: dict[str, An
 
 
 def _take_exploration(row: TrialRecord, step: dict[str, Any], answer: dict[str, Any]) -> None:
-    if number := step.get("interval"):
-        row.intervals[number].exploration_time_s = answer["response_time_s"]
-    else:
+    number = step.get("interval")
+    if number is None:
         row.exploration_time_s = answer["response_time_s"]
+    elif number in row.intervals:
+        row.intervals[number].exploration_time_s = answer["response_time_s"]
+    else:  # what was explored is not told: its presentation was lost
+        _flag(row, DAMAGED)
 
 
 def _take_answer(row: TrialRecord, step: dict[str, Any], answer: dict[str, Any]) -> None:

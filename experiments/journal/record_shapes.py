@@ -32,6 +32,8 @@ from stimuli.texture import Grating
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+# Thirty years: no session lasts so long.
+LONGEST_S = 1e9
 Number = Annotated[int, Field(ge=0)]
 Text = dict[str, Any]
 
@@ -260,6 +262,8 @@ class _Order:
 
 def _misshapen(record: Record) -> str:
     """Return what is wrong with a record's data; nothing if all is well."""
+    if not abs(record.time_s) <= LONGEST_S:
+        return f"its time is {record.time_s:g} s; expected the seconds since the run began"
     shape = RECORDS.get(record.kind)
     try:
         if shape:

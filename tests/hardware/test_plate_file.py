@@ -245,6 +245,13 @@ def test_its_calibration_comes_with_it(file):
         assert driver.notes == ()
 
 
+def test_a_calibration_whose_name_no_file_can_have_is_refused(file):
+    file.write_text(f'{file.read_text()}[calibration]\nfile = "a\\u0000b"\n')
+    slipscale.main(["plate", "sign", str(file)])
+    with pytest.raises(UserError, match="no file's name has a null character"):
+        open_plate_file(file)
+
+
 @pytest.mark.parametrize(
     "device, expected, said",
     [

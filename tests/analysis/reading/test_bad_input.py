@@ -343,3 +343,33 @@ def test_a_file_that_cannot_be_written_is_named(dataset, tmp_path, capsys):
     (tmp_path / "out/table3.csv").mkdir(parents=True)
     assert slipscale.main(["analyse", str(dataset(3)), "--out", str(tmp_path / "out")]) == 2
     assert "table3.csv: cannot be written (Is a directory)" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("value", ["[" * 5000 + "]" * 5000, "9" * 5000], ids=["deep", "long"])
+def test_a_study_beside_the_data_that_no_one_can_read_is_refused(dataset, value):
+    folder = dataset(choices="confidence = 0.9")
+    study = folder / "code" / "study.toml"
+    study.write_text(f"{study.read_text()}\nconfidence_of = {value}\n")
+    with pytest.raises(UserError, match=r"(?s)study\.toml.*(brackets|digits)"):
+        load(folder)
+
+
+def test_an_unpaired_quote_in_a_header_is_a_sentence(table_by_hand):
+    for separator in "\t;,":
+        header = TIDY.strip().replace(",", separator).replace("amp", '"amp')
+        text = f"{header}\n{separator.join('a12')}\n"
+        with pytest.raises(UserError, match="line 1, the header, has a quotation mark without"):
+            load(table_by_hand(text, f"{ord(separator)}.tsv"))
+
+
+def test_a_number_of_thousands_of_digits_is_a_cell_that_is_none(table_by_hand):
+    data = load(table_by_hand(f"{TIDY}a,1,2\na,2,{'9' * 5000}\n"))
+    assert data.counts["unanswered"] == 1
+    assert len(data.problems[0]) < 300
+
+
+def test_amplitudes_that_no_float_can_hold_are_left_out_and_named(table_by_hand):
+    """As whole numbers of 401 digits they come as Python's own, in a column without others."""
+    data = load(table_by_hand(f"{TIDY}a,1{'0' * 400},2\n"))
+    assert data.counts["analysed"] == 0
+    assert "column amplitude_um_pp" in data.problems[0]

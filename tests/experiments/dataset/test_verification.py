@@ -7,9 +7,11 @@ import pandas as pd
 import pytest
 
 from experiments.dataset.bids import build_dataset
+from experiments.dataset.rendering import render
 from experiments.dataset.runs import read_runs
 from experiments.dataset.verification import verify
 from experiments.journal.record import Record, chained, decode, encode
+from tools.fuzzing.recorded import record
 
 TABLE = "sub-01/beh/sub-01_task-magnitudeestimation_run-01_beh.tsv"
 JOURNAL = "sourcedata/sub-01/sub-01_run-01_journal.jsonl"
@@ -21,6 +23,13 @@ def recorded(tmp_path_factory, record_runs):
     folder = record_runs(tmp_path_factory.mktemp("recorded"), "01", "02", mode="participant")
     build_dataset(folder)
     return folder
+
+
+@pytest.fixture(scope="module")
+def runs_of_all(tmp_path_factory):
+    """A short run of every protocol, each in a data set of its own."""
+    folder = tmp_path_factory.mktemp("protocols")
+    return folder, record(folder)
 
 
 @pytest.fixture
@@ -119,6 +128,24 @@ def test_a_flipped_bit_anywhere_is_named_and_costs_no_more_than_the_trials_besid
             if "damaged" not in row.flags:
                 assert row.answer("estimate") == float(whole["estimate"][row.trial.number])
     assert sum(map(len, trials.values())) == 12
+
+
+@pytest.mark.parametrize("protocol", ["constant_stimuli", "paired_comparison", "matching"])
+def test_a_flipped_bit_in_a_trial_of_several_intervals_blocks_nobody(runs_of_all, protocol):
+    """Also where what was presented is lost, and the exploration of it is not."""
+    folder, plans = runs_of_all
+    dataset, path = folder / protocol, plans[protocol].journal_path(folder / protocol)
+    lines = path.read_bytes().splitlines(keepends=True)
+    try:
+        for place in range(1, len(lines)):
+            path.write_bytes(b"".join(one_flipped_bit(lines, place)))
+            (run,), problems = read_runs(dataset)
+            assert problems[0].place == f"line {place + 1}"
+            assert render([run])[1] == []
+            rows = [row for rows in run.gathered.trials.values() for row in rows]
+            assert sum("damaged" in row.flags for row in rows) <= 2
+    finally:
+        path.write_bytes(b"".join(lines))
 
 
 @pytest.mark.parametrize("torn", [True, False], ids=["torn alone", "damaged, without tables"])

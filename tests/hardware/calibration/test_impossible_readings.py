@@ -1,0 +1,22 @@
+"""Readings that no plate can have."""
+
+import pytest
+
+from faults import UserError
+from hardware.calibration.record import read_calibration, to_toml
+from tools.fuzzing.calibrations import whole_calibration
+
+
+@pytest.mark.parametrize("name", ["frequency_hz", "voltage_v", "amplitude_um_pp"])
+@pytest.mark.parametrize("value", ["1e308", "1e-308"])
+def test_a_reading_of_no_possible_size_is_refused_in_a_sentence(tmp_path, name, value):
+    path = tmp_path / "plate.toml"
+    first, *points = to_toml(whole_calibration()).split("[[points]]")
+    lines = [
+        f"{name} = {value}" if line.startswith(f"{name} =") else line
+        for line in points[2].splitlines()
+    ]
+    points[2] = "\n".join(lines) + "\n\n"
+    path.write_text("[[points]]".join([first, *points]), encoding="utf-8")
+    with pytest.raises(UserError, match=r"lie .* from what resonance and gain say|checksum|sha256"):
+        read_calibration(path)

@@ -1,0 +1,65 @@
+"""What one text may take: 2 s of the processor and 500 MB. POSIX only, as campaigns are."""
+
+from __future__ import annotations
+
+import resource
+import signal
+import time
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+MOST_S = 2.0
+MOST_BYTES = 500 * 2**20
+# What no signal reaches, a loop in C, ends with its process after so much more.
+ENDED_AFTER_S = 20
+
+
+class TooLong(BaseException):
+    """A text took more of the processor than any may; no ``except Exception`` hides it."""
+
+
+def _too_long(*_: object) -> None:
+    raise TooLong
+
+
+@contextmanager
+def limited_memory() -> Iterator[None]:
+    """Let the process have 500 MB more than it has now: what asks for more gets a MemoryError.
+
+    What earlier texts left behind counts too: a cache that grows is found.
+    """
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    held = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+    resource.setrlimit(resource.RLIMIT_AS, (held + MOST_BYTES, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+
+
+@contextmanager
+def limited_time() -> Iterator[None]:
+    """Raise `TooLong` after 2 s of the processor.
+
+    Raises
+    ------
+    TooLong
+        At once, or where nothing could interrupt it, as soon as it has ended.
+    """
+    began_s = time.process_time()
+    soft, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    resource.setrlimit(resource.RLIMIT_CPU, (int(began_s) + ENDED_AFTER_S, hard))
+    handler = signal.signal(signal.SIGPROF, _too_long)
+    signal.setitimer(signal.ITIMER_PROF, MOST_S)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0)
+        signal.signal(signal.SIGPROF, handler)
+        resource.setrlimit(resource.RLIMIT_CPU, (soft, hard))
+    if time.process_time() - began_s > MOST_S:
+        raise TooLong

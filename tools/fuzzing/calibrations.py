@@ -1,0 +1,83 @@
+"""Calibrations: used as a plate uses them, or refused in a sentence."""
+
+from __future__ import annotations
+
+import datetime as dt
+from typing import TYPE_CHECKING
+from unittest import mock
+
+from faults import RigError, UserError
+from hardware.backends.mock import MockPlate
+from hardware.calibration import record
+from hardware.calibration.record import (
+    Calibration,
+    Device,
+    DriveChain,
+    Provenance,
+    read_calibration,
+    to_toml,
+)
+from hardware.calibration.sweep import SweepPlan, calibration_from, sweep
+from hardware.cli.calibrate import measured
+from hardware.clock import VirtualClock
+from hardware.limits import PlateLimits
+from tools.fuzzing.changes import changed_file
+from tools.fuzzing.kind import Case, Kind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+    from random import Random
+
+TODAY = dt.date(2026, 3, 1)
+
+
+def whole_calibration() -> Calibration:
+    """Return the mock plate's calibration, as a sweep finds it, with few of its readings."""
+    plate = MockPlate(clock=VirtualClock())
+    plate.connect()
+
+    def measure(frequency_hz: float, voltage_v: float) -> float:
+        return measured(plate, plate.excite(frequency_hz=frequency_hz, voltage_v=voltage_v))
+
+    found = calibration_from(
+        sweep(SweepPlan(), measure),
+        device=Device(backend="mock", serial="twin"),
+        made=Provenance(date=TODAY, by="a test", instrument="the twin's own"),
+        drive=DriveChain(),
+    )
+    return found.model_copy(update={"points": found.points[-12:-6]})
+
+
+def _prepared(folder: Path) -> Callable[[Random], Case]:
+    path = folder / "calibration.toml"
+    text = to_toml(whole_calibration())
+
+    def drawn(random: Random) -> Case:
+        content = changed_file(random, text)
+        # Of half of them the checksum is right: whoever changed the file computed it.
+        signed = random.randrange(2) == 0
+        return Case(name=path.name, content=content, use=lambda: _use(path, content, signed=signed))
+
+    return drawn
+
+
+def _use(path: Path, content: bytes, *, signed: bool) -> bool:
+    path.write_bytes(content)
+    checksum = record.checksum if signed else lambda _: mock.ANY
+    try:
+        with mock.patch.object(record, "checksum", checksum):
+            calibration = read_calibration(path)
+            limits = calibration.narrow(PlateLimits())
+            volts = calibration.voltage_v_peak(limits.amplitude_um_pp)
+            calibration.check_date(TODAY)
+    except (UserError, RigError) as error:
+        return not str(error)
+    if limits.amplitude_um_pp > PlateLimits().amplitude_um_pp or not volts >= 0:
+        raise AssertionError(f"{limits}, {volts} V")
+    if not (calibration.summary() and to_toml(calibration)):
+        raise AssertionError("nothing to say of it")
+    return True
+
+
+KIND = Kind(title="calibrations", prepared=_prepared)

@@ -1,0 +1,47 @@
+"""Code books: any report is coded by them, or they are refused in a sentence."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from analysis.statistics.descending_difference.verbal_coding import OTHER, SHIPPED, load_codebook
+from faults import UserError
+from tools.fuzzing.changes import changed_file, characters
+from tools.fuzzing.kind import Case, Kind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+    from random import Random
+
+REPORTS = ("", "moins glissant, plus rugueux", "less slippery", "x" * 5000)
+
+
+def _prepared(folder: Path) -> Callable[[Random], Case]:
+    path = folder / "codebook.toml"
+    text = SHIPPED.read_text(encoding="utf-8")
+
+    def drawn(random: Random) -> Case:
+        content = changed_file(random, text)
+        report = random.choice((*REPORTS, characters(random, 40)))
+        return Case(name=path.name, content=content, use=lambda: _use(path, content, report))
+
+    return drawn
+
+
+def _use(path: Path, content: bytes, report: str) -> bool:
+    path.write_bytes(content)
+    try:
+        book = load_codebook(path)
+    except UserError as error:
+        if str(path) not in str(error):
+            raise AssertionError(f"the file is not named: {error}") from error
+        return False
+    found = book.code(report)
+    directions = {book.direction(report, each) for each in found if each != OTHER}
+    if not found or not directions <= {"less", "more", "bare"}:
+        raise AssertionError(f"{report!r} is coded as {found}, {directions}")
+    return True
+
+
+KIND = Kind(title="code books", prepared=_prepared)

@@ -1,0 +1,89 @@
+"""Data sets with one file changed: analysed and verified, or refused in a sentence.
+
+A data set of one short run is written once for each protocol; a text replaces one of its files,
+which is put back afterwards. Its journals are not changed (they are a kind of their own), so that
+they are read once. What is not reached so: two files that are wrong together.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+from unittest import mock
+
+from analysis.reading.load import load
+from experiments.dataset import verification
+from experiments.dataset.bids import build_dataset
+from experiments.dataset.runs import read_runs
+from faults import UserError
+from tools.fuzzing.changes import changed_file
+from tools.fuzzing.kind import Case, Kind
+from tools.fuzzing.recorded import record
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+    from random import Random
+
+    from experiments.dataset.runs import Problem, Run
+
+JOURNALS = "sourcedata"
+
+
+def _prepared(folder: Path) -> Callable[[Random], Case]:
+    datasets = [folder / protocol for protocol in record(folder)]
+    files = []
+    for dataset in datasets:
+        if problems := build_dataset(dataset):
+            raise RuntimeError(f"{dataset.name}: {problems}")
+        (dataset / "code").mkdir(exist_ok=True)
+        study = dataset / "code" / "study.toml"
+        study.write_bytes((folder / f"{dataset.name}.toml").read_bytes())
+        found = sorted(path for path in dataset.rglob("*") if path.is_file())
+        files.append([(path, path.read_bytes()) for path in found if JOURNALS not in path.parts])
+
+    def drawn(random: Random) -> Case:
+        place = random.randrange(len(datasets))
+        path, whole = random.choice(files[place])
+        content = changed_file(random, whole.decode(), "\t" if path.suffix == ".tsv" else "")
+        name = path.relative_to(folder).as_posix()
+        use = lambda: _use(datasets[place], path, content, whole)  # noqa: E731 - as in all kinds
+        return Case(name=name, content=content, use=use)
+
+    return drawn
+
+
+@cache
+def _read_once(dataset: Path) -> tuple[list[Run], list[Problem]]:
+    return read_runs(dataset)
+
+
+def _runs(dataset: Path) -> tuple[list[Run], list[Problem]]:
+    runs, problems = _read_once(dataset)
+    return list(runs), list(problems)
+
+
+def _use(dataset: Path, path: Path, content: bytes, whole: bytes) -> bool:
+    path.write_bytes(content)
+    try:
+        with mock.patch.object(verification, "read_runs", _runs):
+            return _taken(dataset)
+    finally:
+        path.write_bytes(whole)
+
+
+def _taken(dataset: Path) -> bool:
+    try:
+        data = load(dataset)  # verifies too
+    except UserError as error:
+        if not str(error):
+            raise
+        if not all(str(problem) for problem in verification.verify(dataset)):
+            raise AssertionError("a difference without words") from error
+        return False
+    if data.counts["analysed"] != len(data.estimates):
+        raise AssertionError(f"{data.counts}, {len(data.estimates)} estimates")
+    return True
+
+
+KIND = Kind(title="files of a data set", prepared=_prepared)

@@ -1,0 +1,168 @@
+"""Journals of every protocol with changed records: read, built and gone on with, or a sentence.
+
+Mostly all checksums and hashes are computed anew, as by a program that wrote something wrong: what
+a disk does is found by them at once.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from experiments.dataset.rendering import render
+from experiments.dataset.runs import read_runs
+from experiments.journal.record import chained, decode, encode
+from experiments.journal.run_record import read_plan
+from experiments.running.pilot import run_simulated
+from faults import RigError, UserError
+from tools.fuzzing.changes import changed_file, characters
+from tools.fuzzing.kind import Case, Kind
+from tools.fuzzing.recorded import record
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+    from random import Random
+
+    from experiments.journal.record import Record
+    from experiments.study.run_plan import RunPlan
+
+KINDS = (
+    *("header", "begin", "done", "void", "end", "resume", "fault", "pause", "go_on", "stop"),
+    *("standard_again", "take_up", "discarded", "given_up", "markers", "note", "nothing"),
+)
+CHANGES = ("set", "set", "set", "remove", "rename", "kind", "number", "time", "drop", "again")
+DEEPEST = 3
+# One journal in so many has bytes changed, and no checksum computed.
+DAMAGED = 5
+# One in so many has lost its end, and the session goes on with it.
+GONE_ON_WITH = 6
+
+
+def _prepared(folder: Path) -> Callable[[Random], Case]:
+    plans = record(folder)
+    paths = {name: plan.journal_path(folder / name) for name, plan in plans.items()}
+    lines = {name: path.read_bytes().splitlines(keepends=True) for name, path in paths.items()}
+    records = {name: [decode(line)[0] for line in each] for name, each in lines.items()}
+
+    def drawn(random: Random) -> Case:
+        name = random.choice(list(paths))
+        plan = plans[name] if random.randrange(GONE_ON_WITH) == 0 else None
+        most = random.randrange(1, len(lines[name])) if plan else len(lines[name])
+        if random.randrange(DAMAGED) == 0:
+            content = changed_file(random, b"".join(lines[name][:most]).decode())
+        else:
+            content = _rewritten(lines[name][:most], records[name][:most], random)
+        return Case(
+            name=paths[name].relative_to(folder).as_posix(),
+            content=content,
+            use=lambda: _use(folder / name, paths[name], content, plan),
+        )
+
+    return drawn
+
+
+def _rewritten(lines: Sequence[bytes], records: Sequence[Record], random: Random) -> bytes:
+    """Return a journal with one record changed, or two, and the hashes of all after it."""
+    new = list(records)
+    first = len(new)
+    for _ in range(random.choice((1, 1, 2))):
+        at = random.randrange(len(new))
+        first = min(first, at)
+        new[at : at + 1] = _changed(new[at], random)
+    made = list(lines[:first])
+    before = records[first - 1].hash if first else ""
+    for each in new[first:]:
+        whole = chained(each, before)
+        before = whole.hash
+        made.append(encode(whole))
+    return b"".join(made)
+
+
+def _changed(record: Record, random: Random) -> list[Record]:
+    """Return what stands in a record's place."""
+    how = random.choice(CHANGES)
+    times_s = (-1.0, 0.0, 1e308, random.random() * 1e4)
+    whole = {
+        "drop": [],
+        "again": [record, record],
+        "kind": [replace(record, kind=random.choice(KINDS))],
+        "number": [replace(record, number=random.randint(-1, 400))],
+        "time": [replace(record, time_s=random.choice(times_s))],
+    }
+    entries = list(_entries(record.data))
+    if how in whole or not entries:
+        return whole.get(how, [record])
+    return [replace(record, data=_set(record.data, random.choice(entries), how, random))]
+
+
+def _entries(value: object, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
+    """Yield the way to every entry of nested plain data."""
+    inner: Any = ()
+    if isinstance(value, Mapping):
+        inner = value.items()
+    elif isinstance(value, list):
+        inner = enumerate(value)
+    for key, each in inner:
+        yield (*way, key)
+        yield from _entries(each, (*way, key))
+
+
+def _set(data: dict[str, Any], way: tuple[Any, ...], how: str, random: Random) -> dict[str, Any]:
+    """Return data with an entry removed, renamed or set to anything."""
+    new: dict[str, Any] = json.loads(json.dumps(data))
+    *outer, last = way
+    target: Any = new
+    for key in outer:
+        target = target[key]
+    if how == "remove":
+        del target[last]
+    elif how == "rename" and isinstance(target, dict):
+        target[f"x{last}"] = target.pop(last)
+    elif isinstance(target[last], str) and random.randrange(2):
+        # A study, a plate's description: nearly what it was.
+        target[last] = changed_file(random, target[last]).decode(errors="replace")
+    else:
+        target[last] = _value(random)
+    return new
+
+
+def _value(random: Random, depth: int = 0) -> object:
+    """Return anything that JSON can hold."""
+    if depth < DEEPEST and random.randrange(4) == 0:
+        inner = [_value(random, depth + 1) for _ in range(random.randint(0, 3))]
+        return inner if random.randrange(2) else {characters(random, 4): each for each in inner}
+    return random.choice(
+        (
+            random.choice((None, True, False, {}, [], "")),
+            random.randint(-3, 300),
+            random.choice((10**26, -(10**400), 2**63, 1e308, -1e-320, 0.0)),
+            random.uniform(-5, 5),
+            random.choice(("n/a", "../x", "\x1b[2J", "main", "practice", "nan", "1,5")),
+            characters(random, 8),
+        )
+    )
+
+
+def _use(dataset: Path, path: Path, content: bytes, plan: RunPlan | None) -> bool:
+    path.write_bytes(content)
+    runs, problems = read_runs(dataset)
+    files, unfit = render(runs)
+    told = [str(problem) for problem in (*problems, *unfit)]
+    if not (files or told) or not all(told):
+        raise AssertionError("neither tables nor a sentence")
+    try:
+        read, _ = read_plan(path)
+        read.tasks()
+        if plan:
+            run_simulated(dataset, plan, "mock")
+    except (UserError, RigError) as error:
+        if not str(error):
+            raise
+        return False
+    return bool(files) and not told
+
+
+KIND = Kind(title="journals", prepared=_prepared)

@@ -1,0 +1,45 @@
+"""``slipscale.toml`` of a laboratory folder: the defaults of every command, or a sentence."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from experiments.lab.folder import FILE, LabFile, read_lab, rendered
+from faults import UserError
+from hardware.registry import backend_names
+from tools.fuzzing.changes import changed_file
+from tools.fuzzing.kind import Case, Kind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+    from random import Random
+
+GIVEN = {"plate": "serial:COM3", "language": "fr", "screen": "1", "backup": "copies"}
+
+
+def _prepared(folder: Path) -> Callable[[Random], Case]:
+    text = rendered(GIVEN)
+    bare = "\n".join(line for line in text.splitlines() if line and line[0] != "#")
+
+    def drawn(random: Random) -> Case:
+        content = changed_file(random, random.choice((text, bare)))
+        return Case(name=FILE, content=content, use=lambda: _use(folder, content))
+
+    return drawn
+
+
+def _use(folder: Path, content: bytes) -> bool:
+    (folder / FILE).write_bytes(content)
+    try:
+        lab = read_lab(folder)
+    except UserError as error:
+        if FILE not in str(error):
+            raise AssertionError(f"the file is not named: {error}") from error
+        return False
+    if not isinstance(lab, LabFile) or lab.plate.partition(":")[0] not in backend_names():
+        raise AssertionError(f"{lab}")
+    return True
+
+
+KIND = Kind(title="laboratory folders (slipscale.toml)", prepared=_prepared)

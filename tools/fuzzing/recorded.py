@@ -1,0 +1,35 @@
+"""Short recorded runs of every protocol, for journals and data sets to be changed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from experiments.running.pilot import pilot_plans, run_simulated
+from tools.fuzzing.study_files import short_studies
+from tools.torture.pilots import looked_up_once
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from experiments.study.run_plan import RunPlan
+
+
+def record(folder: Path) -> dict[str, RunPlan]:
+    """Record a run of each protocol, each in a data set of the protocol's name.
+
+    Returns
+    -------
+    dict of str to RunPlan
+        The run in each folder.
+    """
+    plans = {}
+    for protocol, text in short_studies().items():
+        study = folder / f"{protocol}.toml"
+        study.write_text(text, encoding="utf-8")
+        plan = pilot_plans(str(study), participants=1, seed=None, language=None)[0]
+        # The same on every machine and in every folder.
+        plans[protocol] = replace(plan, study_name=protocol)
+        with looked_up_once():
+            run_simulated(folder / protocol, plans[protocol], "mock")
+    return plans

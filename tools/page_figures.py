@@ -1,0 +1,19 @@
+"""Figures of campaigns, put into docs/reliability.md between two marks."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+PAGE = Path(__file__).parents[1] / "docs" / "reliability.md"
+END = "<!-- end of figures -->\n"
+
+
+def put(command: str, text: str) -> None:
+    """Replace what the page says of a command's last run."""
+    page = PAGE.read_text(encoding="utf-8")
+    begin = f"<!-- figures: {command} -->\n"
+    before, mark, rest = page.partition(begin)
+    _, end, after = rest.partition(END)
+    if not (mark and end):
+        raise LookupError(f"{PAGE}: no place for the figures of {command}")
+    PAGE.write_text(f"{before}{begin}{text}{END}{after}", encoding="utf-8")
