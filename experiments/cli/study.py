@@ -1,4 +1,4 @@
-"""The command ``slipscale study``: new, show, validate, schema."""
+"""The command ``slipscale study``: new, show, validate, texts, schema."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WHICH = "a TOML file or a shipped study's name"
 def add_study(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale study``."""
     commands = parser.add_subparsers(
-        dest="what", metavar="new | show | validate | schema", required=True
+        dest="what", metavar="new | show | validate | texts | schema", required=True
     )
     new = commands.add_parser("new", help="write a study file to begin with")
     new.add_argument("path", type=Path, metavar="FILE", help="a new TOML file")
@@ -66,6 +66,14 @@ def add_study(parser: ArgumentParser) -> None:
     # Outside a laboratory folder there is no study of one's own to take for granted.
     optional: dict[str, Any] = {"nargs": "?", "default": default.study} if default.file else {}
     validate.add_argument("study", metavar="STUDY", help=WHICH, **optional)
+    texts = commands.add_parser(
+        "texts", help="write a file for the texts of a language of the study's own"
+    )
+    texts.add_argument("study", metavar="STUDY", help=WHICH, **optional)
+    texts.add_argument("--language", required=True, metavar="CODE", help="such as de or pt-BR")
+    texts.add_argument(
+        "--out", required=True, type=Path, metavar="FILE", help="a new file, beside the study's"
+    )
     commands.add_parser("schema", help="print the JSON Schema of study files, for editors")
 
 
@@ -73,7 +81,7 @@ def run_study(args: Namespace) -> int:
     """Write, show or validate a study file, or print the schema of all."""
     from experiments.running import study_commands  # noqa: PLC0415
 
-    if args.what in ("show", "validate"):
+    if args.what in ("show", "validate", "texts"):
         say(here())
     if args.what == "show" and args.timeline:
         return _timeline(args)
@@ -81,6 +89,7 @@ def run_study(args: Namespace) -> int:
         "new": lambda: study_commands.new(args.path, args.template, *_title_and_authors(args)),
         "show": lambda: study_commands.show(args.study, args.participant, args.session, args.run),
         "validate": lambda: study_commands.validate(args.study),
+        "texts": lambda: study_commands.texts(args.study, args.language, args.out),
         "schema": study_commands.schema,
     }
     print(harmless(actions[args.what]()))

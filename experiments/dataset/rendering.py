@@ -143,6 +143,7 @@ def _run_files(
         "seed": plan.seed,
         "mode": plan.mode,
         "language": plan.language,
+        "texts_hash": first.get("texts_hash", MISSING),
         "complete": run.complete,
         "answered_by": first["answered_by"],
         "masking_noise": first["masking_noise"],
@@ -182,6 +183,7 @@ def _resumes(run: Run) -> list[dict[str, Any]]:
                 name: record.data[name]
                 for name in ("plate_spec", "plate", "masking_noise", "software")
             },
+            "texts_hash": record.data.get("texts_hash", MISSING),
             "contact": record.data.get("contact", MISSING),
         }
         for record in run.records

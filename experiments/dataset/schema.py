@@ -56,7 +56,9 @@ NOTES: Mapping[str, str] = {
     "study_hash": "SHA-256 of the study file's text",
     "seed": "seed of all orders",
     "mode": "participant, or pilot: the study was tried out, these are not data",
-    "language": "what the participant read",
+    "language": "what the participant read; a language of the study's own stands in `code/`",
+    "texts_hash": "SHA-256 of all texts that the participant could read; n/a where the journal is "
+    "older",
     "complete": "whether the run came to its end",
     "answered_by": "person, simulated or scripted; what plate it was is another entry",
     "masking_noise": "on, or absent",

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from experiments.journal.record import FORMAT
 from experiments.journal.run_record import software
+from experiments.languages.texts import texts_hash
 from experiments.study.file import study_hash
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ def header(
         "answered_by": answered_by,
         "masking_noise": masking,
         "study_hash": study_hash(plan.study_text),
+        "texts_hash": texts_hash(plan.texts()),
         "plate_spec": spec,
         "plate": plate.describe(),
         "software": software(),
@@ -35,7 +37,7 @@ def header(
     }
 
 
-def resume_data(plate: PlateDriver, spec: str, masking: str) -> dict[str, Any]:
+def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, Any]:
     """Return the record of a run that is gone on with: what may have changed since its header.
 
     Its date is the anchor of all that follows: the session's time itself is monotonic.
@@ -44,6 +46,7 @@ def resume_data(plate: PlateDriver, spec: str, masking: str) -> dict[str, Any]:
         "plate_spec": spec,
         "plate": plate.describe(),
         "masking_noise": masking,
+        "texts_hash": texts_hash(plan.texts()),
         "software": software(),
         "resumed_utc": _now_utc(),
     }

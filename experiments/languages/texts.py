@@ -1,7 +1,14 @@
-"""What a participant reads: shipped in English and French, replaceable in the study file."""
+"""What a participant reads: shipped in English and French, replaceable in the study file.
+
+A study may bring a language of its own: then it has a text for every key. Its English texts are
+what a newer Slipscale shows for a key that came later, where it goes on with a run of before.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import json
+import re
 import tomllib
 from collections.abc import Iterator, Mapping
 from difflib import get_close_matches
@@ -10,9 +17,14 @@ from importlib.resources import files
 from string import Formatter
 from typing import Any
 
+from experiments.languages.screen_room import not_drawn, too_long
 from faults import UserError
 
 Texts = Mapping[str, str]
+ENGLISH = "en"
+SET_BY_KEYS = "window.go_on_key"  # no words: the study's [keys] say which key it is
+# A language's code, as in HTML and elsewhere (BCP 47): de, pt-BR, zh-Hant.
+CODE = re.compile(r"[a-z]{2,3}(-[A-Za-z0-9]{2,8})*")
 FEWEST_ANSWERS, NUMBER_KEYS = 2, 9  # of a choice: each answer is a number key
 
 
@@ -70,7 +82,7 @@ def load_texts(
     UserError
         No such language, or a replacement that would fail in the middle of a session.
     """
-    if language not in _languages():
+    if language not in _languages() and not replacements:
         raise UserError(f"language '{language}': expected one of {', '.join(languages())}")
     if not replacements and not brought:
         return shipped_texts(language)
@@ -83,8 +95,12 @@ def load_texts(
 
 @cache
 def shipped_texts(language: str) -> dict[str, str]:
-    """Return the texts of a shipped language as they come: for reading, everybody has the same."""
-    source = files("experiments").joinpath("languages", f"{language}.toml")
+    """Return the texts of a shipped language as they come: for reading, everybody has the same.
+
+    Of any other language they are the English ones, which a study's own take the place of.
+    """
+    known = language if language in _languages() else ENGLISH
+    source = files("experiments").joinpath("languages", f"{known}.toml")
     return flatten(tomllib.loads(source.read_text(encoding="utf-8")))
 
 
@@ -99,6 +115,53 @@ def text_faults(
         *_blank_faults(known, shipped),
         *_key_faults(shipped | known),
     ]
+
+
+def unshown(own: Texts) -> Iterator[tuple[str, str]]:
+    """Yield key and sentence for each text that its screen cannot show."""
+    for key, text in own.items():
+        # How long a protocol from elsewhere makes its texts is its own affair.
+        long = too_long(key, text) if key in shipped_texts(ENGLISH) else ""
+        if sentence := not_drawn(text) or long:
+            yield key, sentence
+
+
+def missing(own: Texts, brought: Texts) -> list[str]:
+    """Return the keys that a language of a study's own has no text for, in the English order.
+
+    Parameters
+    ----------
+    own : Mapping
+        Its texts, by dotted key; an empty one is none.
+    brought : Mapping
+        What the study's protocols bring, in English or another language.
+    """
+    return [key for key in to_translate(brought) if not own.get(key, "").strip()]
+
+
+def to_translate(brought: Texts) -> dict[str, str]:
+    """Return the English texts that a language of a study's own has others for."""
+    english = {**shipped_texts(ENGLISH), **brought}
+    return {key: text for key, text in english.items() if key != SET_BY_KEYS}
+
+
+def unlike(own: Texts, brought: Texts) -> Iterator[tuple[str, str]]:
+    """Yield key and sentence for each text that says less than the English one does.
+
+    A replacement within a language may leave out a number; a translation loses it by mistake.
+    """
+    for key, english in to_translate(brought).items():
+        if not (text := own.get(key, "")):
+            continue
+        if lost := (blanks(english) or set()) - (blanks(text) or set()):
+            yield key, f"{', '.join(f'{{{name}}}' for name in sorted(lost))} is missing in it"
+        if " | " in english and len(answers(text)) != len(answers(english)):
+            yield key, f"expected {len(answers(english))} answers with | between"
+
+
+def texts_hash(texts: Texts) -> str:
+    """Return the SHA-256 of all texts that a participant could read, in hexadecimal."""
+    return hashlib.sha256(json.dumps(dict(sorted(texts.items()))).encode()).hexdigest()
 
 
 def _unknown(key: str, shipped: Texts) -> str:

@@ -89,7 +89,7 @@ class Respondent:
     planned : int
         How many trials the run has: somebody who drops out does so at one of them.
     language : str
-        Of the verbal reports.
+        Of the verbal reports; English ones where nobody speaks it.
     population : Population, optional
     answers : Mapping
         Who answers the questions of the run's tasks, by task and name
@@ -321,7 +321,8 @@ class Respondent:
 
     def verbal_report(self) -> str:
         """Return what people say has been removed."""
-        return self.stream(self._question).choice(VERBAL_REPORTS[self.language])
+        spoken = VERBAL_REPORTS.get(self.language, VERBAL_REPORTS["en"])
+        return self.stream(self._question).choice(spoken)
 
     def stream(self, *purpose: str | int) -> Stream:
         """Return random numbers for one purpose in this trial, for this time that it comes up."""

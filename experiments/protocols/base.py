@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
+from experiments.languages.texts import ENGLISH, languages
 from experiments.protocols.randomisation import Stream
 from experiments.protocols.williams import Place
 from faults import UserError
@@ -322,11 +323,15 @@ class Protocol:
 def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
     """Return the texts that a protocol brings in a language: none for a shipped one.
 
+    For a language of the study's own, which has texts in place of them, any language's will do.
+
     Raises
     ------
     UserError
-        It brings texts, but none in that language.
+        It brings texts, but none in that language, a shipped one.
     """
+    if protocol.texts and language not in (*protocol.texts, *languages()):
+        return protocol.texts.get(ENGLISH) or next(iter(protocol.texts.values()))
     if protocol.texts and language not in protocol.texts:
         raise UserError(
             f"{protocol.named}: has no texts in '{language}'; it has them in "

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -22,6 +22,7 @@ from experiments.journal.run_record import (
     latest_s,
     read_plan,
 )
+from experiments.languages.texts import texts_hash
 from experiments.participants.psychopy_window import PsychoPyWindow
 from experiments.running.contact import (
     NOT_NAMED,
@@ -57,9 +58,11 @@ from hardware.contact.source import Surroundings
 from hardware.signals import signals_raise
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
     from types import TracebackType
 
+    from experiments.journal.record import Record
     from experiments.session.session import RunOutcome
     from hardware.driver import PlateDriver
 
@@ -182,6 +185,8 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
     if is_complete(records):
         raise UserError(f"journal {path}: this run is complete; nothing to go on with")
     dataset = dataset_of(path, plan)
+    for sentence in changed_words(plan, records):
+        print(harmless(sentence), file=sys.stderr)
     if plan.mode == "participant" and is_mock(setting.plate):
         raise UserError(
             f"--plate {setting.plate}: a participant's run cannot go on with a plate that nobody "
@@ -191,6 +196,24 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
     clock = SystemClock(max(_since_s(records[0].data["started_utc"]), latest_s(records)))
     setting = replace(setting, contact=setting.contact.otherwise(of_records(records)))
     return _conduct(dataset, plan, setting, Journal.reopen(path, clock), clock)
+
+
+def changed_words(plan: RunPlan, records: list[Record]) -> Iterator[str]:
+    """Yield what has become of the words that the participant reads, since the run was begun."""
+    texts = plan.texts()
+    began = records[0].data.get("texts_hash")
+    if began and began != texts_hash(texts):
+        yield (
+            "words on the screen differ from those that the run began with: this is another "
+            "version of Slipscale; the journal notes it"
+        )
+    with suppress(UserError):
+        study, text = read_study(plan.study_name)
+        if study.name == plan.study.name and replace(plan, study_text=text).texts() != texts:
+            yield (
+                f"{plan.study_name}: its texts in '{plan.language}' have changed since the run "
+                "began; it goes on with those it began with"
+            )
 
 
 def _since_s(date: str) -> float:

@@ -18,7 +18,7 @@ from experiments.dataset.backup import check_folder as check_backup
 from experiments.dataset.runs import read_runs
 from experiments.journal.locks import has_locks
 from experiments.journal.run_record import is_mock
-from experiments.languages.texts import load_texts
+from experiments.languages.texts import ENGLISH, shipped_texts
 from experiments.running.contact import (
     NOT_NAMED,
     ContactSpecs,
@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
+    from experiments.languages.texts import Texts
     from hardware.driver import PlateDriver
 
 ENOUGH_MB = 100
@@ -301,12 +302,13 @@ def check_display(planned: PlannedSession) -> Finding:
     # Imported here: PsychoPy takes seconds, and the checks before may already say no.
     from experiments.participants.psychopy_window import PsychoPyWindow  # noqa: PLC0415
 
-    language = planned.language or "en"  # where the study has faults there is still a screen
+    # Where the study has faults there is still a screen.
+    texts: Texts = shipped_texts(planned.language or ENGLISH)
     with suppress(UserError):
-        language = _plan(planned).language
+        texts = _plan(planned).texts()
     frames = iter(range(FOCUS_FRAMES))
     with PsychoPyWindow(
-        texts=load_texts(language),
+        texts=texts,
         clock=SystemClock(),
         pilot=planned.pilot or is_mock(planned.plate),
         full_screen=planned.full_screen,

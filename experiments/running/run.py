@@ -73,7 +73,7 @@ def run_plan(
     if not journal.records:
         journal.write("header", **header(plan, plate, spec, participant.kind, masking), **contact)
     else:
-        journal.write("resume", **resume_data(plate, spec, masking), **contact)
+        journal.write("resume", **resume_data(plan, plate, spec, masking), **contact)
     if markers and markers.names:
         journal.write("markers", outputs=list(markers.names))
     session = Session(

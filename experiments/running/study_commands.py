@@ -18,7 +18,8 @@ from experiments.protocols.steps import Present
 from experiments.running.balance import order_balance, task_balance
 from experiments.running.dry_run import dry_run
 from experiments.study.analysis_choices import RETIRED
-from experiments.study.file import read_study, study_text
+from experiments.study.file import parse_study, read_study, study_text
+from experiments.study.own_language import check_own_code, template, with_room_for
 from experiments.study.run_plan import RunPlan
 from experiments.study.schema import study_schema
 from faults import UserError
@@ -67,6 +68,25 @@ def _label(stem: str) -> str:
     """
     plain = re.sub(r"[^A-Za-z0-9]+", "_", stem).strip("_")
     return plain if re.match("[A-Za-z]", plain) else f"study_{plain}".rstrip("_")
+
+
+def texts(name: str, language: str, path: Path) -> str:
+    """Write a file for the texts of a language of the study's own; return what to say.
+
+    Raises
+    ------
+    UserError
+        The file is there already, or the language is shipped.
+    """
+    check_own_code(language)
+    if path.exists():
+        raise UserError(f"{path} exists already; name a new file")
+    study = parse_study(with_room_for(study_text(name), name, language), name)
+    write_file(path, template(study, language))
+    return (
+        f"wrote {path}: write the texts, lay it beside the study file and name it there: "
+        f'texts_files = ["{path.name}"] and language = "{language}"; then slipscale study validate'
+    )
 
 
 def schema() -> str:

@@ -11,6 +11,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from experiments.study.model import Study
+from experiments.study.own_language import check_words, with_own_language
 from faults import UserError
 from faults.toml_file import parse_toml
 
@@ -64,10 +65,23 @@ def study_text(name: str) -> str:
         ) from None
 
 
+def parse_whole(text: str, name: str) -> tuple[Study, str]:
+    """Return the study that a file's text describes, and that text with its own language put in.
+
+    Raises
+    ------
+    UserError
+        As `parse_study`; or its own language lacks a text, or its words do not fit a screen.
+    """
+    whole = with_own_language(text, name)
+    study = parse_study(whole, name)
+    check_words(study, name)
+    return study, whole
+
+
 def read_study(name: str) -> tuple[Study, str]:
-    """Return a study and the text it was read from."""
-    text = study_text(name)
-    return parse_study(text, name), text
+    """Return a study and its whole text: the file's, with the words of its texts files put in."""
+    return parse_whole(study_text(name), name)
 
 
 def study_hash(text: str) -> str:

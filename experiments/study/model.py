@@ -20,10 +20,7 @@ from pydantic import (
     model_validator,
 )
 
-from experiments.languages.texts import (
-    languages,
-    text_faults,
-)
+from experiments.languages.texts import CODE, languages, text_faults
 from experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
@@ -201,8 +198,8 @@ class Study(BaseModel):
     )
     language: str = Field(
         default="en",
-        description="Language that the participant reads; `--language` of a command overrides it.",
-        json_schema_extra={"enum": [*languages()]},
+        description="Language that the participant reads: en, fr, or one that the study brings "
+        "(`texts_files`); `--language` of a command overrides it.",
     )
     seed: Seed = Field(
         default=1,
@@ -282,18 +279,17 @@ class Study(BaseModel):
     cost: Cost | None = Field(
         default=None, description="What the study costs; left out: no cost is computed."
     )
+    texts_files: tuple[Words, ...] = Field(
+        default=(),
+        description="Files beside the study's with the texts of a language of its own; "
+        "`slipscale study texts` writes one to be filled in.",
+    )
     texts: dict[str, dict[str, Any]] = Field(
         default_factory=dict,
+        validate_default=True,
         description="Texts in place of the shipped ones: a table for each language, in it the "
         "texts by their keys.",
     )
-
-    @field_validator("language")
-    @classmethod
-    def _shipped(cls, value: str) -> str:
-        if value not in languages():
-            raise ValueError(f"expected one of {', '.join(languages())}")
-        return value
 
     @field_validator("amplitudes_um_pp")
     @classmethod
@@ -341,22 +337,12 @@ class Study(BaseModel):
             raise ValueError("expected them to be all different")
         return value
 
-    @field_validator("about_you")
-    @classmethod
-    def _answerable(
-        cls, value: tuple[PersonQuestion, ...], info: ValidationInfo
-    ) -> tuple[PersonQuestion, ...]:
-        language = info.data.get("language")
-        named_twice = _named_twice("about_you", [question.name for question in value])
-        refuse([*named_twice, *(unanswerable(value, language) if language else ())])
-        return value
-
     @field_validator("texts")
     @classmethod
     def _readable(
         cls, value: dict[str, dict[str, Any]], info: ValidationInfo
     ) -> dict[str, dict[str, Any]]:
-        refuse(_unreadable(value, info.data.get("tasks", ())))
+        refuse([*_unreadable(value, info.data.get("tasks", ())), *_unspoken(value, info)])
         return value
 
     @property
@@ -436,12 +422,27 @@ def _unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) ->
     protocols = [load_protocol(task.protocol) for task in tasks]
     for language, own in texts.items():
         place = ("texts", language)
-        if language not in languages():
-            yield place, {"msg": f"expected one of {', '.join(languages())}"}
+        if not CODE.fullmatch(language):
+            yield place, {"msg": "expected a language's code, such as de or pt-BR"}
             continue
-        brought = {k: t for each in protocols for k, t in each.texts.get(language, {}).items()}
+        if language in languages():
+            brought = {k: t for each in protocols for k, t in each.texts.get(language, {}).items()}
+        else:
+            brought = {k: t for p in protocols for k, t in protocol_texts(p, language).items()}
         for key, sentence in text_faults(language, own, brought):
             yield (*place, *key.split(".")), {"msg": sentence}
+
+
+def _unspoken(texts: dict[str, dict[str, Any]], info: ValidationInfo) -> Iterator[Fault]:
+    """Yield what of the questions about the participant cannot be asked, and a language unknown."""
+    known = [*languages(), *sorted(set(texts) - set(languages()))]
+    language, asked = info.data.get("language"), info.data.get("about_you", ())
+    yield from _named_twice("about_you", [question.name for question in asked])
+    if language is not None and language not in known:
+        said = {"msg": f"expected one of {', '.join(known)}", "input": language}
+        yield ("language",), said
+    elif language is not None:
+        yield from unanswerable(asked, language, known)
 
 
 def _task(table: Any) -> Options:

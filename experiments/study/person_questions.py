@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from experiments.languages.texts import FEWEST_ANSWERS, NUMBER_KEYS, languages, shipped_texts
+from experiments.languages.texts import FEWEST_ANSWERS, NUMBER_KEYS, shipped_texts
 from experiments.protocols.base import Label, Words
 from experiments.protocols.steps import CONSENT, Ask, ChoiceQuestion, WholeNumberQuestion
 from faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Collection, Iterator, Mapping
 
     from faults.toml_lines import Place
     from faults.validation import Fault
@@ -25,7 +25,6 @@ TAKEN = ("participant_id", "mode", "complete")
 
 Whole = Annotated[int, Field(strict=True, ge=0, le=1_000_000)]
 Translated = Annotated[dict[str, Words], Field(min_length=1)]
-NOT_SHIPPED = f"expected languages among {', '.join(languages())}"
 
 
 class PersonQuestion(BaseModel):
@@ -74,8 +73,6 @@ class PersonQuestion(BaseModel):
     ) -> tuple[str, ...] | dict[str, dict[str, str]] | None:
         if isinstance(value, dict):
             spoken = {language for words in value.values() for language in words}
-            if not spoken <= set(languages()):
-                raise ValueError(NOT_SHIPPED)
             lists = [[words.get(each) for words in value.values()] for each in sorted(spoken)]
             if any(None in words for words in lists):
                 raise ValueError("expected words for every code in the same languages")
@@ -92,13 +89,6 @@ class PersonQuestion(BaseModel):
             raise ValueError("expected another name: this one is a column already")
         return value
 
-    @field_validator("prompt")
-    @classmethod
-    def _shipped(cls, value: str | dict[str, str]) -> str | dict[str, str]:
-        if isinstance(value, dict) and not set(value) <= set(languages()):
-            raise ValueError(NOT_SHIPPED)
-        return value
-
     @model_validator(mode="after")
     def _one_kind(self) -> Self:
         bounds = (self.minimum, self.maximum)
@@ -109,6 +99,13 @@ class PersonQuestion(BaseModel):
         if self.minimum is not None and self.maximum is not None and self.minimum >= self.maximum:
             raise ValueError("expected a minimum below the maximum")
         return self
+
+    def languages(self) -> Iterator[tuple[str, str]]:
+        """Yield each key that has words in several languages, with each language's code."""
+        for words in self.options.values() if isinstance(self.options, dict) else ():
+            yield from (("options", language) for language in words)
+        if isinstance(self.prompt, dict):
+            yield from (("prompt", language) for language in self.prompt)
 
     def faults(self, language: str) -> Iterator[tuple[Place, str]]:
         """Yield the key, and a sentence, for all that cannot be read in a language."""
@@ -155,8 +152,16 @@ class PersonQuestion(BaseModel):
         return {words: words for words in self.options or ()}
 
 
-def unanswerable(questions: tuple[PersonQuestion, ...], language: str) -> Iterator[Fault]:
-    """Yield the place and the sentence of each question that cannot be asked in a language."""
+def unanswerable(
+    questions: tuple[PersonQuestion, ...], language: str, known: Collection[str]
+) -> Iterator[Fault]:
+    """Yield place and sentence of each question that cannot be asked in a language.
+
+    ``known`` are the languages there are: words in another are never read.
+    """
     for number, question in enumerate(questions):
+        for key in {key for key, each in question.languages() if each not in known}:
+            said = f"expected languages among {', '.join(known)}"
+            yield ("about_you", number, key), {"msg": said}
         for place, sentence in question.faults(language):
             yield ("about_you", number, *place), {"msg": sentence}

@@ -18,7 +18,7 @@ from experiments.journal.run_record import is_mock
 from experiments.lab.unblinding import unblind
 from experiments.running.run_state import studies
 from experiments.session.mailbox import LiveRequest, TrialName, post
-from experiments.study.file import parse_study, shipped_studies
+from experiments.study.file import parse_whole, shipped_studies, study_text
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -249,18 +249,18 @@ class Actions:
         return "the pilot runs"
 
     def _validate(self, asked: Study) -> str:
-        parse_study(asked.text, "study")
+        parse_whole(asked.text, self._now().defaults.study)
         return "no fault"
 
     def _save(self, asked: Study) -> str:
         found = self._now()
         path = self._study_file(found)
-        if text_hash(found.study_text) != asked.before:
+        if text_hash(study_text(str(path))) != asked.before:
             raise UserError(
                 f"{path}: was changed on disk since this page showed it; copy what you wrote, "
                 "reload the page, and edit it again"
             )
-        parse_study(asked.text, path.name)
+        parse_whole(asked.text, str(path))
         write_file(path, asked.text)
         self._now()
         return f"saved: {path.name}"
@@ -276,10 +276,10 @@ class Actions:
         path = Path(f"{asked.name}.toml")
         if path.exists() or asked.name in shipped_studies():
             raise UserError(f"{path}: there is one already; choose another name")
-        parse_study(asked.text, path.name)
+        parse_whole(asked.text, path.name)
         label = re.sub("[^A-Za-z0-9]+", "_", asked.name)
         text = re.sub(r"(?m)^name\s*=.*$", f'name = "{label}"', asked.text, count=1)
-        parse_study(text, path.name)
+        parse_whole(text, path.name)
         write_file(path, text)
         return f'wrote {path}; write study = "{path}" into slipscale.toml to use it'
 

@@ -18,6 +18,7 @@ from experiments.lab.console.state import (
 )
 from experiments.lab.run_summary import RunSummary, summary
 from experiments.session.terminal import clock_face
+from experiments.study.file import study_text
 from experiments.study.run_plan import RunPlan
 
 if TYPE_CHECKING:
@@ -92,10 +93,11 @@ def _doing(live: Live, t: Words) -> str:
 
 
 def study(found: Snapshot, _: Jobs, __: Words) -> dict[str, Any]:
-    """Return what the page of the study shows."""
+    """Return what the page of the study shows; the file's text, without its texts files' words."""
+    text = study_text(found.defaults.study) if found.study else ""
     shown: dict[str, Any] = {
-        "text": found.study_text,
-        "before": text_hash(found.study_text),
+        "text": text,
+        "before": text_hash(text),
         "not_edited": found.problem or why_not_edited(found),
         "timeline": [],
         "orders": [],

@@ -264,6 +264,6 @@ def test_sidecars_tell_what_was_in_use_after_each_resume(laboratory, plan):
     assert resume["plate_spec"] == "mock:fault=lost@9"
     assert set(resume) == {
         *("time_s", "resumed_utc", "plate_spec", "plate", "masking_noise", "software"),
-        "contact",
+        *("texts_hash", "contact"),
     }
     assert notes["journal"]["records"] == len(path.read_bytes().splitlines())

@@ -43,7 +43,7 @@ def test_what_the_command_line_leaves_open_is_asked(folder):
     [
         ({"study": "nothing.toml"}, "nothing.toml.*expected a TOML file"),
         ({"plate": "teapot:1"}, "plate: expected one of.*mock"),
-        ({"language": "tlh"}, "language: expected one of en, fr"),
+        ({"language": "tlh"}, "language 'tlh': expected one of en, fr"),
         ({"screen": "left"}, "screen.*integer"),
         ({"screen": "-1"}, "screen"),
         ({"pilots": "data"}, "pilots: expected another folder"),

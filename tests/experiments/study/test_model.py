@@ -84,7 +84,7 @@ texts.en.session.wellcome = "Hello"
 texts.fr.session.welcome = '''
 language = "{name}"
 '''
-texts.tlh.session.rest = "Hu"
+texts.Klingon.session.rest = "Hu"
 
 [[textures]]
 name = "ridges"
@@ -130,7 +130,7 @@ def test_faults_between_keys_are_told_at_once_too_each_with_its_line():
         "  line 6, amplitudes_um_pp: expected them to be all different",
         "  line 7, texts.en.session.wellcome: there is no such text; there are: session.welcome, ",
         "  line 8, texts.fr.session.welcome: its braces cannot be filled in; those there are: none",
-        "  line 11, texts.tlh: expected one of en, fr",
+        "  line 11, texts.Klingon: expected a language's code, such as de or pt-BR",
         "  line 13, textures.1: 2.7 is beyond the plate's 2.5 µm p-p",
         "  line 22, tasks.1.start_um_pp: 2.7 is beyond the plate's 2.5 µm p-p",
         "  line 25, tasks.2.protocol: there is a 'descendingdifference' already: give it a label",

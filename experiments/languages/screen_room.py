@@ -1,0 +1,138 @@
+"""What a screen can show: where each text is seen, how much fits there, and with which letters.
+
+The room is reckoned in lines of letters of middling width; `experiments.participants.
+psychopy_window.screens` draws them.
+"""
+
+from __future__ import annotations
+
+import textwrap
+import unicodedata
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from itertools import chain
+
+
+@dataclass(frozen=True, slots=True)
+class Room:
+    """A kind of place on a screen.
+
+    Parameters
+    ----------
+    where : str
+        For people who translate.
+    letters : int
+        How many fit into a line, at the smallest size that the letters shrink to.
+    lines : int
+        How many lines there are.
+    """
+
+    where: str
+    letters: int
+    lines: int
+
+
+LETTER_KEY = Room("the letter of a key, no words", 1, 1)
+KEY_NAME = Room("the name of a key, within a sentence", 24, 1)
+TITLE = Room("the title of a screen: one line", 44, 1)
+PAGE = Room("a page that is read at leisure", 90, 19)
+PROMPT = Room("a question, or what to do, in large letters", 62, 4)
+OPTION = Room("an answer, beside its key", 60, 1)
+OPTIONS = Room("answers, with | between, below their keys or beside them", 160, 1)
+UNDER_KEY = Room("a word or two below a key", 22, 3)
+FOOT = Room("a line of small letters at the foot of a screen", 72, 2)
+WORD = Room("a few words that stay a moment", 40, 3)
+BANNER = Room("the strip at the top of a pilot's screens: one line", 90, 1)
+
+# The first that fits a key counts.
+ROOMS: tuple[tuple[str, Room], ...] = (
+    ("window.yes_key", LETTER_KEY),
+    ("window.no_key", LETTER_KEY),
+    ("window.go_on_key", KEY_NAME),
+    ("window.key_*", KEY_NAME),
+    ("window.pilot", BANNER),
+    ("window.yes", UNDER_KEY),
+    ("window.no", UNDER_KEY),
+    ("window.turn_up", UNDER_KEY),
+    ("window.turn_down", UNDER_KEY),
+    ("window.stop_yes", UNDER_KEY),
+    ("window.stop_no", UNDER_KEY),
+    ("window.stop", PROMPT),
+    ("window.focus", PROMPT),
+    ("window.release_keys", PROMPT),
+    ("window.*", FOOT),
+    ("session.consent_yes", OPTION),
+    ("session.consent_no", OPTION),
+    ("session.consent_question", PROMPT),
+    ("session.consent", PAGE),
+    ("session.welcome", PAGE),
+    ("session.rest", PROMPT),
+    ("session.hold", PROMPT),
+    ("forced_choice.*", WORD),
+    ("*title", TITLE),
+    ("*instructions*", PAGE),
+    ("*options", OPTIONS),
+    ("comparing.steps", OPTIONS),
+    ("session.*", PAGE),
+    ("*.practice", PAGE),
+    ("*.main", PAGE),
+    ("*", PROMPT),
+)
+
+# What Noto Sans (the window's font, 2.013) can draw of the scripts whose letters stand side by
+# side, from left to right: Latin, Greek, Cyrillic, and signs. Code points, hexadecimal.
+DRAWN = (
+    "20-7E A0-2FF 370-377 37A-37F 384-38A 38C 38E-3A1 3A3-3E1 3F0-482 48A-52F 1E00-1F15 1F18-1F1D "
+    "1F20-1F45 1F48-1F4D 1F50-1F57 1F59 1F5B 1F5D 1F5F-1F7D 1F80-1FB4 1FB6-1FC4 1FC6-1FD3 "
+    "1FD6-1FDB 1FDD-1FEF 1FF2-1FF4 1FF6-1FFE 2000-200A 2010-2029 202F-205F 2070-2071 2074-208E "
+    "2090-209C 20A0-20C0 2100-215F 2183-2184 2189 2212 2C60-2C7F A722-A7CA"
+)
+LETTERS = frozenset(
+    chr(point)
+    for point in chain.from_iterable(
+        range(int(first, 16), int(last or first, 16) + 1)
+        for first, _, last in (part.partition("-") for part in DRAWN.split())
+    )
+)
+FROM_THE_RIGHT = ("R", "AL")
+MOST_SHOWN = 8
+
+
+def room_of(key: str) -> Room:
+    """Return where a text is seen.
+
+    >>> room_of("matching.title").where
+    'the title of a screen: one line'
+    """
+    return next(room for pattern, room in ROOMS if fnmatchcase(key, pattern))
+
+
+def not_drawn(text: str) -> str:
+    """Return what keeps a text from being drawn, as a sentence; nothing where it can be.
+
+    >>> not_drawn("Größe?"), not_drawn("שלום")[:23]
+    ('', 'it is written from righ')
+    """
+    if any(unicodedata.bidirectional(each) in FROM_THE_RIGHT for each in text):
+        return "it is written from right to left, which the participant's screen cannot draw"
+    # Letters with marks of their own are put together where there is one sign for both.
+    signs = unicodedata.normalize("NFC", text)
+    strange = dict.fromkeys(each for each in signs if each not in LETTERS and each != "\n")
+    if not strange:
+        return ""
+    shown = ", ".join(f"{each!r} (U+{ord(each):04X})" for each in list(strange)[:MOST_SHOWN])
+    return f"the participant's screen cannot draw {shown}; it has Latin, Greek and Cyrillic letters"
+
+
+def too_long(key: str, text: str) -> str:
+    """Return a sentence where a text is longer than its place on the screen, else nothing."""
+    room = room_of(key)
+    lines = [
+        line
+        for paragraph in text.strip().split("\n")
+        for line in textwrap.wrap(paragraph, room.letters) or [""]
+    ]
+    if len(lines) <= room.lines and all(len(line) <= room.letters for line in lines):
+        return ""
+    fits = f"{room.lines} lines of {room.letters}" if room.lines > 1 else f"{room.letters}"
+    return f"it is too long for its place ({room.where}): some {fits} letters fit"

@@ -1,0 +1,241 @@
+"""A language of the study's own: its file of texts, read with the study and put into its text.
+
+A study's text is what travels: into journals, into the data set's ``code`` folder, into the hash
+that tells one study from another. So the words of a texts file are put into it when it is read,
+and whatever becomes of the file, it is known what a participant read (docs/decisions/0330).
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import RootModel
+
+from experiments.languages.screen_room import room_of
+from experiments.languages.texts import (
+    CODE,
+    ENGLISH,
+    blanks,
+    flatten,
+    languages,
+    missing,
+    shipped_texts,
+    text_faults,
+    to_translate,
+    unlike,
+    unshown,
+)
+from experiments.protocols.base import load_protocol, protocol_texts
+from faults import UserError
+from faults.toml_file import parse_toml
+from faults.toml_lines import Lines
+from faults.validation import complaint, sentences
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from experiments.languages.texts import Texts
+    from experiments.study.model import Study
+    from faults.validation import Fault
+
+KEY = "texts_files"
+MOST_NAMED = 6  # missing texts that a message names
+
+
+class _Table(RootModel[dict[str, Any]]):
+    """Any TOML table."""
+
+
+def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
+    """Return a study's text with the words of its texts files put in.
+
+    Parameters
+    ----------
+    text : str
+        The study file's text; one that is no TOML, or names no such files, is returned as it is.
+    source : str
+        The study file's name: texts files lie beside it.
+    absent : bool
+        Whether a file that is not there is passed over.
+
+    Raises
+    ------
+    UserError
+        A texts file cannot be read, is in a language that is there already, or is no such file.
+    """
+    if KEY not in text:
+        return text
+    try:
+        table = tomllib.loads(text)
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError):
+        return text  # what is wrong with it is told by whoever parses it
+    named = table.get(KEY)
+    if not isinstance(named, list) or not all(isinstance(each, str) and each for each in named):
+        return text
+    import tomlkit  # noqa: PLC0415 - where a file is changed
+
+    document = tomlkit.parse(text)
+    del document[KEY]
+    whole = tomlkit.dumps(document)
+    there = {*languages(), *(table.get("texts") or {})}
+    for name in named:
+        path = Path(source).parent / name
+        if absent and not path.exists():
+            continue
+        language, words = _read(path)
+        if language in there:
+            raise UserError(
+                f"{path}: language '{language}' is there already; expected another, in a file of "
+                f"its own (single texts of {', '.join(languages())} are replaced in the study "
+                "file, under [texts])"
+            )
+        there.add(language)
+        whole += f"\n# The words of {path.name}.\n[texts.{_key(language)}]\n{_lines(words)}"
+    try:
+        tomllib.loads(whole)
+    except tomllib.TOMLDecodeError:
+        raise UserError(
+            f"{source}: its texts cannot be joined by those of {', '.join(named)}; expected tables "
+            "such as [texts.en.session], not texts = {...}"
+        ) from None
+    return whole
+
+
+def _read(path: Path) -> tuple[str, Texts]:
+    """Return the language of a texts file, and its words; those not written yet are left out."""
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise UserError(
+            f"{path}: cannot be read ({reason}); expected a file with the texts of a language, as "
+            "slipscale study texts writes one"
+        ) from None
+    table = dict(parse_toml(text, str(path), _Table).root)
+    language = table.pop("language", None)
+    words = {key: value for key, value in flatten(table).items() if value.strip()}
+    faults: list[Fault] = []
+    if not isinstance(language, str) or not CODE.fullmatch(language):
+        faults.append((("language",), {"msg": "expected a language's code, such as de or pt-BR"}))
+    faults += [
+        (tuple(key.split(".")), {"msg": "expected words in quotes"})
+        for key, value in _leaves(table)
+        if not isinstance(value, str)
+    ]
+    known = {key: words[key] for key in words if key in shipped_texts(ENGLISH)}
+    told = (*text_faults(ENGLISH, known), *unlike(words, {}), *unshown(words))
+    faults += [(tuple(key.split(".")), {"msg": said}) for key, said in told]
+    if faults:
+        raise complaint(str(path), sentences(faults, Lines(text).of))
+    return str(language), words
+
+
+def _leaves(table: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for key, value in table.items():
+        if isinstance(value, dict):
+            yield from _leaves(value, f"{prefix}{key}.")
+        else:
+            yield f"{prefix}{key}", value
+
+
+def check_words(study: Study, source: str) -> None:
+    """Raise `UserError` unless every text that the study brings can be read on the screen.
+
+    That is asked of a study that is going to be used. One that was recorded long ago keeps its
+    words whatever texts have come or gone since.
+    """
+    told = [
+        (0, f"texts.{language}{f'.{key}' if key else ''}: {sentence}")
+        for language, table in study.texts.items()
+        for key, sentence in _faults(study, language, flatten(table), source)
+    ]
+    if told:
+        raise complaint(source, told)
+
+
+def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tuple[str, str]]:
+    """Yield key (empty: the whole language) and sentence."""
+    yield from unshown(own)
+    if language in languages():
+        return
+    brought = brought_texts(study, language)
+    yield from text_faults(language, own, brought)
+    yield from unlike(own, brought)
+    if lacking := missing(own, brought):
+        named = ", ".join(lacking[:MOST_NAMED])
+        more = f" and {len(lacking) - MOST_NAMED} more" if len(lacking) > MOST_NAMED else ""
+        remedy = f"slipscale study texts {source} --language {language} --out FILE writes them all"
+        yield "", f"{len(lacking)} texts are missing: {named}{more}; {remedy}, with those there are"
+
+
+def brought_texts(study: Study, language: str) -> dict[str, str]:
+    """Return what a study's protocols bring for a language, in English where not in it."""
+    brought: dict[str, str] = {}
+    for task in study.tasks:
+        brought |= protocol_texts(load_protocol(task.protocol), language)
+    return brought
+
+
+def check_own_code(language: str) -> None:
+    """Raise `UserError` unless a language can be one of a study's own."""
+    if not CODE.fullmatch(language):
+        raise UserError(f"--language {language}: expected a language's code, such as de or pt-BR")
+    if language in languages():
+        raise UserError(
+            f"--language {language}: is shipped; single texts of it are replaced in the study "
+            f"file, under [texts.{language}]"
+        )
+
+
+def with_room_for(text: str, source: str, language: str) -> str:
+    """Return a study's whole text where its file of a language may not be written yet."""
+    whole = with_own_language(text, source, absent=True)
+    if language not in parse_toml(whole, source, _Table).root.get("texts", {}):
+        whole += f"\n[texts.{_key(language)}]\n"
+    return whole
+
+
+def template(study: Study, language: str) -> str:
+    """Return a texts file to be filled in: every key, its English text, where it is seen.
+
+    What the study has in that language already stands in its place.
+    """
+    own = flatten(study.texts.get(language, {}))
+    english = to_translate(brought_texts(study, language))
+    lines = [
+        f"# What participants read in the language '{language}'. Write a text between the quotes",
+        "# of each key; what stands in {braces} is filled in and must be there. Above each key:",
+        "# the English text, and where on the screen it is seen.",
+        f"language = {json.dumps(language)}",
+    ]
+    section = ""
+    for key, text in english.items():
+        table, _, name = key.rpartition(".")
+        if table != section:
+            section = table
+            lines += ["", f"[{section}]"]
+        lines += ["", *(f"# {line}".rstrip() for line in text.strip().split("\n"))]
+        filled = f" {{{'}, {'.join(sorted(found))}}}" if (found := blanks(text)) else ""
+        lines.append(f"# ({room_of(key).where}{'; filled in:' if filled else ''}{filled})")
+        lines.append(f"{_key(name)} = {_quoted(own.get(key, ''))}")
+    return "\n".join(lines) + "\n"
+
+
+def _lines(words: Texts) -> str:
+    return "".join(
+        f"{'.'.join(_key(part) for part in key.split('.'))} = {_quoted(text)}\n"
+        for key, text in words.items()
+    )
+
+
+def _key(part: str) -> str:
+    return part if re.fullmatch("[A-Za-z0-9_-]+", part) else json.dumps(part)
+
+
+def _quoted(text: str) -> str:
+    """Return a text as TOML writes it; JSON's escapes are TOML's, but for one character."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
