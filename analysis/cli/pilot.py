@@ -6,6 +6,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from analysis.cli.pilot_times import add_times, refuse_without_times, run_times
 from analysis.cli.population_options import add_population, chosen_population
 from experiments.cli.sessions import add_contact, add_study, simulated_contact
 from experiments.lab.defaults import here, say
@@ -44,10 +45,14 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="DIR",
         help=f"the data set (default: a new folder in {default.pilots}/)",
     )
+    add_times(parser)
 
 
 def run(args: Namespace) -> int:
     """Run a pilot and print its Table III beside the paper's."""
+    if args.times is not None:
+        return run_times(args)
+    refuse_without_times(args)
     from rich.console import Console  # noqa: PLC0415 - `slipscale --help` stays instant
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn  # noqa: PLC0415
 

@@ -60,15 +60,7 @@ def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[Ba
     population : Population, optional
         In place of the shipped default.
     """
-    person = Respondent(
-        seed=plan.seed,
-        participant=plan.participant,
-        visit=plan.visit,
-        planned=plan.planned_trials(),
-        language=plan.language,
-        population=population,
-        answers=plan.simulated_answers(),
-    )
+    person = _person(plan, population)
     run = _Bare(person)
     steps = plan.steps()
     try:
@@ -83,6 +75,23 @@ def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[Ba
             step = steps.send(answer)
     except StopIteration:
         return
+
+
+def drops_out(plan: RunPlan, population: Population | None = None) -> bool:
+    """Return whether the plan's participant gives up in one of their runs."""
+    return _person(plan, population).drops_out
+
+
+def _person(plan: RunPlan, population: Population | None) -> Respondent:
+    return Respondent(
+        seed=plan.seed,
+        participant=plan.participant,
+        visit=plan.visit,
+        planned=plan.planned_trials(),
+        language=plan.language,
+        population=population,
+        answers=plan.simulated_answers(),
+    )
 
 
 class _Bare:

@@ -1,0 +1,144 @@
+"""``slipscale pilot --times N``: the study simulated N times, and how far its results vary."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from analysis.cli.population_options import chosen_population
+from experiments.lab.defaults import here, say
+from faults import DONE, UserError
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    from analysis.planning.distribution.distribution import Distribution
+
+#: Options that concern one pilot's plate: a study that is simulated many times has none.
+OF_ONE = ("position", "force")
+MOST = 1_000_000
+
+
+def add_times(parser: ArgumentParser) -> None:
+    """Add the options of many studies to those of one pilot."""
+    group = parser.add_argument_group(
+        "many studies", "how far the results may vary; see docs/planning-distribution.md"
+    )
+    group.add_argument(
+        "--times",
+        type=int,
+        metavar="N",
+        help="simulate the study N times instead: median and 5 to 95 %% of every number of its "
+        "table of results, and how often each conclusion holds",
+    )
+    group.add_argument(
+        "--jobs",
+        type=int,
+        metavar="N",
+        help="processes, with --times; -1: one a processor (default: 1)",
+    )
+    group.add_argument(
+        "--yes", action="store_true", help="compute for more than an hour, with --times"
+    )
+
+
+def refuse_without_times(args: Namespace) -> None:
+    """Refuse the options of many studies where one is asked for."""
+    for name in ("jobs", "yes"):
+        if getattr(args, name):
+            raise UserError(f"--{name} is for many studies; expected --times N beside it")
+
+
+def run_times(args: Namespace) -> int:
+    """Simulate a study many times; print and write how its results spread."""
+    jobs = 1 if args.jobs is None else args.jobs
+    _refuse(args, jobs)
+    from analysis.planning.distribution.distribution import distribution  # noqa: PLC0415
+    from analysis.planning.distribution.many_studies import ManyStudies, results  # noqa: PLC0415
+
+    defaults = here()
+    say(defaults)
+    population, fitted = chosen_population(args)
+    studies = ManyStudies(
+        study_name=args.study,
+        population=population,
+        participants=args.participants,
+        language=args.language,
+        seed=args.seed,
+    )
+    studies.check()
+    folder = _folder(args.out, defaults.pilots)
+    found = []
+    with _bar(args.times) as advance:
+        for each in results(studies, args.times, jobs=jobs, patient=args.yes):
+            found.append(each)
+            advance()
+    for sentence in fitted.sentences if fitted else ():
+        print(sentence)
+    return _tell(distribution(studies, found), folder)
+
+
+def _tell(found: Distribution, folder: Path) -> int:
+    # Matplotlib takes a second to load: not before something is to be drawn.
+    from analysis.planning.distribution.files import write_distribution  # noqa: PLC0415
+    from analysis.planning.distribution.terminal import print_distribution  # noqa: PLC0415
+
+    page = write_distribution(folder, found)
+    print_distribution(found)
+    print(f"page    {page}")
+    return DONE
+
+
+def _folder(out: Path | None, pilots: Path) -> Path:
+    """Return where the results go; a folder that holds anything else is refused beforehand."""
+    from analysis.planning.distribution.files import claim  # noqa: PLC0415
+    from experiments.running.pilot import next_folder  # noqa: PLC0415
+
+    folder = out or next_folder(pilots)
+    claim(folder)
+    return folder
+
+
+def _refuse(args: Namespace, jobs: int) -> None:
+    """Refuse what cannot be meant, before anything is loaded."""
+    if not 1 <= args.times <= MOST:
+        raise UserError(f"--times {args.times}: expected 1 to {MOST}")
+    if jobs != -1 and jobs < 1:
+        raise UserError(f"--jobs {jobs}: expected 1 or more, or -1 for one a processor")
+    if args.plate != "mock":
+        raise UserError(
+            f"--plate {args.plate}: studies that are simulated many times have a mock plate "
+            "without faults; leave out --plate, or --times"
+        )
+    for name in OF_ONE:
+        if getattr(args, name):
+            raise UserError(
+                f"--{name} {getattr(args, name)}: studies that are simulated many times take what "
+                f"the study names; leave out --{name}, or --times"
+            )
+
+
+@contextmanager
+def _bar(total: int) -> Iterator[Callable[[], None]]:
+    """Show a bar with the time left on stderr, where that is a terminal."""
+    from rich.console import Console  # noqa: PLC0415
+    from rich.progress import (  # noqa: PLC0415
+        BarColumn,
+        MofNCompleteColumn,
+        Progress,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("simulated studies"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeRemainingColumn(),
+    )
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+        task = bar.add_task("", total=total)
+        yield lambda: bar.advance(task)

@@ -1,0 +1,186 @@
+"""How numbers spread, and how often conclusions hold, over simulated studies."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.planning.distribution.numbers import TABLE3
+from analysis.planning.distribution.wording import CONCLUSIONS, HEADLINES, said
+from analysis.planning.outcome import Share
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from analysis.planning.distribution.many_studies import ManyStudies, StudyResult
+
+PERCENTILES = (5, 50, 95)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spread:
+    """A number over the studies that have it.
+
+    Parameters
+    ----------
+    name : str
+        See `analysis.planning.distribution.numbers.Findings`.
+    studies : int
+        How many have it.
+    p5, median, p95 : float
+    """
+
+    name: str
+    studies: int
+    p5: float
+    median: float
+    p95: float
+
+    @property
+    def varies(self) -> bool:
+        """Whether it differs between studies at all."""
+        return self.p5 < self.p95
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Conclusion:
+    """A conclusion, and the share of all studies in which it holds.
+
+    Parameters
+    ----------
+    name : str
+        See `analysis.planning.distribution.numbers.Findings`.
+    words : str
+    share : Share
+        A study that could not be analysed is one in which it does not hold.
+    """
+
+    name: str
+    words: str
+    share: Share
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Distribution:
+    """The whole table of results over simulated studies.
+
+    Parameters
+    ----------
+    study, title : str
+        The study's name and title.
+    participants : int
+        In each study.
+    population : str
+        Who is simulated.
+    seed : int
+        That all studies' seeds follow from.
+    normalisation : str
+        The study's rule; empty where it sets none.
+    sessions : str
+        Why full sessions were simulated; empty for the bare path.
+    results : tuple of StudyResult
+        One a study.
+    numbers : tuple of Spread
+    conclusions : tuple of Conclusion
+    """
+
+    study: str
+    title: str
+    participants: int
+    population: str
+    seed: int
+    normalisation: str
+    sessions: str
+    results: tuple[StudyResult, ...]
+    numbers: tuple[Spread, ...]
+    conclusions: tuple[Conclusion, ...]
+
+    @property
+    def refused(self) -> Mapping[str, int]:
+        """Why studies could not be analysed -> how many."""
+        return Counter(each.refused for each in self.results if each.refused)
+
+    @property
+    def by_name(self) -> dict[str, Spread]:
+        """The numbers by their names."""
+        return {spread.name: spread for spread in self.numbers}
+
+    @property
+    def amplitudes_um_pp(self) -> list[float]:
+        """The amplitudes of Table III, ascending; none where nobody estimated."""
+        head, tail = f"{TABLE3}.", ".mean"
+        names = [spread.name for spread in self.numbers]
+        return sorted(
+            float(name.removeprefix(head).removesuffix(tail))
+            for name in names
+            if name.startswith(head) and name.endswith(tail)
+        )
+
+    @property
+    def headlines(self) -> list[tuple[Spread, str]]:
+        """The numbers that are shown first, with their words."""
+        known = [(said(spread.name, HEADLINES), spread) for spread in self.numbers]
+        known.sort(key=lambda each: each[0][0])
+        return [
+            (spread, words)
+            for (place, words), spread in known
+            if place < len(HEADLINES) and spread.varies
+        ]
+
+    def cell(self, amplitude_um_pp: float, statistic: str) -> Spread | None:
+        """Return a cell of Table III; None where no study has it."""
+        return self.by_name.get(cell_name(amplitude_um_pp, statistic))
+
+    def values(self, name: str) -> list[float]:
+        """Return a number of each study that has it."""
+        found = [each.found.numbers.get(name) for each in self.results]
+        return [value for value in found if value is not None]
+
+
+def cell_name(amplitude_um_pp: float, statistic: str) -> str:
+    """Return what a cell of Table III is called.
+
+    >>> cell_name(0.5, "mean")
+    'table3.0.5.mean'
+    """
+    return f"{TABLE3}.{amplitude_um_pp:g}.{statistic}"
+
+
+def distribution(studies: ManyStudies, found: Sequence[StudyResult]) -> Distribution:
+    """Return how the results of simulated studies spread."""
+    plan = studies.plans[0]
+    numbers = dict.fromkeys(name for each in found for name in each.found.numbers)
+    conclusions = dict.fromkeys(name for each in found for name in each.found.conclusions)
+    concluded = [
+        (
+            said(name, CONCLUSIONS),
+            name,
+            sum(each.found.conclusions.get(name, False) for each in found),
+        )
+        for name in conclusions
+    ]
+    concluded.sort(key=lambda each: each[0][0])
+    return Distribution(
+        study=plan.study.name,
+        title=plan.study.title,
+        participants=studies.people,
+        population=studies.population.name,
+        seed=plan.seed,
+        normalisation=plan.study.analysis.normalisation or "",
+        sessions=studies.why_sessions,
+        results=tuple(found),
+        numbers=tuple(_spread(name, found) for name in numbers),
+        conclusions=tuple(
+            Conclusion(name=name, words=words, share=Share.of(count, len(found)))
+            for (_, words), name, count in concluded
+        ),
+    )
+
+
+def _spread(name: str, found: Sequence[StudyResult]) -> Spread:
+    values = [each.found.numbers[name] for each in found if name in each.found.numbers]
+    p5, median, p95 = np.percentile(values, PERCENTILES).tolist()
+    return Spread(name=name, studies=len(values), p5=p5, median=median, p95=p95)

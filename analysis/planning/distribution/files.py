@@ -1,0 +1,226 @@
+"""Many simulated studies as files: a page, figures, CSV and JSON."""
+
+from __future__ import annotations
+
+from importlib.metadata import PackageNotFoundError, version
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+import pandas as pd
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from analysis.planning.distribution.figures import (
+    CURVES,
+    PANELS,
+    STATISTICS,
+    cells_figure,
+    curves_figure,
+    results_figure,
+)
+from analysis.planning.distribution.terminal import percent, sentences, values
+from analysis.reporting import html, json_form
+from analysis.reporting.csv_file import write_csv
+from faults import UserError
+from figure_style import save, svg
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from matplotlib.figure import Figure
+
+    from analysis.planning.distribution.distribution import Distribution
+
+try:
+    VERSION = version("slipscale")
+except PackageNotFoundError:  # a checkout that was never installed
+    VERSION = "unknown"
+
+PAGE = "distribution.html"
+
+
+def claim(folder: Path) -> None:
+    """Make sure that a folder is new, or holds an earlier distribution.
+
+    Raises
+    ------
+    UserError
+        It holds anything else; nothing was touched.
+    """
+    try:
+        if folder.exists() and any(folder.iterdir()) and not (folder / PAGE).exists():
+            raise UserError(
+                f"--out {folder}: is not empty; expected a new folder, or an earlier {PAGE}'s own"
+            )
+    except OSError as error:
+        raise UserError(f"--out {folder}: {error.strerror}") from None
+
+
+def write_distribution(folder: Path, found: Distribution) -> Path:
+    """Write ``distribution.html``, tables, JSON and figures; return the page.
+
+    Raises
+    ------
+    UserError
+        The folder cannot be written.
+    """
+    figures: dict[str, Figure] = {}
+    if found.amplitudes_um_pp:
+        figures |= {"table3": cells_figure(found), "fig15": curves_figure(found)}
+    if found.headlines:
+        figures["results"] = results_figure(found)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, table in _tables(found).items():
+            write_csv(table, folder / f"{name}.csv")
+        (folder / "distribution.json").write_text(json_form.text(_record(found)), encoding="utf-8")
+        for name, figure in figures.items():
+            save(figure, folder / name, (".svg", ".png"))
+        page = folder / PAGE
+        page.write_text(_page(found, figures), encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"{error.filename or folder}: {error.strerror}") from None
+    return page
+
+
+def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
+    """Return the tables by their files' names: spreads, shares, and every study's own numbers."""
+    return {
+        "numbers": pd.DataFrame(
+            [(s.name, s.studies, s.median, s.p5, s.p95) for s in found.numbers],
+            columns=["number", "studies", "median", "p5", "p95"],
+        ),
+        "conclusions": pd.DataFrame(
+            [
+                (c.name, c.words, c.share.value, c.share.low, c.share.high, c.share.studies)
+                for c in found.conclusions
+            ],
+            columns=["conclusion", "words", "share", "low", "high", "studies"],
+        ),
+        "studies": pd.DataFrame(
+            [
+                {"study": e.number, "seed": e.seed, "refused": e.refused, **e.found.numbers}
+                for e in found.results
+            ]
+        ),
+    }
+
+
+def _record(found: Distribution) -> dict[str, object]:
+    """Return what distribution.json holds."""
+    return {
+        "study": found.study,
+        "participants": found.participants,
+        "population": found.population,
+        "seed": found.seed,
+        "studies": len(found.results),
+        "full_sessions": bool(found.sessions),
+        "refused": found.refused,
+        "numbers": {
+            s.name: {"studies": s.studies, "median": s.median, "p5": s.p5, "p95": s.p95}
+            for s in found.numbers
+        },
+        "conclusions": {
+            c.name: {"words": c.words, "share": c.share.value, "low": c.share.low,
+                     "high": c.share.high}
+            for c in found.conclusions
+        },
+    }  # fmt: skip
+
+
+def _page(found: Distribution, figures: dict[str, Figure]) -> str:
+    environment = Environment(
+        loader=PackageLoader("analysis.planning"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    css = files("analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
+    return environment.get_template("distribution.html").render(
+        title=f"{found.title}, simulated {len(found.results)} times",
+        version=VERSION,
+        css=Markup(css),  # noqa: S704 - our own file
+        sentences=sentences(found),
+        sections=html.numbered(_sections(found, figures)),
+    )
+
+
+def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.ReportSection]:
+    table = html.ReportSection("The table of results")
+    if "table3" in figures:
+        table.blocks += [
+            html.figure(
+                svg(figures["table3"], salt="table3"),
+                "Each cell of Table III: median, and the range from 5 to 95 % of the studies. "
+                "Diamonds: the paper, in its own study.",
+                "Median and range of means, maximum deviations and standard deviations",
+            ),
+            _cells(found),
+            html.figure(
+                svg(figures["fig15"], salt="fig15"),
+                f"Means against amplitude, of the first {CURVES} studies at most.",
+                "Curves of mean estimates that rise with amplitude, one a study",
+            ),
+        ]
+    other = html.ReportSection("Other results")
+    if "results" in figures:
+        other.blocks.append(
+            html.figure(
+                svg(figures["results"], salt="results"),
+                f"Studies that gave each value, of the first {PANELS} results at most: the line is "
+                "the median, the band holds 5 to 95 %.",
+                "Histograms of results over studies",
+            )
+        )
+        other.blocks.append(_spreads([(w, *values(s)) for s, w in found.headlines], "Chief"))
+    rows = [(s.name, *values(s)) for s in found.numbers if s.varies]
+    other.blocks.append(html.details(f"All {len(rows)} numbers", [_spreads(rows, "All")]))
+    return [s for s in (table, _conclusions(found), other) if s.blocks]
+
+
+def _cells(found: Distribution) -> Markup:
+    columns = [html.TableColumn(title="Amplitude", unit="µm p-p")]
+    columns += [
+        html.TableColumn(title=title, unit="median (5 to 95 %)") for title in STATISTICS.values()
+    ]
+    rows = []
+    for amplitude in found.amplitudes_um_pp:
+        cells = [found.cell(amplitude, statistic) for statistic in STATISTICS]
+        rows.append([f"{amplitude:g}", *(_range(*values(cell)) if cell else "–" for cell in cells)])
+    return html.table(columns, rows, "Table III over the simulated studies.")
+
+
+def _range(studies: str, median: str, p5: str, p95: str) -> str:  # noqa: ARG001 - as in the tables
+    return f"{median} ({p5} to {p95})"
+
+
+def _spreads(rows: Sequence[tuple[str, ...]], which: str) -> Markup:
+    columns = [
+        html.TableColumn(title="Number", left=True),
+        *(html.TableColumn(title=title) for title in ("Studies", "Median", "5 %", "95 %")),
+    ]
+    return html.table(columns, rows, f"{which} numbers over the studies that have them.")
+
+
+def _conclusions(found: Distribution) -> html.ReportSection:
+    section = html.ReportSection("How often each conclusion holds")
+    if not found.conclusions:
+        return section
+    rows = [
+        [c.words, percent(c.share.value), f"{percent(c.share.low)} to {percent(c.share.high)}"]
+        for c in found.conclusions
+    ]
+    columns = [
+        html.TableColumn(title="Conclusion", left=True),
+        html.TableColumn(title="Studies"),
+        html.TableColumn(title="95 % Monte Carlo interval"),
+    ]
+    caption = (
+        "Share of all studies in which each holds: a p below the study's level after the "
+        "correction named. A study that could not be analysed counts as one in which it does not."
+    )
+    section.blocks.append(html.table(columns, rows, caption))
+    return section

@@ -1,0 +1,185 @@
+"""Simulated studies, each from a seed of its own, and what each of them gives."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import tempfile
+import time
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from analysis.pipeline import analyse
+from analysis.planning.distribution.numbers import Findings, findings
+from experiments.running.bare_dataset import why_sessions, write_simulated
+from experiments.running.dry_run import check_answered, check_supported
+from experiments.running.pilot import MOCK, pilot_plans
+from experiments.running.run import plate_for
+from experiments.study.file import study_hash
+from faults import UserError
+from hardware.address import with_plate_file
+from hardware.clock import VirtualClock
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from experiments.participants.population import Population
+    from experiments.study.run_plan import RunPlan
+
+#: What a study's seed means; another number makes other seeds.
+VERSION = 1
+SEED_DIGITS = 12  # hexadecimal: a seed that can be typed
+HOUR_S = 3600.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudyResult:
+    """One simulated study.
+
+    Parameters
+    ----------
+    number : int
+        From 1.
+    seed : int
+        ``slipscale pilot STUDY --seed`` runs this very study, session by session.
+    found : Findings
+        Nothing where the analysis refused the data.
+    refused : str
+        Why; empty where it did not.
+    """
+
+    number: int
+    seed: int
+    found: Findings = field(default_factory=Findings)
+    refused: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ManyStudies:
+    """A study to be simulated many times.
+
+    Parameters
+    ----------
+    study_name : str
+        A study file, or a shipped study's name.
+    population : Population
+    participants, language
+        In place of the study's own.
+    seed : int or None
+        In place of the study's; all studies' seeds follow from it.
+    """
+
+    study_name: str
+    population: Population
+    participants: int | None = None
+    language: str | None = None
+    seed: int | None = None
+
+    @cached_property
+    def plans(self) -> list[RunPlan]:
+        """The runs of a pilot with the seed itself."""
+        return pilot_plans(
+            self.study_name,
+            participants=self.participants,
+            seed=self.seed,
+            language=self.language,
+            population=self.population,
+        )
+
+    @property
+    def people(self) -> int:
+        """How many participants a study has."""
+        return len({plan.participant for plan in self.plans})
+
+    @cached_property
+    def why_sessions(self) -> str:
+        """Why full sessions are simulated; empty where the bare path gives the same."""
+        return why_sessions(self.plans[0])
+
+    def check(self) -> None:
+        """Raise `UserError` where a pilot of the study would be refused."""
+        plan = self.plans[0]
+        held = with_plate_file(MOCK, plan.study.plate.file)
+        check_supported(plan, plate_for(plan, held, VirtualClock()))
+        check_answered(plan)
+
+    def seed_of(self, number: int) -> int:
+        """Return a study's seed: of SHA-256 of all that the study depends on, and its number."""
+        first = self.plans[0]
+        told = {
+            "version": VERSION,
+            "study": study_hash(first.study_text),
+            "participants": self.people,
+            "language": first.language,
+            "population": first.population,
+            "seed": first.seed,
+            "number": number,
+        }
+        digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+        return int(digest[:SEED_DIGITS], 16)
+
+    def compute(self, number: int) -> StudyResult:
+        """Simulate a study and analyse it, as `slipscale pilot` and `slipscale analyse` would."""
+        seed = self.seed_of(number)
+        plans = [replace(plan, seed=seed) for plan in self.plans]
+        with tempfile.TemporaryDirectory(prefix="slipscale-") as there:
+            folder = Path(there) / "study"
+            write_simulated(folder, plans, self.population, sessions=bool(self.why_sessions))
+            try:
+                return StudyResult(number=number, seed=seed, found=findings(analyse(folder)))
+            except UserError as error:
+                said = str(error).replace(f"{folder}: ", "")
+                return StudyResult(number=number, seed=seed, refused=said)
+
+
+def results(
+    studies: ManyStudies, times: int, *, jobs: int = 1, patient: bool = False
+) -> Iterator[StudyResult]:
+    """Yield the results of studies 1, 2, ... in their order, as they are there.
+
+    Parameters
+    ----------
+    studies : ManyStudies
+    times : int
+        How many.
+    jobs : int
+        How many processes; -1: as many as the machine has processors.
+    patient : bool
+        Whether more than an hour is wanted.
+
+    Raises
+    ------
+    UserError
+        It would take more than an hour.
+    """
+    began_s = time.perf_counter()
+    yield studies.compute(1)  # imports and tables, too
+    if times == 1:
+        return
+    again_s = time.perf_counter()
+    yield studies.compute(2)
+    study_s = time.perf_counter() - again_s
+    left_s = study_s * (times - 2) / workers(jobs)
+    if left_s + again_s - began_s > HOUR_S and not patient:
+        raise UserError(
+            f"--times {times}: about {left_s / HOUR_S:.1f} hours here ({study_s:.1f} s a study); "
+            "add --yes to compute them, or --jobs, or ask for fewer"
+        )
+    left = range(3, times + 1)
+    if jobs == 1 or len(left) < 2:  # noqa: PLR2004 - nothing to share out
+        yield from map(studies.compute, left)
+        return
+    from joblib import Parallel, delayed  # noqa: PLC0415 - only where it is wanted
+
+    yield from Parallel(n_jobs=jobs, return_as="generator")(
+        delayed(studies.compute)(number) for number in left
+    )
+
+
+def workers(jobs: int) -> int:
+    """Return how many processes a number of jobs means."""
+    from os import cpu_count  # noqa: PLC0415
+
+    return (cpu_count() or 1) if jobs == -1 else jobs

@@ -1,0 +1,146 @@
+"""All numbers and conclusions of an analysis, each under a name that is the same in every study.
+
+They are read from what inference.json holds, so that a new result is taken in by itself. What
+belongs to one participant is left out: in another study it is another person.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from analysis.reporting import json_form
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from analysis.reporting.json_form import Json, JsonObject
+    from analysis.result import Analysis
+
+TABLE3 = "table3"
+#: Keys that tell which of a list's elements one is; their values make its name.
+IDENTIFIERS = (
+    *("task", "from_um_pp", "to_um_pp", "reference_um_pp", "removed_um_pp", "standard_um_pp"),
+    "surface",
+)
+#: Keys whose values are people's, counts of words, or settings.
+LEFT_OUT = (
+    *("participant", "participants", "consistency", "words"),
+    *("normalisation", "amplitudes_um_pp", "left_out_um_pp"),
+)
+PERSON = "sub-"
+#: A p that decides in place of another of the same result.
+CORRECTED = {
+    "p": ("p_gg", "p_holm"),
+    "p_wilcoxon": ("p_wilcoxon_holm",),
+    "equivalence_p": ("equivalence_p_holm",),
+}
+#: Probabilities that conclude nothing by themselves: of assumptions, and of another correction.
+NOT_CONCLUDED = ("mauchly_p", "shapiro_p", "p_hf")
+#: What is true or false of a computation, and nothing that is concluded.
+OF_A_COMPUTATION = ("converged", "at_bound", "at_ceiling")
+#: The name of what fits best.
+BEST = "best"
+BOUNDS = ("low", "high")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Findings:
+    """What one study gives.
+
+    Parameters
+    ----------
+    numbers : Mapping
+        Name (``table3.0.5.mean``, ``power_law.exponent``) -> value, where there is one.
+    conclusions : Mapping
+        Name (``friedman.p``) -> whether it holds: a p below the level, a statement that is true.
+    """
+
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    conclusions: Mapping[str, bool] = field(default_factory=dict)
+
+
+def findings(analysis: Analysis) -> Findings:
+    """Return all numbers and conclusions of an analysis."""
+    numbers: dict[str, float] = {}
+    conclusions: dict[str, bool] = {}
+    if analysis.prepared is not None:
+        for amplitude, *values in analysis.table3.itertuples(index=False):
+            for name, value in zip(analysis.table3.columns[1:], values, strict=True):
+                numbers[f"{TABLE3}.{amplitude:g}.{name}"] = float(value)
+    level = round(1 - analysis.dataset.choices.confidence, 12)
+    for name, value in _leaves(json_form.record(analysis.inference)):
+        last = name.rpartition(".")[2]
+        if isinstance(value, bool):
+            if last not in OF_A_COMPUTATION:
+                conclusions[name] = value
+        elif isinstance(value, int | float):
+            numbers[name] = float(value)
+            if _concludes(last):
+                conclusions[name] = value < level
+        elif isinstance(value, str) and last == BEST:
+            conclusions[f"{name}: {value}"] = True
+    return Findings(
+        numbers={name: value for name, value in numbers.items() if math.isfinite(value)},
+        conclusions=conclusions,
+    )
+
+
+def _concludes(key: str) -> bool:
+    return "p" in key.split("_") and key not in NOT_CONCLUDED
+
+
+def _leaves(value: Json, name: str = "") -> Iterator[tuple[str, Json]]:
+    """Yield every value that is no record or list, with its name."""
+    if isinstance(value, dict):
+        yield from _of_record(_by_surface(value), name)
+    elif isinstance(value, list):
+        for label, inner in zip(_labels(value), value, strict=True):
+            yield from _leaves(inner, f"{name}.{label}")
+    else:
+        yield name, value
+
+
+def _of_record(record: JsonObject, name: str) -> Iterator[tuple[str, Json]]:
+    for key, value in record.items():
+        replaced = any(other in record for other in CORRECTED.get(key, ()))
+        if key in LEFT_OUT or key in IDENTIFIERS or key.startswith(PERSON) or replaced:
+            continue
+        yield from _leaves(value, f"{name}.{key}" if name else key)
+
+
+def _by_surface(record: JsonObject) -> JsonObject:
+    """Return a scale's record with its lists, here and one level down, named by its surfaces."""
+    surfaces = record.get("surfaces")
+    if not isinstance(surfaces, list):
+        return record
+
+    def named(value: Json) -> Json:
+        if not isinstance(value, list) or len(value) != len(surfaces):
+            return value
+        return dict(zip(map(str, surfaces), value, strict=True))
+
+    return {
+        key: {name: named(inner) for name, inner in value.items()}
+        if isinstance(value, dict)
+        else named(value)
+        for key, value in record.items()
+        if key != "surfaces"
+    }
+
+
+def _labels(values: list[Json]) -> list[str]:
+    """Return what a list's elements are called: by their identifiers, as bounds, else 1, 2, ..."""
+    numbered = [str(number) for number in range(1, len(values) + 1)]
+    if len(values) == len(BOUNDS) and not any(isinstance(value, dict | list) for value in values):
+        return list(BOUNDS)
+    named = [_identified(value) for value in values]
+    return named if all(named) and len(set(named)) == len(named) else numbered
+
+
+def _identified(value: Json) -> str:
+    if not isinstance(value, dict):
+        return ""
+    parts = [value[key] for key in IDENTIFIERS if value.get(key) is not None]
+    return " - ".join(f"{part:g}" if isinstance(part, float) else str(part) for part in parts)

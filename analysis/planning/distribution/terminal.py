@@ -1,0 +1,105 @@
+"""Many simulated studies on the terminal, and in sentences."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from analysis.planning.distribution.figures import STATISTICS
+from analysis.published import biet2007
+
+if TYPE_CHECKING:
+    from analysis.planning.distribution.distribution import Distribution, Spread
+
+
+def percent(share: float) -> str:
+    """Return a share as it is printed.
+
+    >>> percent(0.254)
+    '25 %'
+    """
+    return f"{100 * share:.0f} %"
+
+
+def values(spread: Spread) -> tuple[str, str, str, str]:
+    """Return how many studies have a number, its median, and 5 and 95 % of them."""
+    numbers = (spread.median, spread.p5, spread.p95)
+    median, p5, p95 = (f"{value:.4g}" for value in numbers)
+    return str(spread.studies), median, p5, p95
+
+
+def sentences(found: Distribution) -> list[str]:
+    """Return what was simulated and how to see one of the studies, a sentence each."""
+    number = len(found.results)
+    how = f"by full sessions, since {found.sessions}" if found.sessions else "question by question"
+    whose = f"of people like population “{found.population}”"
+    first = found.results[0].seed
+    lines = [
+        (
+            f"{number} studies of {found.participants} participants each, {whose}, were simulated "
+            f"{how}, and each was analysed as slipscale analyse would. Nobody took part."
+        ),
+        (
+            f"All seeds follow from {found.seed}. Each study can be seen whole: slipscale pilot "
+            f"with --seed {first} is the first; the seeds stand in studies.csv."
+        ),
+    ]
+    if found.study == biet2007.STUDY and found.amplitudes_um_pp:
+        lines.append(_paper(found))
+    lines += [
+        f"{count} of {number} studies could not be analysed and count as ones in which nothing "
+        f"holds: {reason}."
+        for reason, count in found.refused.items()
+    ]
+    return lines
+
+
+def _paper(found: Distribution) -> str:
+    """Say how many of the paper's cells lie within the studies' ranges."""
+    inside = total = 0
+    for amplitude in found.amplitudes_um_pp:
+        row = biet2007.BY_AMPLITUDE.get(amplitude)
+        for statistic in STATISTICS:
+            cell = found.cell(amplitude, statistic)
+            if row is None or cell is None:
+                continue
+            total += 1
+            inside += cell.p5 <= float(getattr(row, statistic)) <= cell.p95
+    return f"Of the paper's {total} cells, {inside} lie within 5 to 95 % of the simulated ones."
+
+
+def print_distribution(found: Distribution, console: Console | None = None) -> None:
+    """Print Table III's cells with their spread, the chief results, and the conclusions."""
+    target = console or Console()
+    head = {"title_justify": "left", "title_style": "bold", "box": box.SIMPLE_HEAD}
+    if found.amplitudes_um_pp:
+        cells = Table(title="Table III: median (5 to 95 % of the studies)", **head)  # type: ignore[arg-type]
+        cells.add_column("amplitude\nµm p-p", justify="right")
+        for title in STATISTICS.values():
+            cells.add_column(title.lower(), justify="right", no_wrap=True)
+        for amplitude in found.amplitudes_um_pp:
+            row = [found.cell(amplitude, statistic) for statistic in STATISTICS]
+            told = [f"{c.median:.1f} ({c.p5:.1f} to {c.p95:.1f})" if c else "–" for c in row]
+            cells.add_row(f"{amplitude:g}", *told)
+        target.print(cells)
+    if found.headlines:
+        chief = Table(title="Chief results", **head)  # type: ignore[arg-type]
+        chief.add_column("")
+        for title in ("studies", "median", "5 %", "95 %"):
+            chief.add_column(title, justify="right")
+        for spread, words in found.headlines:
+            chief.add_row(escape(words), *values(spread))
+        target.print(chief)
+    if found.conclusions:
+        shares = Table(title="Share of studies in which it holds", **head)  # type: ignore[arg-type]
+        shares.add_column("")
+        shares.add_column("studies", justify="right", no_wrap=True)
+        for each in found.conclusions:
+            shares.add_row(escape(each.words), percent(each.share.value))
+        target.print(shares)
+    for line in sentences(found):
+        target.print(line, markup=False, highlight=False)

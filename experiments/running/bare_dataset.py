@@ -1,0 +1,123 @@
+"""A simulated study's data set without its sessions: the bare path, written as tables.
+
+For planning, where a study is simulated hundreds of times: the same people give the same answers
+as in a pilot, and the tables are made by the same code; no journal is kept.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from experiments.dataset.bids import build_dataset, write_file
+from experiments.dataset.rendering import render
+from experiments.dataset.rows_from_journal import gather
+from experiments.dataset.runs import Run
+from experiments.journal.header import header
+from experiments.journal.record import Record
+from experiments.journal.serialisation import answer_record, step_record
+from experiments.participants.bare import bare_run, drops_out
+from experiments.protocols.steps import Adjust, Instruct, Reply
+from experiments.running.dry_run import dry_run
+from experiments.running.pilot import MOCK, run_simulated
+from experiments.running.run import plate_for
+from hardware.clock import VirtualClock
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from experiments.participants.population import Population
+    from experiments.protocols.steps import Answer
+    from experiments.study.run_plan import RunPlan
+
+#: What only a session simulates -> whether a run has it.
+NEED_SESSIONS: dict[str, Callable[[RunPlan], bool]] = {
+    "textures are felt at moments of the stroke": lambda plan: bool(plan.study.textures),
+    "the plate's file says what measures the finger": lambda plan: bool(plan.study.plate.file),
+    "the finger is measured": lambda plan: bool(
+        plan.study.plate.position or plan.study.plate.force
+    ),
+    "amplitudes are turned at the plate": lambda plan: any(
+        isinstance(step, Adjust) for step in dry_run(plan)
+    ),
+}
+
+
+def why_sessions(plan: RunPlan) -> str:
+    """Return why a study must be simulated by full sessions; empty where the bare path will do."""
+    return next((why for why, has in NEED_SESSIONS.items() if has(plan)), "")
+
+
+def write_simulated(
+    folder: Path, plans: Sequence[RunPlan], population: Population, *, sessions: bool
+) -> None:
+    """Write the tables of a simulated study.
+
+    Parameters
+    ----------
+    folder : Path
+        A new one.
+    plans : sequence of RunPlan
+        Of a pilot: `experiments.running.pilot.pilot_plans`.
+    population : Population
+    sessions : bool
+        Whether by full sessions on the mock plate.
+
+    Raises
+    ------
+    UserError
+        The folder cannot be written.
+    """
+    if sessions:
+        for plan in plans:
+            run_simulated(folder, plan, MOCK)
+        build_dataset(folder)
+        return
+    # Whoever gave up is not invited again.
+    attended = [plan for plan in plans if not (plan.visit and drops_out(plan, population))]
+    files, problems = render([_run(folder, plan, population) for plan in attended])
+    if problems:
+        raise ValueError(str(problems[0]))
+    for name, content in files.items():
+        write_file(folder / name, content)
+
+
+def _run(folder: Path, plan: RunPlan, population: Population) -> Run:
+    """Return a run as if its journal had been read."""
+    plate = plate_for(plan, MOCK, VirtualClock())
+    records = [
+        Record(
+            number=0,
+            time_s=0.0,
+            kind="header",
+            data=header(plan, plate, MOCK, "simulated", "absent"),
+        )
+    ]
+    now_s = 0.0
+
+    def note(kind: str, **data: object) -> None:
+        records.append(Record(number=len(records), time_s=now_s, kind=kind, data=data))
+
+    last = None
+    for last, answer, duration_s in bare_run(plan, population):
+        note("begin", what=step_record(last))
+        now_s += duration_s
+        note("done", answer=answer_record(_as_in_a_session(answer)))
+    # The last words come once everything is answered: a run without them was given up.
+    note("end" if isinstance(last, Instruct) and last.last else "stop")
+    return Run(
+        path=plan.journal_path(folder),
+        plan=plan,
+        records=records,
+        damage=(),
+        gathered=gather(records),
+    )
+
+
+def _as_in_a_session(answer: Answer) -> Answer:
+    """Return an answer as a session writes it down."""
+    if not isinstance(answer, Reply):
+        return answer
+    time_s = None if answer.timed_out else answer.response_time_s
+    return replace(answer, response_time_s=time_s, time_source="simulated")

@@ -1,0 +1,195 @@
+"""A study simulated many times: whose numbers they are, how they spread, the command."""
+
+import csv
+import json
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import slipscale
+from analysis.pipeline import analyse
+from analysis.planning.distribution import many_studies
+from analysis.planning.distribution.distribution import distribution
+from analysis.planning.distribution.many_studies import ManyStudies, StudyResult, results
+from analysis.planning.distribution.numbers import Findings, findings
+from experiments.participants.habits import REALISTIC
+from experiments.participants.population import Population
+from experiments.running.pilot import pilot_plans, run_pilot
+from faults import UserError
+
+STUDY = """
+name = "small"
+title = "A small study"
+amplitudes_um_pp = [0.0, 1.2, 2.3]
+participants = 5
+seed = 3
+[[tasks]]
+protocol = "magnitude_estimation"
+scale_top = "declared"
+repetitions = 2
+[analysis]
+tests = ["friedman", "pairwise", "power_law"]
+"""
+RESTLESS = Population(
+    name="restless", habits=REALISTIC.model_copy(update={"lapses": 0.1, "dropout": 0.3})
+)
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    path = tmp_path_factory.mktemp("study") / "small.toml"
+    path.write_text(STUDY)
+    return str(path)
+
+
+@pytest.fixture(scope="module")
+def many(study):
+    return ManyStudies(study_name=study, population=RESTLESS)
+
+
+@pytest.fixture(scope="module")
+def found(many):
+    return list(results(many, 6))
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """Work in a folder that holds something else."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "precious.txt").write_text("mine")
+    return tmp_path
+
+
+def piloted(folder, study, seed, population, participants=None):
+    """Return what `slipscale pilot` finds with a seed, session by session."""
+    plans = pilot_plans(
+        study, participants=participants, seed=seed, language=None, population=population
+    )
+    run_pilot(folder, plans, tell=lambda _: None)
+    return findings(analyse(folder))
+
+
+def test_each_study_is_the_pilot_of_its_seed(tmp_path, study, found):
+    for each in found[1:3]:
+        assert each.found == piloted(tmp_path / str(each.number), study, each.seed, RESTLESS)
+    assert len({each.seed for each in found}) == len(found)
+
+
+@pytest.mark.parametrize("name", ["difference_threshold", "matching"])
+def test_other_protocols_are_the_pilots_of_their_seeds_too(tmp_path, name):
+    many = ManyStudies(study_name=name, population=Population(), participants=3)
+    first = many.compute(1)
+    assert first.found == piloted(tmp_path / "pilot", name, first.seed, Population(), 3)
+    assert first.found.numbers
+
+
+def test_several_processes_find_the_same(many, found):
+    assert list(results(many, 6, jobs=2)) == found
+
+
+def test_seeds_depend_on_all_that_the_study_depends_on(many):
+    others = [
+        replace(many, seed=4),
+        replace(many, participants=6),
+        replace(many, language="fr"),
+        replace(many, population=Population()),
+    ]
+    assert len({each.seed_of(1) for each in (many, *others)}) == 5
+
+
+def test_a_number_spreads_as_its_percentiles_say(many):
+    values = np.random.default_rng(1).normal(size=101)
+    spread = distribution(
+        many,
+        [
+            StudyResult(number=n, seed=n, found=Findings(numbers={"power_law.exponent": value}))
+            for n, value in enumerate(values.tolist(), start=1)
+        ]
+        + [StudyResult(number=102, seed=102, refused="nobody is left")],
+    ).by_name["power_law.exponent"]
+    ordered = np.sort(values)
+    assert (spread.p5, spread.median, spread.p95) == (ordered[5], ordered[50], ordered[95])
+    assert spread.studies == 101
+
+
+def test_a_study_that_is_refused_is_one_in_which_nothing_holds(many):
+    holds = StudyResult(number=1, seed=1, found=Findings(conclusions={"friedman.p": True}))
+    refused = StudyResult(number=2, seed=2, refused="nobody is left")
+    found = distribution(many, [holds, refused, replace(refused, number=3), holds])
+    (only,) = found.conclusions
+    assert only.words == "amplitudes differ (Friedman's test)"
+    assert (only.share.value, only.share.studies) == (0.5, 4)
+    assert found.refused == {"nobody is left": 2}
+
+
+def test_exclusions_that_leave_nobody_are_told_and_not_raised(tmp_path):
+    path = tmp_path / "strict.toml"
+    path.write_text(STUDY + 'exclusions = ["constant"]\nthresholds = { distinct_numbers = 99 }\n')
+    result = ManyStudies(study_name=str(path), population=Population()).compute(1)
+    assert "leave no participant" in result.refused
+    assert not result.found.numbers
+
+
+def test_numbers_of_one_participant_are_left_out_and_corrected_p_decide(found):
+    names = {name for each in found for name in each.found.numbers}
+    assert "table3.1.2.standard_deviation" in names
+    assert "pairwise.0 - 1.2.ratio_ci.low" in names
+    assert not any("sub-" in name for name in names)
+    concluded = {name for each in found for name in each.found.conclusions}
+    assert "pairwise.0 - 1.2.p_wilcoxon_holm" in concluded
+    assert "pairwise.0 - 1.2.p_wilcoxon" not in concluded
+    for result in found:
+        assert result.found.conclusions["friedman.p"] == (result.found.numbers["friedman.p"] < 0.05)
+
+
+def test_what_would_take_hours_asks_first(monkeypatch, many):
+    clock = iter([0.0, 0.0, 100.0])
+    monkeypatch.setattr(many_studies, "time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    monkeypatch.setattr(
+        ManyStudies, "compute", lambda _self, number: StudyResult(number=number, seed=0)
+    )
+    with pytest.raises(UserError, match=r"2\.7 hours here \(100\.0 s a study\).*--yes"):
+        list(results(many, 100))
+
+
+def test_the_command_writes_page_figures_and_tables(tmp_path, study, capsys):
+    out = tmp_path / "out"
+    words = ["pilot", study, "--times", "3", "--out", str(out)]
+    assert slipscale.main(words) == 0
+    told = capsys.readouterr().out
+    assert "median (5 to 95 % of the studies)" in told
+    record = json.loads((out / "distribution.json").read_text())
+    with (out / "studies.csv").open() as file:
+        studies = list(csv.DictReader(file))
+    means = [float(row["table3.1.2.mean"]) for row in studies]
+    assert record["numbers"]["table3.1.2.mean"]["median"] == np.median(means)
+    page = (out / "distribution.html").read_text()
+    assert f"{np.median(means):.4g} (" in page
+    assert "amplitudes differ (Friedman&#39;s test)" in page
+    assert {"table3.svg", "fig15.png", "results.svg"} <= {path.name for path in out.iterdir()}
+    before = {path.name: path.read_bytes() for path in out.iterdir()}
+    assert slipscale.main(words) == 0  # its own folder is written again, to the same bytes
+    assert {path.name: path.read_bytes() for path in out.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    "options, sentence",
+    [
+        (["--times", "0"], "--times 0: expected 1 to 1000000"),
+        (["--times", "2", "--jobs", "0"], "--jobs 0: expected 1 or more"),
+        (["--jobs", "2"], "--jobs is for many studies"),
+        (["--yes"], "--yes is for many studies"),
+        (["--times", "2", "--plate", "mock:faults=0.1"], "leave out --plate, or --times"),
+        (["--times", "2", "--force", "simulated"], "leave out --force, or --times"),
+        (["--times", "2", "--participants", "0"], "--participants 0: expected 1 or more"),
+        (["--times", "2", "--out", "."], "is not empty"),
+    ],
+)
+def test_bad_input_is_refused_in_a_sentence(here, study, capsys, options, sentence):
+    assert slipscale.main(["pilot", study, *options]) == 2
+    told = capsys.readouterr().err
+    assert sentence in told
+    assert told.count("\n") == 1
+    assert [path.name for path in here.iterdir()] == ["precious.txt"]
