@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from analysis.planning.answers import Assurance
+    from analysis.planning.design import Design
     from analysis.planning.run_grid import Part
-    from experiments.participants.population import Population
 
 #: Axis -> what it is, and its default where it is not the study's or the population's.
 AXES = {
@@ -29,6 +29,8 @@ AXES = {
     "lapses": "share of answers given at random (default: the population's)",
     "dropout": "share of people who stop before the end (default: the population's)",
     "exponent": "of the mean sensation above 0 µm (default: the population's curve)",
+    "catch_steps": "catch steps in each series of the descending difference: how precisely false "
+    "alarms are known",
 }
 SIZES = ("6,8,10,12,16,20,24,32",)
 
@@ -44,8 +46,17 @@ def add_power(parser: ArgumentParser) -> None:
     )
     for axis, meaning in AXES.items():
         parser.add_argument(
-            f"--{axis}", metavar="VALUES", nargs="+", help=f"{meaning}; 8:40:4 or 1,0.5"
+            f"--{axis.replace('_', '-')}",
+            metavar="VALUES",
+            nargs="+",
+            help=f"{meaning}; 8:40:4 or 1,0.5",
         )
+    parser.add_argument(
+        "--order",
+        metavar="RULES",
+        nargs="+",
+        help="rules of the surfaces' order (default: the study's); blocked,simple,williams",
+    )
     add_population(parser)
     parser.add_argument(
         "--studies",
@@ -120,24 +131,30 @@ def refuse_nonsense(args: Namespace) -> None:
         raise UserError("; ".join(wrong))
 
 
-def axes_of(
-    args: Namespace, repetitions: int, population: Population
-) -> dict[str, tuple[Any, ...]]:
+def axes_of(args: Namespace, design: Design) -> dict[str, tuple[Any, ...]]:
     """Return the values of every axis."""
-    from analysis.planning.grid import values_of  # noqa: PLC0415
+    from analysis.planning.grid import orders_of, values_of  # noqa: PLC0415
 
+    if args.catch_steps is not None and design.steps is None:
+        raise UserError(
+            f"--catch-steps {' '.join(args.catch_steps)}: {design.name} has no descending "
+            "difference; expected a study that has one"
+        )
+    habits = design.population.habits
     default: dict[str, tuple[Any, ...]] = {
         "participants": values_of("participants", SIZES),
-        "repetitions": (repetitions,),
+        "repetitions": (design.task.repetitions,),
         "effect": (1.0,),
-        "lapses": (population.habits.lapses,),
-        "dropout": (population.habits.dropout,),
+        "lapses": (habits.lapses,),
+        "dropout": (habits.dropout,),
         "exponent": (0.0,),
+        "catch_steps": (None,),
     }
-    return {
+    found = {
         axis: default[axis] if (given := getattr(args, axis)) is None else values_of(axis, given)
         for axis in AXES
     }
+    return {**found, "order": (None,) if args.order is None else orders_of(args.order)}
 
 
 def part_of(text: str | None, cache: Path | None) -> Part:
@@ -198,7 +215,7 @@ def run_power(args: Namespace) -> int:
             "without a behaviour (pilot simulates this one)"
         )
     design = design_of(study, text, population, args.alpha)
-    wanted = conditions(axes_of(args, design.task.repetitions, population))
+    wanted = conditions(axes_of(args, design))
     beside = without_effect(wanted)
     if assurance:
         from dataclasses import replace  # noqa: PLC0415

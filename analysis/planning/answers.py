@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from analysis.planning.grid import AXES, Condition
+from analysis.planning.grid import AXES, Condition, without_its_effect
 from analysis.planning.outcome import Share
 
 if TYPE_CHECKING:
@@ -40,6 +40,8 @@ class Row:
         The same without any effect.
     widths : Mapping
         What is estimated -> half-widths of its interval.
+    steps : Mapping
+        What catch steps tell; empty where they were not asked for.
     unusable : Share
         Studies that `analyse` would refuse.
     looks : tuple of (int, Share)
@@ -55,6 +57,7 @@ class Row:
     decisive: tuple[str, ...]
     false_alarms: Mapping[str, Share]
     widths: Mapping[str, Sums]
+    steps: Mapping[str, Sums]
     unusable: Share
     looks: tuple[tuple[int, Share], ...] = ()
     false_looks: Share | None = None
@@ -128,7 +131,7 @@ def _row(
     assurance: Assurance | None,
 ) -> Row:
     own = outcomes[condition]
-    without = outcomes.get(replace(condition, effect=0.0, exponent=0.0))
+    without = outcomes.get(without_its_effect(condition))
     tests = [name for name in own.found if not name.startswith(LOOK)]
     neighbours = [name for name in tests if " - " in name]
     first = [design.omnibus] if design.omnibus in tests else []
@@ -145,6 +148,7 @@ def _row(
         decisive=tuple([*first, *neighbours] or tests),
         false_alarms={name: without.power(name) for name in tests} if without else {},
         widths=own.widths,
+        steps=own.steps,
         unusable=Share.of(own.unusable, own.studies),
         looks=tuple((int(name.removeprefix(LOOK)), own.power(name)) for name in steps),
         false_looks=Share.of(sum(without.found[name] for name in steps), without.studies)
@@ -252,15 +256,20 @@ def _as_json(row: Row) -> dict[str, Any]:
         "weakest": row.weakest.value,
         "power": {name: asdict(share) for name, share in row.power.items()},
         "false_alarms": {name: asdict(share) for name, share in row.false_alarms.items()},
-        "half_widths": {
-            name: {"mean": _finite(sums.mean), "error": _finite(sums.error)}
-            for name, sums in row.widths.items()
-        },
+        "half_widths": _means(row.widths),
+        "steps": _means(row.steps),
         "not_analysable": row.unusable.value,
         "looks": [{"participants": size, **asdict(share)} for size, share in row.looks],
         "looks_false_alarms": asdict(row.false_looks) if row.false_looks else None,
         "expected_participants": row.expected_participants if row.looks else None,
         "assurance": row.assurance,
+    }
+
+
+def _means(sums: Mapping[str, Sums]) -> dict[str, dict[str, float | None]]:
+    return {
+        name: {"mean": _finite(each.mean), "error": _finite(each.error)}
+        for name, each in sums.items()
     }
 
 

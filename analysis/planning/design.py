@@ -7,13 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 from analysis.planning.fast_tests import DIVISORS, OMNIBUS, TESTS
 from analysis.planning.simulation import Task
+from analysis.planning.yes_no_steps import StepTask
+from experiments.protocols.descending_difference import DescendingDifference, descent
 from experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from experiments.study.run_plan import RunPlan
 from faults import UserError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from analysis.planning.grid import Condition
     from experiments.participants.population import Population
+    from experiments.protocols.base import Context, Options
     from experiments.study.analysis_choices import AnalysisChoices
     from experiments.study.model import Study
 
@@ -31,6 +36,8 @@ class Design:
         Of the study.
     task : Task
         Its magnitude estimation.
+    steps : StepTask or None
+        Its descending difference.
     declared : bool
         Whether participants declare their scale's top.
     choices : AnalysisChoices
@@ -41,6 +48,7 @@ class Design:
 
     name: str
     task: Task
+    steps: StepTask | None
     declared: bool
     choices: AnalysisChoices
     population: Population
@@ -73,14 +81,30 @@ class Design:
         return self.choices.tests is None or "pairwise" in self.choices.tests
 
     def task_of(self, condition: Condition) -> Task:
-        """Return the task with a condition's repetitions."""
-        return replace(self.task, repetitions=condition.repetitions)
+        """Return the task with a condition's repetitions, order and catch steps before or after."""
+        task = replace(self.task, repetitions=condition.repetitions)
+        if condition.order is not None:
+            task = replace(task, order=condition.order)
+        own, steps = self.steps, self.steps_of(condition)
+        if own is None or steps is None:
+            return task
+        more = steps.trials - own.trials
+        if own.trials_before < task.trials_before:
+            return replace(task, trials_before=task.trials_before + more)
+        return replace(task, trials_after=task.trials_after + more)
+
+    def steps_of(self, condition: Condition) -> StepTask | None:
+        """Return the descending difference with a condition's catch steps; None: not asked for."""
+        if self.steps is None or condition.catch_steps is None:
+            return None
+        return replace(self.steps, catch_steps=condition.catch_steps)
 
     @property
     def identity(self) -> dict[str, Any]:
         """Return all that a result depends on beside the condition, as plain data."""
         return {
             "task": asdict(self.task),
+            "steps": None if self.steps is None else asdict(self.steps),
             "declared": self.declared,
             "choices": self.choices.model_dump(mode="json"),
             "population": self.population.model_dump(mode="json", exclude={"name"}),
@@ -117,6 +141,7 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
         raise UserError(f"{study.name}: one amplitude; two or more are needed to tell apart")
     place = places[0]
     options = counts[place][0]
+    before, after = _around(counts, place)
     if not isinstance(options, MagnitudeEstimation):
         raise TypeError(type(options).__name__)
     return Design(
@@ -125,15 +150,41 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
             amplitudes_um_pp=tuple(sorted(study.amplitudes_um_pp)),
             repetitions=options.repetitions,
             practice=options.practice,
-            blocked=options.randomisation != "simple",
-            trials_before=sum(trials for _, trials in counts[:place]),
-            trials_after=sum(trials for _, trials in counts[place + 1 :]),
+            order=options.randomisation,
+            no_immediate_repeat=options.no_immediate_repeat,
+            trials_before=before,
+            trials_after=after,
         ),
+        steps=_steps(counts, context),
         declared=options.scale_top == "declared",
         choices=_plannable(study),
         population=population,
         alpha=alpha,
     )
+
+
+def _around(counts: Sequence[tuple[Options, int]], place: int) -> tuple[int, int]:
+    """Return how many trials of other tasks come before one, and after it."""
+    trials = [number for _, number in counts]
+    return sum(trials[:place]), sum(trials[place + 1 :])
+
+
+def _steps(counts: Sequence[tuple[Options, int]], context: Context) -> StepTask | None:
+    """Return the first descending difference among tasks, if there is one with a step."""
+    for place, (options, _) in enumerate(counts):
+        if isinstance(options, DescendingDifference):
+            falling = descent(options, context)
+            if len(falling) < 2:  # noqa: PLR2004
+                return None
+            before, after = _around(counts, place)
+            return StepTask(
+                descent_um_pp=tuple(falling),
+                series=options.series,
+                catch_steps=options.catch_steps,
+                trials_before=before,
+                trials_after=after,
+            )
+    return None
 
 
 def _plannable(study: Study) -> AnalysisChoices:

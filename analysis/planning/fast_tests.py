@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from analysis.planning.simulation import means
 from analysis.preprocessing.sufficiency import FEWEST
 from analysis.statistics import batched
 from analysis.statistics.regression import fit_lines
@@ -56,32 +57,35 @@ class Tables:
 
 
 #: Rule -> what each participant's estimates are divided by and multiplied with, from estimates
-#: (studies, participants, trials), cell means and mean logarithms.
-DIVISORS: dict[str, tuple[float, Callable[[Array, Array, Array, Array], Array]]] = {
-    "none": (1.0, lambda _estimates, _cells, _logs, tops: np.ones_like(tops)),
-    "scale_top": (100.0, lambda _estimates, _cells, _logs, tops: tops),
+#: (repetitions, studies, participants, amplitudes), their means and the scales' tops.
+DIVISORS: dict[str, tuple[float, Callable[[Array, Array, Array], Array]]] = {
+    "none": (1.0, lambda _estimates, _cells, tops: np.ones_like(tops)),
+    "scale_top": (100.0, lambda _estimates, _cells, tops: tops),
     "grand_maximum": (
         100.0,
-        lambda _estimates, cells, _logs, tops: (
+        lambda _estimates, cells, tops: (
             np.zeros_like(tops) + np.nanmax(cells, axis=(1, 2))[:, None]
         ),
     ),
     "participant_maximum": (
         100.0,
-        lambda _estimates, cells, _logs, _tops: np.nanmax(cells, axis=2),
+        lambda _estimates, cells, _tops: np.nanmax(cells, axis=2),
     ),
     "participant_largest_trial": (
         100.0,
-        lambda estimates, _cells, _logs, _tops: np.nanmax(estimates, axis=2),
+        lambda estimates, _cells, _tops: np.nanmax(estimates, axis=(0, 3)),
     ),
-    "top_stimulus": (100.0, lambda _estimates, cells, _logs, _tops: cells[:, :, -1]),
-    "modulus_equalisation": (
-        1.0,
-        lambda _estimates, _cells, logs, _tops: np.exp(
-            np.nanmean(logs, axis=2) - np.nanmean(np.nanmean(logs, axis=2), axis=1)[:, None]
-        ),
-    ),
+    "top_stimulus": (100.0, lambda _estimates, cells, _tops: cells[:, :, -1]),
+    "modulus_equalisation": (1.0, lambda estimates, _cells, _tops: _moduli(estimates)),
 }
+
+
+def _moduli(estimates: Array) -> Array:
+    """Return each participant's geometric mean over that of all, zeros left out."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = means(np.where(estimates > 0, np.log(estimates), np.nan))
+    own = np.nanmean(logs, axis=2)
+    return np.asarray(np.exp(own - np.nanmean(own, axis=1)[:, None]))
 
 
 def tables(
@@ -99,44 +103,32 @@ def tables(
     import warnings  # noqa: PLC0415
 
     k = len(amplitudes_um_pp)
-    estimates = ratings.percent / 100 * ratings.scale_top[..., None]
+    percent = ratings.by_amplitude(ratings.percent, k)
+    estimates = percent / 100 * ratings.scale_top[..., None]
     with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
         # Somebody who dropped out before the first trial, or answers zero throughout.
         warnings.filterwarnings("ignore", "All-NaN|Mean of empty", RuntimeWarning)
-        raw = np.where(estimates > 0, np.log(estimates), np.nan)
-        cells, logs = _means(ratings, estimates, k), _means(ratings, raw, k)
         top, divisor = DIVISORS[rule]
-        below = divisor(estimates, cells, logs, ratings.scale_top)
-        there = ~np.isnan(ratings.percent).all(axis=2)
+        below = divisor(estimates, means(estimates), ratings.scale_top)
+        there = ~np.isnan(percent).all(axis=(0, 3))
         usable = np.asarray(((below > 0) | ~there).all(axis=1))
         factor = (top / below)[..., None]
-        scaled = ratings.percent if rule == "scale_top" else estimates * factor
+        scaled = percent if rule == "scale_top" else estimates * factor
         zero: NDArray[np.bool_] = np.asarray(scaled == 0)
         if zero_rule == "half_minimum":
-            least = np.nanmin(np.where(scaled > 0, scaled, np.nan), axis=(1, 2)) / 2
+            least = np.nanmin(np.where(scaled > 0, scaled, np.nan), axis=(0, 2, 3)) / 2
             scaled_positive = np.where(zero, least[:, None, None], scaled)
         else:
             scaled_positive = np.where(zero, np.nan, scaled)
         final = np.log(scaled_positive)
         if zero_rule == "refuse":
-            final = np.where(np.any(zero, axis=(1, 2), keepdims=True), np.nan, final)
+            final = np.where(np.any(zero, axis=(0, 2, 3), keepdims=True), np.nan, final)
         return Tables(
             amplitudes_um_pp=tuple(amplitudes_um_pp),
-            cells=_means(ratings, scaled, k),
-            logs=_means(ratings, final, k),
+            cells=means(scaled),
+            logs=means(final),
             usable=usable,
         )
-
-
-def _means(ratings: Ratings, values: Array, amplitudes: int) -> Array:
-    """Return each participant's mean at each amplitude; NaN where there is nothing."""
-    there = ~np.isnan(values)
-    found = np.empty((*ratings.scale_top.shape, amplitudes))
-    for place in range(amplitudes):
-        here = there & (ratings.amplitude == place)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            found[..., place] = np.where(here, values, 0.0).sum(axis=2) / here.sum(axis=2)
-    return found
 
 
 def _of_complete(values: Array, test: Callable[[Array], Array]) -> Array:
@@ -153,25 +145,39 @@ def _of_complete(values: Array, test: Callable[[Array], Array]) -> Array:
 
 
 def _anova(logs: Array) -> Array:
-    from scipy import stats  # noqa: PLC0415
+    from scipy.special import fdtrc  # noqa: PLC0415 - half a second
 
     n, k = logs.shape[1:]
     epsilon = batched.greenhouse_geisser(logs)
     f = batched.repeated_measures_f(logs)
-    return np.asarray(stats.f.sf(f, (k - 1) * epsilon, (k - 1) * (n - 1) * epsilon))
+    return np.asarray(fdtrc((k - 1) * epsilon, (k - 1) * (n - 1) * epsilon, f))
 
 
-def _mean_p(values: Array) -> Array:
-    """Return the t test's p of each row's mean against 0, NaN left out; 1 of fewer than three."""
-    from scipy import stats  # noqa: PLC0415
+class _Means(NamedTuple):
+    """Means over participants, NaN left out, their standard errors, and of how many."""
 
+    mean: Array
+    error: Array
+    n: NDArray[np.int64]
+
+
+def _mean_over_participants(values: Array) -> _Means:
+    """Return the means over the second axis."""
     here = np.isfinite(values)
     n = here.sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = np.where(here, values, 0.0).sum(axis=1) / n
         squares = np.where(here, values - mean[:, None], 0.0) ** 2
-        error = np.sqrt(squares.sum(axis=1) / (n - 1) / n)
-        p = 2 * stats.t.sf(np.abs(mean) / error, n - 1)
+        return _Means(mean, np.sqrt(squares.sum(axis=1) / (n - 1) / n), n)
+
+
+def _mean_p(values: Array) -> Array:
+    """Return the t test's p of each row's mean against 0, NaN left out; 1 of fewer than three."""
+    from scipy.special import stdtr  # noqa: PLC0415 - half a second
+
+    mean, error, n = _mean_over_participants(values)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        p = 2 * stdtr(n - 1, -np.abs(mean) / error)
     return np.where((n >= FEWEST) & np.isfinite(p), p, 1.0)
 
 
@@ -208,24 +214,19 @@ def pairs(amplitudes_um_pp: Sequence[float]) -> list[tuple[float, float]]:
 def pairwise(found: Tables, primary: Primary) -> Array:
     """Return Holm's p of every pair, shape (studies, pairs); 1 where there is none."""
     values = found.cells if primary == "ranks" else found.logs
-    columns = combinations(range(len(found.amplitudes_um_pp)), 2)
-    raw = np.column_stack(
-        [PAIRED[primary](values[..., high] - values[..., low]) for low, high in columns]
-    )
+    low, high = np.transpose(list(combinations(range(len(found.amplitudes_um_pp)), 2)))
+    # A row for each study and pair.
+    differences = np.swapaxes(values[..., high] - values[..., low], 1, 2)
+    raw = PAIRED[primary](differences.reshape(-1, values.shape[1])).reshape(len(values), -1)
     return np.where(np.isnan(raw), 1.0, _holm(raw))
 
 
 def _signed_ranks(differences: Array) -> Array:
-    """Return Wilcoxon's p of each study; NaN of fewer than three people or no change at all."""
-    p = np.full(len(differences), np.nan)
-    here = ~np.isnan(differences)
-    number = here.sum(axis=1)
-    for n in np.unique(number[number >= FEWEST]):
-        studies = np.flatnonzero(number == n)
-        steps = differences[studies][here[studies]].reshape(len(studies), n)
-        found = batched.signed_rank_p(steps)
-        p[studies] = np.where((steps != 0).any(axis=1), found, np.nan)
-    return p
+    """Return Wilcoxon's p of each row; NaN of fewer than three people or no change at all."""
+    p = batched.signed_rank_p(differences)
+    enough = np.isfinite(differences).sum(axis=1) >= FEWEST
+    changed = (np.nan_to_num(differences) != 0).any(axis=1)
+    return np.where(enough & changed, p, np.nan)
 
 
 def _paired_t(differences: Array) -> Array:
@@ -250,14 +251,21 @@ def _holm(p: Array) -> Array:
 
 
 def half_widths(values: Array, confidence: float) -> Array:
-    """Return half the width of Student's interval of each row's mean; NaN of fewer than three."""
-    from scipy import stats  # noqa: PLC0415
+    """Return half the width of Student's interval of each study's mean over participants.
 
-    here = np.isfinite(values)
-    n = here.sum(axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.where(here, values, 0.0).sum(axis=1) / n
-        squares = np.where(here, values - mean[:, None], 0.0) ** 2
-        found = np.sqrt(squares.sum(axis=1) / (n - 1) / n)
-        width = found * stats.t.ppf((1 + confidence) / 2, n - 1)
+    Parameters
+    ----------
+    values : array, shape (studies, participants, ...)
+
+    Returns
+    -------
+    array, shape (studies, ...)
+        NaN of fewer than three participants.
+    """
+    from scipy.special import stdtrit  # noqa: PLC0415 - half a second
+
+    _, error, n = _mean_over_participants(values)
+    people = np.arange(values.shape[1] + 1)
+    with np.errstate(invalid="ignore"):
+        width = error * stdtrit(people - 1, (1 + confidence) / 2)[n]
     return np.where(n >= FEWEST, width, np.nan)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import dataclass, fields, replace
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast, get_args
 
+from experiments.protocols.orders import Rule
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -34,6 +35,11 @@ class Condition:
         Shares; see `experiments.participants.habits.Habits`.
     exponent : float
         Of the mean sensation above 0 µm; 0 keeps the population's own curve.
+    order : {"blocked", "simple", "williams"} or None
+        The rule of the surfaces' order; None keeps the study's.
+    catch_steps : int or None
+        In each series of the descending difference; None keeps the study's, and its precision is
+        not asked for.
     """
 
     participants: int
@@ -42,11 +48,21 @@ class Condition:
     lapses: float = 0.0
     dropout: float = 0.0
     exponent: float = 0.0
+    order: Rule | None = None
+    catch_steps: int | None = None
 
-    @property
-    def label(self) -> str:
-        """The condition in words that tell it from every other."""
-        return ", ".join(f"{name} {value:g}" for name, value in asdict(self).items())
+    def told(self, axis: str) -> str:
+        """Return the value of an axis as it is shown; empty where the study's is kept."""
+        value = getattr(self, axis)
+        return "" if value is None else str(value) if isinstance(value, str) else f"{value:g}"
+
+    def described(self, axes: Sequence[str]) -> str:
+        """Return some axes in words.
+
+        >>> Condition(participants=8, catch_steps=2).described(["effect", "catch_steps"])
+        'effect 1, catch steps 2'
+        """
+        return ", ".join(f"{axis.replace('_', ' ')} {self.told(axis)}" for axis in axes)
 
     def people(self, population: Population) -> Population:
         """Return the population with the condition's effect, lapses and dropout."""
@@ -87,7 +103,36 @@ EXPECTED: dict[str, tuple[type, tuple[Callable[[float], bool], str]]] = {
     "lapses": (float, _SHARE),
     "dropout": (float, _SHARE),
     "exponent": (float, (lambda value: value >= 0, "0 or more")),
+    "catch_steps": (int, (lambda n: 0 <= n <= 100, "0 to 100")),  # noqa: PLR2004
 }
+
+
+def option(axis: str) -> str:
+    """Return the option of the command line that an axis' values are given by.
+
+    >>> option("catch_steps")
+    '--catch-steps'
+    """
+    return f"--{axis.replace('_', '-')}"
+
+
+def orders_of(words: Sequence[str]) -> tuple[Rule, ...]:
+    """Return the rules of order that were named.
+
+    Raises
+    ------
+    UserError
+        None, or one that there is not.
+    """
+    known = get_args(Rule)
+    named = [word.strip() for word in ",".join(words).split(",") if word.strip()]
+    wrong = [word for word in named if word not in known]
+    if wrong or not named:
+        raise UserError(
+            f"--order {' '.join(wrong)}: expected one or more of {', '.join(known)}, with commas "
+            "between"
+        )
+    return tuple(dict.fromkeys(cast("list[Rule]", named)))
 
 
 def values_of(axis: str, words: Sequence[str]) -> tuple[Any, ...]:
@@ -104,10 +149,12 @@ def values_of(axis: str, words: Sequence[str]) -> tuple[Any, ...]:
         if word.strip():
             found += _range(axis, word.strip(), kind)
     if not found:
-        raise UserError(f"--{axis}: no value; expected a list or a range, as 8:40:4 or 8,12,16")
+        raise UserError(
+            f"{option(axis)}: no value; expected a list or a range, as 8:40:4 or 8,12,16"
+        )
     for value in found:
         if not (math.isfinite(value) and meant(value)):
-            raise UserError(f"--{axis} {value:g}: expected {expected}")
+            raise UserError(f"{option(axis)} {value:g}: expected {expected}")
     return tuple(sorted({kind(value) for value in found}))
 
 
@@ -117,17 +164,17 @@ def _range(axis: str, word: str, kind: type) -> list[float]:
         numbers = [float(part) for part in parts]
     except ValueError:
         raise UserError(
-            f"--{axis} {word}: expected numbers, as a list 8,12 or a range 8:40:4"
+            f"{option(axis)} {word}: expected numbers, as a list 8,12 or a range 8:40:4"
         ) from None
     if kind is int and any(not number.is_integer() for number in numbers):
-        raise UserError(f"--{axis} {word}: expected whole numbers")
+        raise UserError(f"{option(axis)} {word}: expected whole numbers")
     if len(numbers) == 1:
         return numbers
     first, last, step = (*numbers, 1.0)[:3]
     count = (last - first) / step if step else math.nan
     if len(numbers) > 3 or not 0 <= count < MOST_VALUES:  # noqa: PLR2004
         raise UserError(
-            f"--{axis} {word}: expected FIRST:LAST or FIRST:LAST:STEP, ascending, of at most "
+            f"{option(axis)} {word}: expected FIRST:LAST or FIRST:LAST:STEP, ascending, of at most "
             f"{MOST_VALUES} values"
         )
     return [round(first + number * step, 12) for number in range(math.floor(count + 1e-9) + 1)]
@@ -155,4 +202,9 @@ def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
 
 def without_effect(wanted: Sequence[Condition]) -> list[Condition]:
     """Return the same conditions without an effect, once each: they tell the false alarms."""
-    return list(dict.fromkeys(replace(each, effect=0.0, exponent=0.0) for each in wanted))
+    return list(dict.fromkeys(map(without_its_effect, wanted)))
+
+
+def without_its_effect(condition: Condition) -> Condition:
+    """Return the condition that tells the false alarms of another."""
+    return replace(condition, effect=0.0, exponent=0.0)

@@ -6,8 +6,12 @@ import math
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any, Self
 
+import numpy as np
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
+
+    from numpy.typing import NDArray
 
 #: Of the normal's 95 % interval.
 Z95 = 1.959963984540054
@@ -60,6 +64,12 @@ class Sums:
     total: float = 0.0
     squares: float = 0.0
 
+    @classmethod
+    def of(cls, values: NDArray[np.float64]) -> Self:
+        """Return the sums of the values that are finite."""
+        there = values[np.isfinite(values)]
+        return cls(n=len(there), total=float(there.sum()), squares=float((there**2).sum()))
+
     def __add__(self, other: Sums) -> Sums:
         return Sums(
             n=self.n + other.n,
@@ -95,12 +105,16 @@ class Outcome:
         Test, or pair of neighbours ("0.5 - 1.2"), or look ("look 1") -> how many found something.
     widths : Mapping
         What is estimated ("exponent", "mean at 0.5") -> half-widths of its interval.
+    steps : Mapping
+        What catch steps tell, see `analysis.planning.yes_no_steps.precision`; empty where they
+        were not asked for.
     """
 
     studies: int = 0
     unusable: int = 0
     found: Mapping[str, int] = field(default_factory=dict)
     widths: Mapping[str, Sums] = field(default_factory=dict)
+    steps: Mapping[str, Sums] = field(default_factory=dict)
 
     def power(self, test: str) -> Share:
         """Return the share of studies in which a test found something."""
@@ -117,8 +131,17 @@ class Outcome:
             studies=int(data["studies"]),
             unusable=int(data["unusable"]),
             found={str(name): int(count) for name, count in data["found"].items()},
-            widths={str(name): Sums(**sums) for name, sums in data["widths"].items()},
+            widths=_sums(data["widths"]),
+            steps=_sums(data["steps"]),
         )
+
+
+def _sums(data: Mapping[str, Any]) -> dict[str, Sums]:
+    return {str(name): Sums(**sums) for name, sums in data.items()}
+
+
+def _added(one: Mapping[str, Sums], other: Mapping[str, Sums]) -> dict[str, Sums]:
+    return {name: one.get(name, Sums()) + sums for name, sums in other.items()}
 
 
 def total(outcomes: Iterable[Outcome]) -> Outcome:
@@ -129,8 +152,7 @@ def total(outcomes: Iterable[Outcome]) -> Outcome:
             studies=whole.studies + one.studies,
             unusable=whole.unusable + one.unusable,
             found={name: whole.found.get(name, 0) + count for name, count in one.found.items()},
-            widths={
-                name: whole.widths.get(name, Sums()) + sums for name, sums in one.widths.items()
-            },
+            widths=_added(whole.widths, one.widths),
+            steps=_added(whole.steps, one.steps),
         )
     return whole

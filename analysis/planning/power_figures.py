@@ -27,7 +27,7 @@ def power_figure(found: Sequence[Row], target: float) -> Figure:
     others = [axis for axis in varying(found) if axis != "participants"]
     curves: dict[str, list[Row]] = {}
     for row in found:
-        name = ", ".join(f"{axis} {getattr(row.condition, axis):g}" for axis in others)
+        name = row.condition.described(others)
         curves.setdefault(name, []).append(row)
     for number, (name, own) in enumerate(list(curves.items())[:CURVES]):
         colour, dash = CYCLE[number % len(CYCLE)], DASHES[number // len(CYCLE) % len(DASHES)]
@@ -93,8 +93,7 @@ def precision_figure(found: Sequence[Row]) -> Figure:
     axes.set_xticks(range(len(sizes)), [str(size) for size in sizes])
     axes.set_yticks(range(len(repetitions)), [str(number) for number in repetitions])
     others = [axis for axis in varying(found) if axis not in ("participants", "repetitions")]
-    told = ", ".join(f"{axis} {getattr(first, axis):g}" for axis in others)
-    axes.set_title(told, fontsize=8.5)
+    axes.set_title(first.described(others), fontsize=8.5)
     axes.set(xlabel="Participants", ylabel="Ratings of each surface")
     bar = figure.colorbar(image, ax=axes)
     bar.set_label("Half-width of the exponent's interval", color=PALE)

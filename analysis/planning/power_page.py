@@ -64,7 +64,7 @@ def _csv(found: Sequence[Row]) -> list[list[str]]:
     head = [*AXES, "test", "power", "low", "high", "false_alarms", "exponent_half_width", "studies"]
     lines = [head]
     for row in found:
-        axes = [f"{getattr(row.condition, axis):g}" for axis in AXES]
+        axes = [row.condition.told(axis) for axis in AXES]
         for name, share in row.power.items():
             alarms = row.false_alarms.get(name)
             lines.append(
@@ -120,7 +120,7 @@ def _table(found: Sequence[Row]) -> Markup:
     columns = [html.TableColumn(title=name) for name in (*axes, *tests, "exponent ±")]
     rows = [
         [
-            *(f"{getattr(row.condition, axis):g}" for axis in axes),
+            *(row.condition.told(axis) for axis in axes),
             *(f"{row.power[name].value:.3f}" for name in tests),
             f"{row.widths['exponent'].mean:.3f}",
         ]

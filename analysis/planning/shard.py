@@ -27,6 +27,7 @@ from analysis.planning.outcome import Outcome, Sums
 from analysis.planning.sequential import levels, look_sizes
 from analysis.planning.simulated_dataset import place_of, simulated_dataset
 from analysis.planning.simulation import simulate_ratings
+from analysis.planning.yes_no_steps import precision, simulate_steps
 from analysis.preprocessing import data_quality
 from analysis.statistics.mixed_model import mixed_model
 from analysis.statistics.not_computed import NotComputed
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 #: What a shard's numbers mean; another number makes other seeds and another cache.
-VERSION = 1
+VERSION = 2
 STUDIES_A_SHARD = 250
 
 
@@ -104,18 +105,32 @@ class Shard:
         """Simulate the studies and count what they find."""
         design, condition = self.design, self.condition
         task = design.task_of(condition)
+        people = condition.people(design.population)
+        rng = np.random.default_rng(int(self.digest, 16))
         ratings = simulate_ratings(
             task,
             participants=condition.participants,
             studies=self.studies,
-            population=condition.people(design.population),
-            rng=np.random.default_rng(int(self.digest, 16)),
+            population=people,
+            rng=rng,
         )
         if design.choices.exclusions:
             ratings = excluded(design, ratings)
         found = tables(ratings, task.amplitudes_um_pp, design.rule, design.choices.zero_rule)
         outcome = at_once(design, found, self.looks)
-        return replace(outcome, found={**outcome.found, **one_by_one(design, ratings)})
+        outcome = replace(outcome, found={**outcome.found, **one_by_one(design, ratings)})
+        steps = design.steps_of(condition)
+        # Without an effect a step is a catch step.
+        if steps is None or not condition.effect:
+            return outcome
+        answers = simulate_steps(
+            steps,
+            participants=condition.participants,
+            studies=self.studies,
+            population=people,
+            rng=rng,
+        )
+        return replace(outcome, steps=precision(answers, design.choices.confidence))
 
 
 def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
@@ -129,15 +144,16 @@ def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
     if looks.number > 1:
         told |= _looks_told(design, found, looks)
     confidence = design.choices.confidence
+    of_means = half_widths(found.cells, confidence)
     widths = {"exponent": half_widths(exponents(found), confidence)} | {
-        f"mean at {amplitude:g}": half_widths(found.cells[..., place], confidence)
+        f"mean at {amplitude:g}": of_means[:, place]
         for place, amplitude in enumerate(found.amplitudes_um_pp)
     }
     return Outcome(
         studies=len(found.usable),
         unusable=int((~found.usable).sum()),
         found={name: int(share.sum()) for name, share in told.items()},
-        widths={name: _sums(values[found.usable]) for name, values in widths.items()},
+        widths={name: Sums.of(values[found.usable]) for name, values in widths.items()},
     )
 
 
@@ -176,11 +192,6 @@ def pair_name(low_um_pp: float, high_um_pp: float) -> str:
     '0 - 0.5'
     """
     return f"{low_um_pp:g} - {high_um_pp:g}"
-
-
-def _sums(values: Array) -> Sums:
-    there = values[np.isfinite(values)]
-    return Sums(n=len(there), total=float(there.sum()), squares=float((there**2).sum()))
 
 
 def excluded(design: Design, ratings: Ratings) -> Ratings:

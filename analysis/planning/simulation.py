@@ -1,8 +1,7 @@
 """Simulated studies by the thousand: the pilot's people, whole arrays of them at a time.
 
 The same model as `experiments.participants.respondent`, habit by habit, without plate, screen and
-session; a test compares both. What differs, and stays within the stated error: orders may repeat a
-surface at once, and random numbers are NumPy's.
+session; a test compares both. Random numbers are NumPy's.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.planning.orders import draw_orders
 from experiments.participants.habits import (
     ROUND_TO_PERCENT,
     Frame,
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from experiments.participants.population import Population
+    from experiments.protocols.orders import Rule
 
     Array = NDArray[np.float64]
 
@@ -46,8 +47,10 @@ class Task:
         Ascending.
     repetitions, practice : int
         How often each surface is rated, and how often before that, for practice.
-    blocked : bool
-        Whether each repetition is shuffled on its own, with a rest after it.
+    order : {"blocked", "simple", "williams"}
+        The rule of the surfaces' order; but for "simple" a rest follows each repetition.
+    no_immediate_repeat : bool
+        Whether no surface follows itself.
     trials_before : int
         Trials of other tasks in the run before this one.
     trials_after : int
@@ -57,7 +60,8 @@ class Task:
     amplitudes_um_pp: tuple[float, ...]
     repetitions: int = 1
     practice: int = 0
-    blocked: bool = True
+    order: Rule = "blocked"
+    no_immediate_repeat: bool = True
     trials_before: int = 0
     trials_after: int = 0
 
@@ -74,7 +78,7 @@ class Ratings:
     Parameters
     ----------
     amplitude : int array, shape (studies, participants, trials)
-        Which amplitude, ascending, in order of presentation.
+        Which amplitude, ascending, in order of presentation; everybody has each equally often.
     percent : array, shape as ``amplitude``
         Estimates, 0 to 100 of the participant's scale; NaN where they had dropped out.
     scale_top : array, shape (studies, participants)
@@ -86,14 +90,28 @@ class Ratings:
 
     def means(self, amplitudes: int) -> Array:
         """Return mean estimates in % of the scale, shape (studies, participants, amplitudes)."""
-        there = ~np.isnan(self.percent)
-        found = np.empty((*self.scale_top.shape, amplitudes))
-        for place in range(amplitudes):
-            here = there & (self.amplitude == place)
-            total = np.where(here, self.percent, 0.0).sum(axis=2)
-            with np.errstate(invalid="ignore", divide="ignore"):
-                found[..., place] = total / here.sum(axis=2)
-        return found
+        return means(self.by_amplitude(self.percent, amplitudes))
+
+    def by_amplitude(self, values: Array, amplitudes: int) -> Array:
+        """Return values of the trials by amplitude.
+
+        Returns
+        -------
+        array, shape (repetitions, studies, participants, amplitudes)
+        """
+        order = np.argsort(self.amplitude, axis=2, kind="stable")
+        sorted_ = np.take_along_axis(values, order, axis=2)
+        repeated = sorted_.reshape(*self.scale_top.shape, amplitudes, -1)
+        return np.ascontiguousarray(np.moveaxis(repeated, 3, 0))
+
+
+def means(values: Array) -> Array:
+    """Return the mean over the first axis; NaN left out, and of nothing."""
+    if len(values) == 1:
+        return np.asarray(values[0])
+    there = ~np.isnan(values)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.where(there, values, 0.0).sum(axis=0) / there.sum(axis=0))
 
 
 def simulate_ratings(
@@ -111,7 +129,15 @@ def simulate_ratings(
     """
     shape = (studies, participants)
     people = _People(task, shape, population, rng)
-    order = _orders(task, shape, rng)
+    order = draw_orders(
+        task.order,
+        len(task.amplitudes_um_pp),
+        task.repetitions,
+        task.practice,
+        no_immediate_repeat=task.no_immediate_repeat,
+        shape=shape,
+        rng=rng,
+    )
     percent = np.stack([people.rate(order[..., trial]) for trial in range(task.trials)], axis=2)
     habits = population.habits
     if habits.dropout:
@@ -139,10 +165,9 @@ class _People:
         )
         known = curves(population)
         amplitudes = task.amplitudes_um_pp
-        self.block = len(amplitudes) if task.blocked else 0
+        self.block = len(amplitudes) if task.order != "simple" else 0
         self.practice = task.practice * len(amplitudes)
         self.amplitudes = np.array(amplitudes)
-        self.grid = np.linspace(-FARTHEST, FARTHEST, PLACES)
         self.tables = _tables(population, amplitudes)
         self.turns = np.array([known.turns(amplitude) for amplitude in amplitudes])
         self.logs = np.log([known.mean(amplitude) for amplitude in amplitudes])
@@ -168,11 +193,10 @@ class _People:
             noise = noise * float(self.past.trials) ** -self.habits.learning
         turns = self.turns[which]
         deviate = turns[..., 0] * self.intercept + turns[..., 1] * self.exponent + noise
-        deviate = np.clip(deviate, -FARTHEST, FARTHEST)
-        percent = np.empty(self.shape)
-        for place, table in enumerate(self.tables):
-            here = which == place
-            percent[here] = np.interp(deviate[here], self.grid, table)
+        place = (np.clip(deviate, -FARTHEST, FARTHEST) + FARTHEST) * ((PLACES - 1) / (2 * FARTHEST))
+        below = np.minimum(place.astype(np.int64), PLACES - 2)
+        lower, upper = self.tables[which, below], self.tables[which, below + 1]
+        percent = np.asarray(lower + (place - below) * (upper - lower))
         if self.habits.misread:
             percent = np.where(self.misread, 100 - percent, percent)
         if self.distorts:
@@ -210,27 +234,10 @@ class _People:
         return np.where(self.rng.uniform(size=self.shape) < share, other, percent)
 
 
-def _tables(population: Population, amplitudes: Sequence[float]) -> list[Array]:
-    """Return the sensation at each place of the population, an array an amplitude."""
+def _tables(population: Population, amplitudes: Sequence[float]) -> Array:
+    """Return the sensation at each place of the population, a row an amplitude."""
     from scipy.special import betaincinv, ndtr  # noqa: PLC0415 - half a second
 
     places = ndtr(np.linspace(-FARTHEST, FARTHEST, PLACES))
     known = curves(population)
-    return [
-        np.asarray(100 * betaincinv(*known.shapes(amplitude), places)) for amplitude in amplitudes
-    ]
-
-
-def _orders(task: Task, shape: tuple[int, int], rng: np.random.Generator) -> NDArray[np.int64]:
-    """Return everybody's order of surfaces, practice first: (studies, participants, trials)."""
-    kinds = np.arange(len(task.amplitudes_um_pp))
-    if task.blocked:
-        turns = [(kinds, task.practice + task.repetitions)]
-    else:
-        turns = [(kinds, task.practice), (np.tile(kinds, task.repetitions), 1)]
-    parts = [
-        rng.permuted(np.broadcast_to(block, (*shape, len(block))), axis=2)
-        for block, times in turns
-        for _ in range(times)
-    ]
-    return np.concatenate(parts, axis=2)
+    return np.array([100 * betaincinv(*known.shapes(each), places) for each in amplitudes])

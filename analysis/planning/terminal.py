@@ -11,6 +11,7 @@ from rich.console import Console
 from rich.table import Table
 
 from analysis.planning.answers import PRIMARY_TESTS, fewest, sentence, varying
+from analysis.planning.yes_no_steps import CATCH_WIDTH, D_PRIME_LOW
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from analysis.planning.design import Design
 
 #: Headings that are short enough for a column of short numbers.
-SHORT = {"participants": "N", "repetitions": "ratings"}
+SHORT = {"participants": "N", "repetitions": "ratings", "catch_steps": "catch\nsteps"}
 WIDTH = 110
 #: With more columns of conditions than this only the weakest pair is shown.
 NARROW = 2
@@ -43,7 +44,7 @@ def print_power(
     for title in (*(SHORT.get(axis, axis) for axis in axes), *columns):
         table.add_column(title, justify="right", no_wrap=True)
     for row in found:
-        values = [f"{getattr(row.condition, axis):g}" for axis in axes]
+        values = [row.condition.told(axis) for axis in axes]
         table.add_row(*values, *(cell(row) for cell in columns.values()))
     target_console.print(table)
     errors = [share.error for row in found for share in row.power.values()]
@@ -61,6 +62,9 @@ def _columns(first: Row, target: float, *, brief: bool) -> dict[str, Callable[[R
     if brief:
         columns["weakest\npair"] = lambda row: _share(row.weakest.value, target)
     columns["exponent\n±"] = _width
+    if first.steps:
+        columns["yes at\ncatch ±"] = lambda row: f"{row.steps[CATCH_WIDTH].mean:.3f}"
+        columns["d' at\nleast"] = lambda row: f"{row.steps[D_PRIME_LOW].mean:.2f}"
     if first.false_alarms:
         columns["false\nalarms"] = lambda row: f"{row.false_alarms[row.decisive[0]].value:.3f}"
     if first.assurance is not None:
@@ -93,7 +97,7 @@ def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
     lines = []
     others = [axis for axis in varying(found) if axis != "participants"]
     for condition, size in fewest(found, target).items():
-        where = ", ".join(f"{axis} {getattr(condition, axis):g}" for axis in others)
+        where = condition.described(others)
         said = (
             f"{size} participants or more reach {target:g} on every comparison"
             if size
@@ -101,6 +105,11 @@ def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
         )
         line = f"{where}: {said}" if where else said[0].upper() + said[1:]
         lines.append(f"{line}.")
+    if found[0].steps:
+        lines.append(
+            "Catch steps: half the interval of the share of yes at them, and the lower bound of "
+            "d', each the mean over studies."
+        )
     best = next((row for row in found if row.weakest.value >= target), found[-1])
     lines.append(f"For the application: {sentence(design, best)}")
     refused = max(row.unusable.value for row in found)

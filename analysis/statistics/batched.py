@@ -7,6 +7,7 @@ for each table.
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -69,20 +70,57 @@ def friedman_p(tables: Array) -> Array:
 def signed_rank_p(differences: Array) -> Array:
     """Return Wilcoxon's two-sided p for each row of differences; 1 where all are zero.
 
-    Exact up to the size where the report's test is, ties aside.
+    Exact up to the size where the report's test is, ties aside: zeros are left out, equal sizes
+    share their mean rank.
 
     Parameters
     ----------
     differences : array, shape (tables, participants)
+        NaN where there is none.
     """
     from scipy import stats  # noqa: PLC0415
 
-    some = np.any(differences != 0, axis=1)
-    p = np.ones(len(differences))
-    if some.any():
-        method = "exact" if differences.shape[1] <= EXACT_AT_MOST else "asymptotic"
-        p[some] = stats.wilcoxon(differences[some], axis=1, method=method).pvalue
+    step = np.where(np.isnan(differences), 0.0, differences)
+    up = step > 0
+    changed = np.count_nonzero(step, axis=1)
+    # Zeros have the lowest ranks: without them the others' are as many lower.
+    ranks = stats.rankdata(np.abs(step), axis=1) - (step.shape[1] - changed)[:, None]
+    rank_sum = np.where(up, ranks, 0.0).sum(axis=1)
+    p = np.ones(len(step))
+    small = changed <= EXACT_AT_MOST
+    p[small] = _exact_p(rank_sum[small], changed[small])
+    if not small.all():
+        steps = np.where(step[~small] == 0, np.nan, step[~small])
+        found = stats.wilcoxon(steps, axis=1, method="asymptotic", nan_policy="omit")
+        p[~small] = found.pvalue
     return p
+
+
+def _exact_p(rank_sum: Array, changed: NDArray[np.int64]) -> Array:
+    """Return the two-sided p of sums of positive ranks, of so many differences each.
+
+    A sum between two whole numbers, of ties, takes the less extreme one, as SciPy does.
+    """
+    all_ranks = changed * (changed + 1) // 2
+    # Both tails are the lower one's: the distribution is symmetrical.
+    extreme = np.minimum(np.ceil(rank_sum), all_ranks - np.floor(rank_sum)).astype(np.int64)
+    return np.asarray(np.minimum(2 * _rank_sums()[changed, extreme], 1.0))
+
+
+@cache
+def _rank_sums() -> Array:
+    """Return the distribution of the sum of positive ranks: P(sum <= s) at [n, s].
+
+    Each rank is in the sum or not, both as likely: the sum of n ranks is that of n - 1 ranks, or
+    n more (Wilcoxon, 1945, Biometrics Bulletin 1, 80-83).
+    """
+    most = EXACT_AT_MOST * (EXACT_AT_MOST + 1) // 2
+    share = np.zeros((EXACT_AT_MOST + 1, most + 1))
+    share[0, 0] = 1.0
+    for n in range(1, EXACT_AT_MOST + 1):
+        share[n] = share[n - 1] / 2
+        share[n, n:] += share[n - 1, :-n] / 2
+    return np.cumsum(share, axis=1)
 
 
 def holm(p: Array) -> Array:

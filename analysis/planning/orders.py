@@ -1,0 +1,131 @@
+"""Orders of surfaces for thousands of simulated participants, by the rules of the protocol.
+
+The distribution is the protocol's (`experiments.protocols.orders`). Blocks are shuffled as whole
+arrays. Rules without such a form have a pool of the protocol's own orders: each simulated person,
+or group that shares a design, takes one of it and gives its surfaces other numbers by chance, which
+changes nothing about how likely an order is.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from experiments.protocols.orders import presentation_order
+from experiments.protocols.randomisation import Stream
+from experiments.protocols.williams import Place, williams_group
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from experiments.protocols.orders import Rule
+
+    Orders = NDArray[np.int64]
+
+#: Groups of orders in a pool.
+POOL = 500
+
+
+def draw_orders(
+    rule: Rule,
+    surfaces: int,
+    repetitions: int,
+    practice: int,
+    *,
+    no_immediate_repeat: bool,
+    shape: tuple[int, int],
+    rng: np.random.Generator,
+) -> Orders:
+    """Return everybody's order, practice first: shape (studies, participants, trials).
+
+    Parameters
+    ----------
+    rule : {"simple", "blocked", "williams"}
+    surfaces, repetitions, practice : int
+        Surfaces are 0 ... surfaces - 1; each comes so often, and so often before, for practice.
+    no_immediate_repeat : bool
+        Whether no surface follows itself.
+    shape : (int, int)
+        Studies and participants.
+    rng : Generator
+        The only source of chance.
+    """
+    apart = no_immediate_repeat and surfaces > 1
+    if rule == "blocked" or (rule == "simple" and (repetitions == 1 or not apart)):
+        size = surfaces if rule == "blocked" else surfaces * repetitions
+        kinds = np.arange(size) % surfaces
+        main: list[Orders] = []
+        for _ in range(surfaces * repetitions // size):
+            after = main[-1][..., -1] if main and apart else None
+            main.append(_shuffled(kinds, shape, rng, after=after))
+    else:
+        main = [_from_pool(rule, surfaces, repetitions, apart=apart, shape=shape, rng=rng)]
+    before: list[Orders] = []
+    # From the end: the practice gives way to the order that is analysed.
+    for _ in range(practice):
+        first = (before or main)[0][..., 0]
+        kinds = np.arange(surfaces)
+        before.insert(0, _shuffled(kinds, shape, rng, before=first if apart else None))
+    return np.concatenate([*before, *main], axis=2)
+
+
+def _shuffled(
+    kinds: Orders,
+    shape: tuple[int, int],
+    rng: np.random.Generator,
+    *,
+    after: Orders | None = None,
+    before: Orders | None = None,
+) -> Orders:
+    """Return the kinds in a random order each; drawn again where one would follow itself."""
+    found = rng.permuted(np.broadcast_to(kinds, (*shape, len(kinds))), axis=2)
+    if after is None and before is None:
+        return found
+    while True:
+        clash = found[..., 0] == after if after is not None else found[..., -1] == before
+        if not clash.any():
+            return found
+        found[clash] = rng.permuted(found[clash], axis=1)
+
+
+def _from_pool(
+    rule: Rule,
+    surfaces: int,
+    repetitions: int,
+    *,
+    apart: bool,
+    shape: tuple[int, int],
+    rng: np.random.Generator,
+) -> Orders:
+    studies, participants = shape
+    pool = _pool(rule, surfaces, repetitions, apart)
+    size = pool.shape[1]
+    groups = -(-participants // size)
+    drawn = pool[rng.integers(len(pool), size=(studies, groups))]
+    labels = rng.permuted(np.broadcast_to(np.arange(surfaces), (studies, groups, surfaces)), axis=2)
+    named = np.take_along_axis(labels[:, :, None], drawn, axis=3)
+    return named.reshape(studies, groups * size, -1)[:, :participants]
+
+
+@cache
+def _pool(rule: Rule, surfaces: int, repetitions: int, apart: bool) -> Orders:
+    """Return orders as the protocol draws them, shape (groups, participants, trials)."""
+    size = 1
+    if rule == "williams":
+        size = williams_group(surfaces, repetitions, no_immediate_repeat=apart)
+
+    def order(group: int, row: int) -> list[int]:
+        blocks = presentation_order(
+            surfaces,
+            repetitions,
+            rule,
+            stream=Stream("pool of orders", group, row),
+            shared=lambda *of: Stream("pool of designs", *of),
+            place=Place(row=group * size + row),
+            no_immediate_repeat=apart,
+        )
+        return [each for block in blocks for each in block]
+
+    return np.array([[order(group, row) for row in range(size)] for group in range(POOL)])

@@ -1,0 +1,105 @@
+"""Catch steps in planning: the session's own answers, and what their number tells."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from analysis.planning.answers import rows
+from analysis.planning.design import design_of
+from analysis.planning.grid import Condition
+from analysis.planning.run_grid import run_grid, shards
+from analysis.planning.shard import Looks
+from analysis.planning.yes_no_steps import (
+    CATCH_WIDTH,
+    D_PRIME_LOW,
+    StepAnswers,
+    StepTask,
+    precision,
+    simulate_steps,
+)
+from analysis.statistics.descending_difference.proportions import exact_interval
+from experiments.participants.bare import bare_run
+from experiments.participants.habits import Habits
+from experiments.participants.population import Population
+from experiments.protocols.steps import Ask, Present
+from experiments.running.pilot import pilot_plans
+from experiments.study.file import read_study
+
+STUDY, TEXT = read_study("biet2007")
+DESIGN = design_of(STUDY, TEXT, Population(), 0.05)
+# Steps that are missed now and then, and people who lapse and give up.
+PEOPLE = Population(noise=9.0, habits=Habits(lapses=0.1, dropout=0.3))
+
+
+def test_the_study_s_own_series_is_found():
+    assert DESIGN.steps == StepTask(
+        descent_um_pp=(2.3, 1.2, 0.5, 0.0), series=1, catch_steps=1, trials_after=8
+    )
+
+
+def test_more_catch_steps_are_more_trials_before_the_estimates():
+    task = DESIGN.task_of(Condition(participants=8, catch_steps=4))
+    assert task.trials_before == DESIGN.task.trials_before + 3
+    assert DESIGN.task_of(Condition(participants=8)) == DESIGN.task
+
+
+def sessions(people, participants):
+    """Return (removed µm, "yes") of every step of people who answer the protocol itself."""
+    found = []
+    plans = pilot_plans(
+        "biet2007", participants=participants, seed=5, language="en", population=people
+    )
+    for plan in plans:
+        removed = None
+        for step, answer, _ in bare_run(plan, people):
+            if isinstance(step, Present) and step.trial and step.lead_in:
+                before = step.lead_in[0].surface.amplitude_um_pp
+                removed = round(before - step.surface.amplitude_um_pp, 6)
+            if isinstance(step, Ask) and step.name == "difference_felt":
+                found.append((removed, bool(answer.value)))
+    return np.array(found)
+
+
+def test_steps_are_noticed_as_often_as_in_sessions_within_the_error():
+    theirs = sessions(PEOPLE, 700)
+    ours = simulate_steps(
+        DESIGN.steps, participants=700, studies=20, population=PEOPLE, rng=np.random.default_rng(1)
+    )
+    removed, felt = ours.removed_um_pp.round(6), ours.felt
+    assert sorted(set(theirs[:, 0])) == [0.0, 0.5, 0.7, 1.1]
+    for size in (0.0, 0.5, 0.7, 1.1):
+        p = theirs[theirs[:, 0] == size, 1]
+        q = felt[(removed == size) & ~np.isnan(felt)]
+        error = np.sqrt(q.mean() * (1 - q.mean()) / len(p))
+        assert abs(p.mean() - q.mean()) < 4 * error, size
+        assert 0.05 < q.mean() < 0.95
+        # Who gives up answers no more, in both.
+        assert len(p) / 700 == pytest.approx(len(q) / 700 / 20, abs=0.06)
+
+
+def test_the_width_is_the_report_s_interval_of_one_answer_each():
+    """Eight people, one catch step each, two of whom say yes: Clopper and Pearson's own."""
+    removed = np.tile([1.1, 0.0], (1, 8, 1))
+    felt = np.stack([np.ones(8), np.arange(8) < 2], axis=1)[None].astype(float)
+    told = precision(StepAnswers(removed_um_pp=removed, felt=felt), 0.95)
+    expected = exact_interval(2, 8)
+    assert told[CATCH_WIDTH].mean == pytest.approx((expected.high - expected.low) / 2)
+    assert told[D_PRIME_LOW].n == 1
+
+
+def test_without_catch_steps_nothing_is_told():
+    task = replace(DESIGN.steps, catch_steps=0)
+    answers = simulate_steps(
+        task, participants=6, studies=3, population=Population(), rng=np.random.default_rng(1)
+    )
+    told = precision(answers, 0.95)
+    assert told[CATCH_WIDTH].n == told[D_PRIME_LOW].n == 0
+
+
+def test_more_catch_steps_tell_false_alarms_more_precisely():
+    wanted = [Condition(participants=8, catch_steps=number) for number in (1, 4)]
+    outcomes = run_grid(shards(DESIGN, wanted, studies=5, seed=1))
+    few, many = rows(DESIGN, wanted, outcomes, looks=Looks())
+    assert many.steps[CATCH_WIDTH].mean < 0.8 * few.steps[CATCH_WIDTH].mean
+    assert many.steps[D_PRIME_LOW].mean > few.steps[D_PRIME_LOW].mean
