@@ -29,7 +29,8 @@ from experiments.languages.texts import (
     unlike,
     unshown,
 )
-from experiments.protocols.base import load_protocol, protocol_texts
+from experiments.protocols.base import protocol_texts
+from experiments.protocols.registry import load_protocol
 from faults import UserError
 from faults.toml_file import parse_toml
 from faults.toml_lines import Lines
