@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING
 from scipy.stats import chisquare
 
 from experiments.protocols.base import Context
-from experiments.protocols.magnitude_estimation import MagnitudeEstimation, blocks
+from experiments.protocols.magnitude_estimation import MagnitudeEstimation
+from experiments.protocols.rated_surfaces import surface_blocks
 from experiments.protocols.williams import williams_group, williams_square
 
 if TYPE_CHECKING:
@@ -62,8 +63,8 @@ def drawn(
         row = number * group + number % group
         first, second = (
             [
-                (phase, [int(surface.amplitude_um_pp) for surface in block])
-                for phase, block in blocks(
+                (block[0].phase, [int(each.surface.amplitude_um_pp) for each in block])
+                for block in surface_blocks(
                     options,
                     Context(
                         seed=seed,

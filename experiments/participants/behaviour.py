@@ -79,6 +79,22 @@ class Behaviour:
         """Return a magnitude estimate of the surface felt last, on this person's own scale."""
         return self.person.estimate()
 
+    def rating(self, start: float) -> float:
+        """Return where on a line of 0 to 100 the surface felt last is put."""
+        return self.person.rating(start)
+
+    def ratio(self) -> float:
+        """Return how many times as strong as the standard the surface felt last is, above 0."""
+        return self.person.ratio()
+
+    def reaches(self, ratio: float) -> bool:
+        """Return whether the surface felt last is so many times as strong as the standard."""
+        return self.person.reaches(ratio)
+
+    def lapses(self) -> bool:
+        """Return whether this person attends to nothing in this question."""
+        return self.person.lapses()
+
     def notices(self) -> bool:
         """Return whether the two surfaces felt last seem different."""
         return self.person.notices()

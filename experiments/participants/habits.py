@@ -84,6 +84,13 @@ class Habits(BaseModel):
         "its size is our assumption. Seen by the share of answers for the last interval.",
         json_schema_extra={"realistic": 0.2, "unit": "d'"},
     )
+    anchoring: Share = Field(
+        default=0.0,
+        description="Part of the way by which a mark on a line stays near where it stood first. "
+        "Tversky and Kahneman 1974, Science 185, 1124-1131, for its being; its size is our "
+        "assumption. Seen by ratings: start_effect.",
+        json_schema_extra={"realistic": 0.05},
+    )
     misread: Share = Field(
         default=0.0,
         description="Share of the people who rate how sticky a surface is, not how slippery. Our "

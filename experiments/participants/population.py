@@ -98,6 +98,16 @@ class Population(BaseModel):
         description="Each participant has one of them. Our assumption: free-modulus scales are "
         "round numbers over decades; the least step is 1 in 100 of it.",
     )
+    line_shift_sd: NotNegative = Field(
+        default=0.3,
+        description="People's own use of a line between two words: spread of the logit of where "
+        "they put the middle. Our assumption.",
+    )
+    line_stretch_sigma: NotNegative = Field(
+        default=0.2,
+        description="Likewise, how much of the line they use: standard deviation of the logarithm "
+        "of the factor on the logit. Our assumption.",
+    )
     criterion: NotNegative = Field(
         default=1.6,
         description="A change by x is noticed with d' = x / noise against it. Our assumption, so "

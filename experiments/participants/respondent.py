@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 from experiments.participants.behaviour import Behaviour, load_behaviour
 from experiments.participants.habits import (
+    LEAST_PERCENT,
     ROUND_TO_PERCENT,
     Frame,
     History,
@@ -21,6 +22,7 @@ from experiments.participants.habits import (
     reported,
 )
 from experiments.participants.population import Population, curves
+from experiments.participants.sensation import Sensation
 from experiments.protocols.randomisation import Stream
 from experiments.protocols.simulation import misfit
 from experiments.protocols.steps import (
@@ -65,6 +67,8 @@ VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
         "l'effet « huileux » a disparu",
     ),
 }
+
+LEAST_RATIO = 0.01  # nobody types a ratio of nothing
 
 
 def unanswered(protocol: str, name: str) -> str:
@@ -120,18 +124,13 @@ class Respondent:
         self._people = people
         self._curves = curves(people)
         self.scale_top = self._stream("scale top").choice(people.scale_tops)
-        self._intercept = self._own("shared")
-        self._exponent = self._own("exponent")
-        # Less half the variance of the logarithm: the population's noise is what it says.
-        self._noise = math.sqrt(people.trial_to_trial) * math.exp(
-            people.noise_sigma * self._own("noise") - people.noise_sigma**2
-        )
         self._criterion = people.criterion + people.criterion_sd * self._own("criterion")
         self._threshold = people.noise * math.exp(people.threshold_sigma * self._own("threshold"))
         self._pace = math.exp(people.pace_sigma * self._own("pace"))
         self._reading = math.exp(people.reading_sigma * self._own("reading"))
         habits = people.habits
-        self._misread = self._stream("misread").uniform() < habits.misread
+        misread = self._stream("misread").uniform() < habits.misread
+        self._sensation = Sensation(people, self._own, misread=misread)
         dropout = self._stream("dropout")
         self.drops_out = dropout.uniform() < habits.dropout
         self._last_trial = int(dropout.uniform() * planned) if self.drops_out else None
@@ -147,6 +146,7 @@ class Respondent:
         # What was felt in one trial, by its interval; and the question that is being answered.
         self._trial: Trial | None = None
         self._of_trial: dict[int, float] = {}
+        self._standard_um_pp = 0.0  # felt last outside a trial
         self.turned = 0
         self._question = ""
         self._again: tuple[str | int, ...] = ()
@@ -174,8 +174,11 @@ class Respondent:
             self._trials += 1
         elif isinstance(step, Instruct | Rest | EndBlock):
             self._contact_s = 0.0
-        elif isinstance(step, Present) and trial and isinstance(answer, Presented):
+        elif isinstance(step, Present) and isinstance(answer, Presented):
             amplitude_um_pp = answer.commanded_um_pp
+            if trial is None:
+                self._standard_um_pp = amplitude_um_pp
+                return
             self._histories[trial.task] = self._histories.get(trial.task, History()).with_trial(
                 math.log(self._curves.mean(amplitude_um_pp)),
                 self._before.get(trial.task, amplitude_um_pp),
@@ -277,7 +280,7 @@ class Respondent:
 
     def pick(self, strengths: Sequence[float]) -> int:
         """Return the place of the largest; the last one is liked, and a lapse is any of them."""
-        if self._lapses():
+        if self.lapses():
             return self.stream(self._question, "lapse", "value").below(len(strengths))
         liking = self._people.habits.interval_bias * self._threshold
         liked = [*strengths[:-1], strengths[-1] + liking]
@@ -285,35 +288,45 @@ class Respondent:
 
     def says_yes(self, strength: float) -> bool:
         """Return whether a difference of impressions passes the criterion."""
-        if self._lapses():
+        if self.lapses():
             return self._any_yes()
         return strength / self._threshold > self._criterion
 
     def estimate(self) -> float:
         """Return a magnitude estimate of the surface felt last, on the participant's own scale."""
         habits = self._people.habits
-        felt = self._felt[1]
-        past = self._past() if self._distorts or habits.learning else History()
-        intercept, exponent = self._curves.turns(felt)
-        noise = self._noise * self.stream(self._question, "trial").normal()
-        if habits.learning:
-            noise *= max(past.trials, 1) ** -habits.learning
-        deviate = intercept * self._intercept + exponent * self._exponent + noise
-        percent = self._curves.sensation(felt, deviate)
-        if self._misread:
-            percent = 100 - percent
-        if self._distorts and past.trials:
-            percent = float(reported(percent, habits, past, self._frame))
-        if self._lapses():
-            percent = 100 * self.stream(self._question, "lapse", "value").uniform()
-        percent = round(min(percent, 100))
+        percent: float = round(min(self._reported(), 100))
         if habits.rounding and self.stream(self._question, "round").uniform() < habits.rounding:
             percent = round(percent / ROUND_TO_PERCENT) * ROUND_TO_PERCENT
         return round(percent / 100 * self.scale_top, 6)
 
+    def rating(self, start: float) -> float:
+        """Return the place of a mark on a line of 0 to 100, in the person's own use of the line."""
+        place = self._sensation.place(self._reported())
+        return place + self._people.habits.anchoring * (start - place)
+
+    def ratio(self) -> float:
+        """Return how many times as strong as the standard the surface felt last is."""
+        ratio = max(self._reported(), LEAST_PERCENT) / self._of_standard()
+        return max(float(f"{ratio:.2g}"), LEAST_RATIO)
+
+    def reaches(self, ratio: float) -> bool:
+        """Return whether the surface felt last is so many times as strong as the standard.
+
+        Of the habits regression, learning and misread act: the range that is shortened is that of
+        what is controlled, so a number is produced as one nearer to the standard's.
+        """
+        meant: float = ratio ** (1 - self._people.habits.regression)
+        return self._felt_percent() >= meant * self._of_standard()
+
+    def lapses(self) -> bool:
+        """Return whether the person attends to nothing in this question."""
+        lapses = self._people.habits.lapses
+        return bool(lapses) and self.stream(self._question, "lapse").uniform() < lapses
+
     def notices(self) -> bool:
         """Return whether the last two surfaces feel different."""
-        if self._lapses():
+        if self.lapses():
             return self._any_yes()
         before, after = (self._curves.mean(felt) for felt in self._felt)
         noise = self.stream(self._question).normal()
@@ -357,9 +370,30 @@ class Respondent:
             )
         return float(time_s)
 
-    def _lapses(self) -> bool:
-        lapses = self._people.habits.lapses
-        return bool(lapses) and self.stream(self._question, "lapse").uniform() < lapses
+    def _reported(self) -> float:
+        """Return the sensation of the surface felt last, 0 to 100, as habits have it reported."""
+        habits = self._people.habits
+        past = self._past() if self._distorts or habits.learning else History()
+        percent = self._felt_percent()
+        if self._distorts and past.trials:
+            percent = float(reported(percent, habits, past, self._frame))
+        if self.lapses():
+            percent = 100 * self.stream(self._question, "lapse", "value").uniform()
+        return percent
+
+    def _felt_percent(self) -> float:
+        """Return the sensation of the surface felt last, 0 to 100, with the trial's noise."""
+        noise = self._sensation.noise * self.stream(self._question, "trial").normal()
+        if self._people.habits.learning:
+            noise *= max(self._past().trials, 1) ** -self._people.habits.learning
+        felt = self._of_trial[max(self._of_trial)] if self._of_trial else self._felt[1]
+        return self._sensation.percent(felt, noise)
+
+    def _of_standard(self) -> float:
+        """Return the sensation of the standard: felt first in this trial, or before it."""
+        several = len(self._of_trial) > 1
+        standard = self._of_trial[min(self._of_trial)] if several else self._standard_um_pp
+        return max(self._sensation.percent(standard), LEAST_PERCENT)
 
     def _any_yes(self) -> bool:
         return self.stream(self._question, "lapse", "value").uniform() < 0.5  # noqa: PLR2004

@@ -17,6 +17,7 @@ from experiments.protocols.steps import (
     ComparisonQuestion,
     NumberQuestion,
     TextQuestion,
+    VisualAnalogueQuestion,
     WholeNumberQuestion,
     YesNoQuestion,
 )
@@ -66,6 +67,21 @@ class SimulatedPerson(Protocol):
     def estimate(self) -> float:
         """Return a magnitude estimate of the surface felt last, on this person's own scale."""
 
+    def rating(self, start: float) -> float:
+        """Return where on a line of 0 to 100 this person puts the surface felt last.
+
+        ``start`` is where the mark stood first: some are drawn to it.
+        """
+
+    def ratio(self) -> float:
+        """Return how many times as strong as the standard the surface felt last is, above 0."""
+
+    def reaches(self, ratio: float) -> bool:
+        """Return whether the surface felt last is so many times as strong as the standard."""
+
+    def lapses(self) -> bool:
+        """Return whether this person attends to nothing in this question."""
+
     def notices(self) -> bool:
         """Return whether the two surfaces felt last seem different."""
 
@@ -107,6 +123,21 @@ def until_equal(_step: Adjust, person: SimulatedPerson) -> int:
     return 0 if reached else 1 if person.turned > 0 else -1
 
 
+def until_number(step: Adjust, person: SimulatedPerson) -> int:
+    """Turn until the surface seems to have reached the number shown, or turns no further."""
+    number, modulus = (step.trial.factors[name] for name in ("number", "modulus"))
+    if not (isinstance(number, float) and isinstance(modulus, float)):
+        raise TypeError(f"'{step.name}' shows no number and has no modulus")
+    reached = person.reaches(number / modulus)
+    if person.turned == 0:
+        return 0 if person.lapses() else -1 if reached else 1
+    up, now = person.turned > 0, person.felt_um_pp[-1]
+    end = step.highest_um_pp if up else step.lowest_um_pp
+    if reached is up or abs(now - end) < step.step_um_pp / 2:
+        return 0
+    return 1 if up else -1
+
+
 def _number(_question: object, value: object) -> bool:
     real = isinstance(value, int | float) and not isinstance(value, bool)
     return real and math.isfinite(float(str(value))) and float(str(value)) >= 0
@@ -130,6 +161,12 @@ ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
     ComparisonQuestion: (
         lambda question, value: value in range(1, len(question.options) + 1),
         "the number of an interval",
+    ),
+    VisualAnalogueQuestion: (
+        lambda question, value: (
+            _number(question, value) and value == question.nearest(float(value))
+        ),
+        "one of the line's places, 0 to 100",
     ),
     Adjust: (
         lambda _, value: isinstance(value, int) and not isinstance(value, bool),

@@ -125,6 +125,39 @@ class ComparisonQuestion:
     seeks: Literal["most", "least"] = "most"
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class VisualAnalogueQuestion:
+    """A mark on a line between two words; the reply's value is its place, 0 (left) to 100 (right).
+
+    Parameters
+    ----------
+    prompt : str
+        The question.
+    left, right : str
+        The words at the line's ends.
+    resolution, key_step : float
+        Distance of two places that the mark can have, and what one press of an arrow key moves it.
+    start : float
+        Where keys move the mark from.
+    start_shown : bool
+        Whether the mark stands there before the first press or click.
+    """
+
+    prompt: str
+    left: str
+    right: str
+    resolution: float
+    key_step: float
+    start: float
+    start_shown: bool
+
+    def nearest(self, place: float) -> float:
+        """Return the nearest place that the mark can have; beyond the line it is its end."""
+        held = min(max(place, 0.0), 100.0)
+        # Rounded: three tenths are 0.3, and not a float beside it.
+        return round(round(held / self.resolution) * self.resolution, 6)
+
+
 Question = (
     NumberQuestion
     | YesNoQuestion
@@ -132,6 +165,7 @@ Question = (
     | ChoiceQuestion
     | WholeNumberQuestion
     | ComparisonQuestion
+    | VisualAnalogueQuestion
 )
 
 

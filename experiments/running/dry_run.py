@@ -26,6 +26,7 @@ from experiments.protocols.steps import (
     Reply,
     Silence,
     TextQuestion,
+    VisualAnalogueQuestion,
     Voided,
     WholeNumberQuestion,
     YesNoQuestion,
@@ -133,6 +134,8 @@ def _value(question: Question, place: float) -> Value:
         return float(question.minimum + round(place * (question.maximum - question.minimum)))
     if isinstance(question, NumberQuestion):
         return 1.0 + place
+    if isinstance(question, VisualAnalogueQuestion):
+        return question.nearest(100.0 * place)
     if isinstance(question, TextQuestion):
         return "-"
     raise TypeError(f"no answer to rehearse for {type(question).__name__}")

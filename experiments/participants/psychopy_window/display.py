@@ -209,6 +209,15 @@ class Display:
         """The pyglet window, which hears the keys."""
         return self._window.winHandle
 
+    def show_pointer(self, *, needed: bool) -> None:
+        """Show the mouse, which a full screen hides, where it is needed."""
+        self._window.mouseVisible = needed or not self._full_screen
+
+    def place(self, x_px: float, y_px: float) -> tuple[float, float]:
+        """Return where in a scene a pixel is, counted from the window's lower left corner."""
+        width, height = self._window.size
+        return (x_px - width / 2) / self._unit, (y_px - height / 2) / self._unit
+
     def draw(self, scene: Scene) -> None:
         """Draw a scene, unseen until the flip; what did not change is not built again."""
         self._shown = {item: self._shown.get(item) or self._build(item) for item in scene}

@@ -21,6 +21,7 @@ from experiments.protocols.steps import (
     Question,
     TextQuestion,
     Value,
+    VisualAnalogueQuestion,
     WholeNumberQuestion,
     YesNoQuestion,
 )
@@ -229,6 +230,8 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
         return KeyEntry(yes_no_keys(texts))
     if isinstance(question, ChoiceQuestion | ComparisonQuestion):
         return KeyEntry(choice_keys(question))
+    if isinstance(question, VisualAnalogueQuestion):
+        raise TypeError("a visual analogue scale is no entry: it has a screen of its own")
     return TypedEntry(question)
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from hardware.clock import Clock
 
-Kind = Literal["character", "erase", "escape", "turn"]
+Kind = Literal["character", "erase", "escape", "turn", "move", "point"]
 Source = Literal["ptb", "window"]
 # A press may be stamped this long before the last poll and still be heard only now.
 LATE_S = 0.050
@@ -27,13 +27,16 @@ EARLY_S = 0.004
 # A held key starts to repeat within this time (X11: 0.66 s, Windows: 1 s at most).
 REPEAT_S = 1.1
 PAGE_NOTCHES = 5  # of the wheel, for the keys that turn a page
+TO_THE_END = 1_000_000  # notches: further than any line is long
 
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """Something typed: a ``character``, or "erase", or "escape", or a "turn".
+    """Something typed: a ``character``, or "erase", "escape", a "turn", a "move", or a "point".
 
-    ``repeated`` marks what a held key adds by itself; ``notches`` are those of a turn, up or down.
+    ``repeated`` marks what a held key, or a held mouse, adds by itself; ``notches`` are those of a
+    turn (up or down) or of a move (right or left); ``x``, ``y`` are the pixels pointed at, from the
+    window's lower left corner.
     """
 
     kind: Kind
@@ -42,6 +45,8 @@ class Key:
     source: Source = "window"
     repeated: bool = False
     notches: int = 0
+    x: float = 0.0
+    y: float = 0.0
 
 
 def claim(heard: int, stamps_s: Iterable[float], last_poll_s: float, poll_s: float) -> list[float]:
@@ -141,6 +146,12 @@ class Keyboard:
             key.MOTION_PREVIOUS_PAGE: PAGE_NOTCHES,
             key.MOTION_NEXT_PAGE: -PAGE_NOTCHES,
         }
+        self._moves = {
+            key.MOTION_RIGHT: 1,
+            key.MOTION_LEFT: -1,
+            key.MOTION_BEGINNING_OF_LINE: -TO_THE_END,
+            key.MOTION_END_OF_LINE: TO_THE_END,
+        }
         self._modifiers = {
             key.LSHIFT, key.RSHIFT, key.LCTRL, key.RCTRL, key.LALT, key.RALT, key.LMETA, key.RMETA,
             key.LCOMMAND, key.RCOMMAND, key.LOPTION, key.ROPTION, key.CAPSLOCK, key.NUMLOCK,
@@ -165,6 +176,7 @@ class Keyboard:
             on_activate=self._on_activate,
             on_deactivate=self._on_deactivate,
             on_mouse_press=self._on_mouse_press,
+            on_mouse_drag=self._on_mouse_drag,
             on_mouse_scroll=self._on_mouse_scroll,
             on_close=self._on_close,
         )
@@ -284,6 +296,8 @@ class Keyboard:
             self._hear("erase")
         elif motion in self._turns:
             self._hear("turn", notches=self._turns[motion])
+        elif motion in self._moves:
+            self._hear("move", notches=self._moves[motion])
         return True
 
     def _on_activate(self) -> None:
@@ -293,8 +307,13 @@ class Keyboard:
         self._activated = False
         self._held.clear()  # their releases go elsewhere
 
-    def _on_mouse_press(self, *_where: int) -> bool:
+    def _on_mouse_press(self, x: int, y: int, *_which: int) -> bool:
         self._handle.activate()
+        self._typed.append((Key("point", "", self._clock.now(), x=x, y=y), None))
+        return True
+
+    def _on_mouse_drag(self, x: int, y: int, *_how: int) -> bool:
+        self._typed.append((Key("point", "", self._clock.now(), repeated=True, x=x, y=y), None))
         return True
 
     def _on_mouse_scroll(self, _x: int, _y: int, _across: float, notches: float) -> bool:

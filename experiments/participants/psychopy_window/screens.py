@@ -8,11 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Protocol
 
 from experiments.participants.psychopy_window import entry, scene
+from experiments.participants.psychopy_window.marking import Marking
 from experiments.participants.psychopy_window.scene import Scene, Text
+from experiments.participants.psychopy_window.screen_words import (
+    ScreenResult,
+    go_on_key,
+    naming_key,
+    remaining,
+)
 from experiments.protocols.steps import (
     Adjust,
     Ask,
@@ -25,29 +31,24 @@ from experiments.protocols.steps import (
     ParticipantStep,
     Rest,
     TextQuestion,
-    Value,
+    VisualAnalogueQuestion,
     WholeNumberQuestion,
     YesNoQuestion,
 )
 
 Texts = Mapping[str, str]
-# The keys that go on and have a name of their own in the texts; any other is its character.
-NAMED_KEYS = {"space": " ", "enter": "\r"}
 CARET = "|"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ScreenResult:
-    """How a screen ended."""
-
-    value: Value = None
-    timed_out: bool = False
-
-
 class Screen(Protocol):
-    """One screen; ``single_key`` says that a key held from before could end it by mistake."""
+    """One screen.
+
+    ``single_key`` says that a key held from before could end it by mistake, ``pointed`` that the
+    mouse is needed.
+    """
 
     single_key: bool
+    pointed: bool
     rejected: list[str]
 
     def scene(self, elapsed_s: float) -> Scene:
@@ -58,6 +59,12 @@ class Screen(Protocol):
 
     def erase(self) -> None:
         """Take back the last character."""
+
+    def move(self, notches: int) -> None:
+        """Move what is moved by keys with arrows or the wheel, to the right and up."""
+
+    def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
+        """Take a click or touch at a place of the scene; return the outcome if it ended that."""
 
     @property
     def typed(self) -> str:
@@ -70,7 +77,19 @@ class Screen(Protocol):
         """Return the outcome if the time alone ended the screen."""
 
 
-class Waiting:
+class Unmoved:
+    """What screens share on which nothing is moved and nothing is pointed at."""
+
+    pointed = False
+
+    def move(self, notches: int) -> None:
+        """Nothing is moved here."""
+
+    def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> None:
+        """Nothing is pointed at here."""
+
+
+class Waiting(Unmoved):
     """What the screens that wait for the key that goes on share: the space bar, as a rule."""
 
     single_key = True
@@ -80,13 +99,13 @@ class Waiting:
         self, texts: Texts, minimum_s: float = 0.0, maximum_s: float | None = None
     ) -> None:
         self.rejected: list[str] = []
-        self._go_on = NAMED_KEYS.get(texts["window.go_on_key"], texts["window.go_on_key"])
+        self._go_on = go_on_key(texts)
         self._minimum_s = minimum_s
         self._maximum_s = maximum_s
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
         """End on the key that goes on, at the earliest after the minimum."""
-        if character.casefold() == self._go_on.casefold() and elapsed_s >= self._minimum_s:
+        if character.casefold() == self._go_on and elapsed_s >= self._minimum_s:
             return ScreenResult()
         return None
 
@@ -105,13 +124,6 @@ class Waiting:
     def wait_s(self, elapsed_s: float) -> int:
         """Return the whole seconds until the key works, 0 when it does."""
         return max(math.ceil(self._minimum_s - elapsed_s), 0)
-
-
-def naming_key(texts: Texts, text: str) -> str:
-    """Return a text that names the key that goes on, as the participant knows it."""
-    key = texts["window.go_on_key"]
-    name = texts[f"window.key_{key}"] if key in NAMED_KEYS else key.upper()
-    return texts[text].format(key=name)
 
 
 class Reading(Waiting):
@@ -217,7 +229,7 @@ class Adjusting(Waiting):
         return (task, *keys, *left, scene.hint(naming_key(self._texts, "window.turned")))
 
 
-class Asking:
+class Asking(Unmoved):
     """A question and the place for its answer; the time limit is shown where there is one."""
 
     def __init__(self, step: Ask, texts: Texts) -> None:
@@ -338,18 +350,6 @@ def number_size(content: str) -> float:
     return scene.DIGITS * min(1.0, roomy / max(len(content), 1))
 
 
-def remaining(limit_s: float | None, elapsed_s: float, texts: Texts, *, y: float) -> Scene:
-    """Return the countdown, nothing where there is no limit."""
-    if limit_s is None:
-        return ()
-    left_s = max(limit_s - elapsed_s, 0.0)
-    said = texts["window.seconds_left"].format(seconds=math.ceil(left_s))
-    return (
-        *scene.bar(left_s / limit_s if limit_s else 0.0, y=y),
-        Text(content=said, y=y - 0.05, size=scene.HINT, colour="quiet"),
-    )
-
-
 SCREENS: dict[type, Callable[..., Screen]] = {
     Instruct: Reading,
     Explore: Exploring,
@@ -362,4 +362,6 @@ SCREENS: dict[type, Callable[..., Screen]] = {
 
 def screen_for(step: ParticipantStep | Adjust, texts: Texts) -> Screen:
     """Return a fresh screen for a step."""
+    if isinstance(step, Ask) and isinstance(step.question, VisualAnalogueQuestion):
+        return Marking(step, step.question, texts)
     return SCREENS[type(step)](step, texts)

@@ -12,7 +12,6 @@ from experiments.participants.psychopy_window.entry import ENTER
 from experiments.participants.psychopy_window.keyboard import Key, Keyboard
 from experiments.participants.psychopy_window.screens import (
     Screen,
-    ScreenResult,
     Stopping,
     screen_for,
 )
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from experiments.languages.texts import Texts
     from experiments.participants.base import Turn
     from experiments.participants.psychopy_window.scene import Scene
+    from experiments.participants.psychopy_window.screen_words import ScreenResult
     from experiments.protocols.steps import Adjust, ParticipantStep
     from hardware.clock import Clock
 
@@ -152,11 +152,11 @@ class PsychoPyWindow:
                 if key.kind == "escape":
                     away_s += self._ask_to_stop(watch)
                     break
-                notches += key.notches
+                notches += key.notches if key.kind == "turn" else 0
                 if notches and turn and key.character:
                     turn(notches)  # the surface that is taken is the one turned to before the key
                     notches = 0
-                outcome = hand_over(key, screen, elapsed_s)
+                outcome = self._hand_over(key, screen, elapsed_s)
                 if outcome:
                     return reply(screen, outcome, onset_s, elapsed_s, key.source)
             outcome = screen.expire(self._clock.now() - onset_s - away_s)
@@ -166,6 +166,13 @@ class PsychoPyWindow:
                 turn(notches)
             watch()
             self._show(screen.scene(self._clock.now() - onset_s - away_s))
+
+    def _hand_over(self, key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:
+        """Give a screen a key, or a place in its scene that was pointed at."""
+        if key.kind != "point" or elapsed_s < 0:
+            return hand_over(key, screen, elapsed_s)
+        x, y = self.display.place(key.x, key.y)
+        return screen.point(x, y, elapsed_s, dragged=key.repeated)
 
     def hold(self, text: str, until: Callable[[], bool]) -> None:
         """Show ``text`` until ``until()``; keys do nothing meanwhile."""
@@ -177,6 +184,7 @@ class PsychoPyWindow:
         """Show a screen's first frame; return when. What was typed before it is no answer."""
         if screen.single_key:
             self._await_release(watch)
+        self.display.show_pointer(needed=screen.pointed)
         watch()
         self._keyboard.poll()
         return self._show(screen.scene(0.0))
@@ -222,7 +230,10 @@ class PsychoPyWindow:
 
 def hand_over(key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:
     """Give a key to a screen, unless it came too early or from a key that is just held down."""
-    if key.kind in ("escape", "turn") or elapsed_s < 0:
+    if key.kind in ("escape", "point") or elapsed_s < 0:
+        return None
+    if key.kind in ("turn", "move"):
+        screen.move(key.notches)
         return None
     if key.kind == "erase":
         screen.erase()

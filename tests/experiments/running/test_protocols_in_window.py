@@ -11,7 +11,14 @@ from experiments.dataset.schema import columns
 from experiments.journal.journal import Journal
 from experiments.journal.run_record import read_plan
 from experiments.participants.psychopy_window import PsychoPyWindow
-from experiments.protocols.steps import Adjust, Ask, Feedback, YesNoQuestion
+from experiments.protocols.steps import (
+    Adjust,
+    Ask,
+    Feedback,
+    NumberQuestion,
+    VisualAnalogueQuestion,
+    YesNoQuestion,
+)
 from experiments.running.run import plate_for, run_plan
 from experiments.session.operator import UnattendedOperator
 from experiments.study.file import study_text
@@ -70,6 +77,37 @@ PLAYED = {
             "practice = 2": "practice = 0",
         },
     ),
+    "visual_analogue_scale": (
+        "fr",
+        {
+            "[0.0, 0.5, 1.2, 2.3]": "[0.5, 2.3]",
+            "repetitions = 3": "repetitions = 1",
+            "practice = 1": "practice = 0",
+            "catch_trials = 2": "catch_trials = 1",
+            "resolution = 1.0": "resolution = 0.5",
+            '"random"': '"middle"',
+        },
+    ),
+    "ratio_to_standard": (
+        "en",
+        {
+            "[0.3, 0.6, 1.8, 2.3]": "[0.6, 2.3]",
+            "repetitions = 3": "repetitions = 1",
+            "practice = 1": "practice = 0",
+            "catch_trials = 2": "catch_trials = 1",
+            "standard_every_trials = 1": "standard_every_trials = 2",
+        },
+    ),
+    "magnitude_production": (
+        "fr",
+        {
+            "[5.0, 10.0, 15.0, 20.0]": "[5.0, 15.0]",
+            "repetitions = 2": "repetitions = 1",
+            "practice = 1": "practice = 0",
+            "[0.5, 0.8, 1.2, 1.8]": "[0.5, 1.8]",
+            "repetitions = 3": "repetitions = 1",
+        },
+    ),
 }
 
 
@@ -112,9 +150,34 @@ class Hand(UnattendedOperator):
             for motion in (key.MOTION_UP, key.MOTION_UP, key.MOTION_DOWN, key.MOTION_NEXT_PAGE):
                 handle.dispatch_event("on_text_motion", motion)
             handle.dispatch_event("on_mouse_scroll", 0, 0, 0.0, 2.0)
-        yes_no = isinstance(step, Ask) and isinstance(step.question, YesNoQuestion)
+        question = step.question if isinstance(step, Ask) else None
+        if isinstance(question, VisualAnalogueQuestion):
+            self.mark(handle, first=first)
+            return
+        if isinstance(question, NumberQuestion):
+            handle.dispatch_event("on_text", "2" if first else "\r")
+            return
+        yes_no = isinstance(question, YesNoQuestion)
         pressed = (self.yes if yes_no else "2") if isinstance(step, Ask) else " "
         handle.dispatch_event("on_text", pressed)
+
+    def mark(self, handle, *, first):
+        """Put the mark to 48 by keys alone, to 75 by the mouse alone in every second trial."""
+        from pyglet.window import key  # noqa: PLC0415 - needs the display
+
+        by_mouse = self.window.shown.trial.number % 2 == 0
+        if first and by_mouse:
+            # The line is 1.1 of the window's 800 pixels long: 75 is 220 to the right of 640.
+            handle.dispatch_event("on_mouse_press", 900, 440, 1, 0)
+            handle.dispatch_event("on_mouse_drag", 861, 445, -39, 5, 1, 0)
+        elif by_mouse:
+            handle.dispatch_event("on_mouse_press", 640, 80, 1, 0)
+        elif first:
+            handle.dispatch_event("on_text", " ")  # no mark is put yet: that is said
+            for motion in (key.MOTION_LEFT, key.MOTION_LEFT, key.MOTION_LEFT, key.MOTION_RIGHT):
+                handle.dispatch_event("on_text_motion", motion)
+        else:
+            handle.dispatch_event("on_text", " ")
 
 
 @pytest.mark.parametrize("name", PLAYED)
@@ -154,5 +217,13 @@ def test_a_protocol_is_played_to_its_end_in_the_window(name, display, plan, tmp_
                 row["matched_um_pp"] == pytest.approx(row["interval2_amplitude_um_pp"] - 0.04)
                 for row in rows
             )
+        elif protocol.task == "magnitudeproduction":
+            for row in rows:
+                # Up twice, down once, five down, two up: two down, where the plate can go there.
+                aim = max(row["interval2_amplitude_um_pp"] - 2 * 0.05, 0.1)
+                assert row["produced_um_pp"] == pytest.approx(aim, abs=0.21)
+                assert row["turns"] > 0
+        elif name == "visual_analogue_scale":
+            assert [row["rating"] for row in rows] == [48.0, 75.0, 48.0]
         else:
             assert answers <= {2.0, "2", "yes"}

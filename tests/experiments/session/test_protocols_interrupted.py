@@ -50,6 +50,28 @@ SHORT = {
         "practice = 2": "practice = 0",
         "step_um_pp = 0.02": "step_um_pp = 0.2",
     },
+    "visual_analogue_scale": {
+        "[0.0, 0.5, 1.2, 2.3]": "[0.5, 2.3]",
+        "repetitions = 3": "repetitions = 1\nrest_every_trials = 2",
+        "practice = 1": "practice = 1\nresponse_time_limit_s = 2.5",
+        "catch_trials = 2": "catch_trials = 1",
+    },
+    "ratio_to_standard": {
+        "[0.3, 0.6, 1.8, 2.3]": "[0.6, 2.3]",
+        "repetitions = 3": "repetitions = 1",
+        "practice = 1": "practice = 0",
+        "catch_trials = 2": "catch_trials = 1",
+        "standard_every_trials = 1": "standard_every_trials = 2",
+    },
+    "magnitude_production": {
+        "[5.0, 10.0, 15.0, 20.0]": "[5.0, 15.0]",
+        "repetitions = 2": "repetitions = 1",
+        "step_um_pp = 0.05": "step_um_pp = 0.3",
+        "catch_trials = 1": "catch_trials = 0",
+        "[0.5, 0.8, 1.2, 1.8]": "[0.5, 1.8]",
+        "repetitions = 3": "repetitions = 1",
+        "practice = 1": "practice = 0",
+    },
 }
 # Those that are paused and lose their plate as well: a choice of three, and an adjustment.
 DISTURBED = ("difference_threshold", "matching")

@@ -1,0 +1,53 @@
+"""What screens share: how they end, which key goes on, and the time that is left."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from experiments.participants.psychopy_window import scene
+from experiments.participants.psychopy_window.scene import Scene, Text
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from experiments.protocols.steps import Value
+
+    Texts = Mapping[str, str]
+
+# The keys that go on and have a name of their own in the texts; any other is its character.
+NAMED_KEYS = {"space": " ", "enter": "\r"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScreenResult:
+    """How a screen ended."""
+
+    value: Value = None
+    timed_out: bool = False
+
+
+def go_on_key(texts: Texts) -> str:
+    """Return the character of the key that goes on, lower case."""
+    key = texts["window.go_on_key"]
+    return NAMED_KEYS.get(key, key).casefold()
+
+
+def naming_key(texts: Texts, text: str) -> str:
+    """Return a text that names the key that goes on, as the participant knows it."""
+    key = texts["window.go_on_key"]
+    name = texts[f"window.key_{key}"] if key in NAMED_KEYS else key.upper()
+    return texts[text].format(key=name)
+
+
+def remaining(limit_s: float | None, elapsed_s: float, texts: Texts, *, y: float) -> Scene:
+    """Return the countdown, nothing where there is no limit."""
+    if limit_s is None:
+        return ()
+    left_s = max(limit_s - elapsed_s, 0.0)
+    said = texts["window.seconds_left"].format(seconds=math.ceil(left_s))
+    return (
+        *scene.bar(left_s / limit_s if limit_s else 0.0, y=y),
+        Text(content=said, y=y - 0.05, size=scene.HINT, colour="quiet"),
+    )

@@ -1,0 +1,235 @@
+"""Magnitude production: the participant turns the plate until it is as slippery as a number says.
+
+The counterpart of magnitude estimation: there the surface is given and the number is the answer,
+here the number is given. People shorten the range of what they control (Stevens and Greenbaum 1966,
+Percept. Psychophys. 1, 439-446), so the two exponents differ, and the truth lies between them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field, field_validator
+
+from experiments.protocols.adaptive.track import rounded
+from experiments.protocols.adjusting import adjusted_columns
+from experiments.protocols.against_standard import (
+    DESIGN_COLUMNS,
+    JUDGED,
+    STANDARD,
+    STANDARD_COLUMN,
+    AgainstStandard,
+    StandardOptions,
+)
+from experiments.protocols.base import AtLeastOne, Column, Context, Count, Positive, Protocol
+from experiments.protocols.rated_surfaces import Presentation, order_blocks, with_catch_trials
+from experiments.protocols.simulation import until_number
+from experiments.protocols.steps import Adjust, Instruct, Present, Silence
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from experiments.protocols.steps import Answer, Step, Steps, Value
+    from stimuli.surface import VirtualSurface
+
+Began = Literal["low", "high"]
+BEGAN: tuple[Began, ...] = ("low", "high")
+#: The plate begins anywhere in the lowest or in the highest part of what it can be turned to.
+START_SHARE = 0.25
+
+
+class MagnitudeProduction(StandardOptions):
+    """What a study may set for magnitude production."""
+
+    numbers: Annotated[tuple[Positive, ...], Field(min_length=2)] = Field(
+        description="Numbers that the participant is shown, all different; the standard is the "
+        "modulus.",
+        json_schema_extra={"unit": "the modulus's scale"},
+    )
+    modulus: Positive = Field(
+        default=10.0,
+        description="Number that the standard is given.",
+        json_schema_extra={"unit": "the numbers' scale"},
+    )
+    practice: Count = Field(
+        default=1,
+        description="How often each number is produced from either side before, for practice; "
+        "recorded, not analysed.",
+        json_schema_extra={"unit": "trials a number and beginning"},
+    )
+    repetitions: AtLeastOne = Field(
+        default=2,
+        description="How often each number is produced from a low beginning, and as often from a "
+        "high one.",
+        json_schema_extra={"unit": "trials a number and beginning"},
+    )
+    step_um_pp: Positive = Field(
+        default=0.05, description="What one notch of the wheel, or one press of a key, changes."
+    )
+    lowest_um_pp: Positive = Field(default=0.1, description="It cannot be turned below this.")
+    highest_um_pp: Positive = Field(default=2.3, description="It cannot be turned above this.")
+
+    @field_validator("numbers")
+    @classmethod
+    def _different(cls, value: tuple[float, ...]) -> tuple[float, ...]:
+        if len(set(value)) < len(value):
+            raise ValueError("expected numbers that are all different")
+        return value
+
+
+def check(options: MagnitudeProduction, _context: Context) -> None:
+    """Raise `UserError` where the standard is none of what the plate can be turned to."""
+    low, high = options.lowest_um_pp, options.highest_um_pp
+    if not low < options.standard_um_pp < high:
+        raise UserError(
+            f"the standard is {options.standard_um_pp:g} µm p-p; expected it between lowest_um_pp "
+            f"and highest_um_pp ({low:g} to {high:g}), so that smaller and larger numbers can be "
+            "produced"
+        )
+    if options.step_um_pp > (high - low) / 2:
+        raise UserError(
+            f"step_um_pp is {options.step_um_pp:g}; expected at most half of what the plate is "
+            f"turned through ({(high - low) / 2:g} µm p-p)"
+        )
+
+
+def possible_um_pp(options: MagnitudeProduction, _context: Context) -> tuple[float, ...]:
+    """Return the standard, and how far the plate can be turned."""
+    return options.lowest_um_pp, options.highest_um_pp, options.standard_um_pp
+
+
+def trials(options: MagnitudeProduction, _context: Context) -> int:
+    """Return how many trials a run has, practice included."""
+    rounds = options.practice + options.repetitions
+    return len(options.numbers) * len(BEGAN) * rounds + options.catch_trials
+
+
+def steps(options: MagnitudeProduction, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    texts = context.texts
+    modulus = options.modulus
+    yield Instruct(
+        title=texts["magnitude_production.title"],
+        text=texts["magnitude_production.instructions"].format(
+            modulus=f"{modulus:g}", twice=f"{2 * modulus:g}"
+        ),
+    )
+    yield from _Run(options, context).steps(
+        practice=texts["magnitude_estimation.practice"], main=texts["magnitude_estimation.main"]
+    )
+
+
+class _Run(AgainstStandard):
+    """The trials of a run, counted."""
+
+    def __init__(self, options: MagnitudeProduction, context: Context) -> None:
+        self.options = options
+        self._starts = context.stream(context.task, "starts")
+        words = context.texts["magnitude_estimation.standard"]
+        super().__init__(
+            options,
+            context,
+            self._plan(options, context),
+            words.format(modulus=f"{options.modulus:g}"),
+        )
+
+    def _plan(self, options: MagnitudeProduction, context: Context) -> list[list[Presentation]]:
+        conditions = [(number, began) for number in options.numbers for began in BEGAN]
+        planned = [
+            [
+                Presentation(block, phase, *self._production(context, *conditions[each]))
+                for each in order
+            ]
+            for block, (phase, order) in enumerate(
+                order_blocks(len(conditions), options, context), start=1
+            )
+        ]
+        catches = [
+            Presentation(
+                0, "main", *self._production(context, options.modulus, BEGAN[turn % len(BEGAN)])
+            )
+            for turn in range(options.catch_trials)
+        ]
+        return with_catch_trials(planned, catches, context)
+
+    def _production(
+        self, context: Context, number: float, began: Began
+    ) -> tuple[VirtualSurface, dict[str, Value]]:
+        """Return the surface that a trial begins with, and the trial's columns."""
+        low, high = self.options.lowest_um_pp, self.options.highest_um_pp
+        away = START_SHARE * (high - low) * self._starts.uniform()
+        start = rounded(low + away if began == "low" else high - away)
+        return context.surface(start), {"number": number, "began": began}
+
+    def trial(
+        self, condition: Presentation, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one trial; return the numbers of the trials to be repeated."""
+        options = self.options
+        trial = self.numbered(
+            condition,
+            number,
+            repeats,
+            factors={"modulus": options.modulus, "standard_um_pp": options.standard_um_pp},
+        )
+        yield from self.standard(trial)
+        interval = JUDGED if options.in_each_trial else STANDARD
+        yield Present(surface=condition.surface, trial=trial, interval=interval)
+        shown = f"{condition.factors['number']:g}"
+        reply = yield Adjust(
+            name="produced_um_pp",
+            text=self.context.texts["magnitude_production.turn"].format(number=shown),
+            trial=trial,
+            interval=interval,
+            step_um_pp=options.step_um_pp,
+            lowest_um_pp=options.lowest_um_pp,
+            highest_um_pp=options.highest_um_pp,
+            time_limit_s=options.response_time_limit_s,
+        )
+        yield Silence(trial=trial, interval=interval)
+        return (yield from self.over(trial, reply))
+
+
+PROTOCOL = Protocol(
+    task="magnitudeproduction",
+    title="Magnitude production of slipperiness",
+    description=(
+        "The participant feels a standard that has a number, is shown another number, and turns "
+        "the plate until it is as slippery as that number says."
+    ),
+    options=MagnitudeProduction,
+    trials=trials,
+    steps=steps,
+    answer="produced_um_pp",
+    instructions="magnitude_production.instructions",
+    amplitudes=("standard_um_pp", "step_um_pp", "lowest_um_pp", "highest_um_pp"),
+    possible_um_pp=possible_um_pp,
+    check=check,
+    simulated={"produced_um_pp": until_number},
+    design={
+        **DESIGN_COLUMNS,
+        "number": Column(
+            value=lambda record: record.trial.factors["number"],
+            kind="number",
+            description="Number that was shown",
+        ),
+        "modulus": Column(
+            value=lambda record: record.trial.factors["modulus"],
+            kind="number",
+            description="Number given to the standard",
+        ),
+        "began": Column(
+            value=lambda record: record.trial.factors["began"],
+            kind="label",
+            description="Where the plate began",
+            levels={
+                "low": "in the lowest quarter of what it can be turned to",
+                "high": "in the highest quarter",
+            },
+        ),
+    },
+    stimulus=STANDARD_COLUMN,
+    response=adjusted_columns("produced_um_pp", "Amplitude that the participant turned to"),
+    intervals=lambda options: JUDGED if options.in_each_trial else STANDARD,
+)

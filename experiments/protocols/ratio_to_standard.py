@@ -1,0 +1,134 @@
+"""Ratio judgements: how many times as slippery as a standard each surface is.
+
+The answer is a ratio already: nothing has to be normalised, and all that is said of it is said of
+its logarithm. The surfaces, and catch trials in which the standard is judged against itself, come
+in random order.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from experiments.protocols.against_standard import (
+    DESIGN_COLUMNS,
+    JUDGED,
+    STANDARD_COLUMN,
+    AgainstStandard,
+    StandardOptions,
+)
+from experiments.protocols.base import Column, Context, Protocol
+from experiments.protocols.rated_surfaces import (
+    Presentation,
+    surface_blocks,
+    with_catch_trials,
+)
+from experiments.protocols.steps import Ask, Instruct, NumberQuestion, Present, Silence
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from experiments.protocols.steps import Answer, Step, Steps, Trial
+
+
+class RatioToStandard(StandardOptions):
+    """What a study may set for ratio judgements."""
+
+
+def trials(options: RatioToStandard, context: Context) -> int:
+    """Return how many trials a run has, practice included."""
+    judged = len(context.surfaces) * (options.practice + options.repetitions)
+    return judged + options.catch_trials
+
+
+def steps(options: RatioToStandard, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    texts = context.texts
+    yield Instruct(
+        title=texts["ratio_to_standard.title"], text=texts["ratio_to_standard.instructions"]
+    )
+    yield from _Run(options, context).steps(
+        practice=texts["magnitude_estimation.practice"], main=texts["magnitude_estimation.main"]
+    )
+
+
+class _Run(AgainstStandard):
+    """The trials of a run, counted."""
+
+    def __init__(self, options: RatioToStandard, context: Context) -> None:
+        catch = Presentation(0, "main", context.surface(options.standard_um_pp))
+        planned = with_catch_trials(
+            surface_blocks(options, context), [catch] * options.catch_trials, context
+        )
+        super().__init__(options, context, planned, context.texts["ratio_to_standard.standard"])
+
+    def trial(
+        self, condition: Presentation, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one trial; return the numbers of the trials to be repeated."""
+        texts = self.context.texts
+        trial = self.numbered(
+            condition,
+            number,
+            repeats,
+            factors={
+                "standard_um_pp": self.against.standard_um_pp,
+                "comparison_um_pp": condition.surface.amplitude_um_pp,
+            },
+        )
+        question = NumberQuestion(prompt=texts["ratio_to_standard.ratio"], positive=True)
+        explore = texts["ratio_to_standard.explore"]
+        yield from self.standard(trial)
+        if not self.against.in_each_trial:
+            rated = self.rated(condition, trial, explore=explore, name="ratio", question=question)
+            return (yield from rated)
+        return (yield from self._compared(condition, trial, explore, question))
+
+    def _compared(
+        self, condition: Presentation, trial: Trial, explore: str, question: NumberQuestion
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield the surface after the standard, and the question when both are gone."""
+        yield Present(surface=condition.surface, trial=trial, interval=JUDGED)
+        yield self.order.explore(explore, trial, interval=JUDGED)
+        yield Silence(trial=trial, interval=JUDGED)
+        reply = yield Ask(
+            name="ratio",
+            question=question,
+            trial=trial,
+            time_limit_s=self.order.response_time_limit_s,
+        )
+        return (yield from self.over(trial, reply))
+
+
+PROTOCOL = Protocol(
+    task="ratiotostandard",
+    title="Ratio judgements of slipperiness against a standard",
+    description=(
+        "The participant feels a standard and another surface, and types how many times as "
+        "slippery as the standard that surface is."
+    ),
+    options=RatioToStandard,
+    trials=trials,
+    steps=steps,
+    answer="ratio",
+    instructions="ratio_to_standard.instructions",
+    amplitudes=("standard_um_pp",),
+    simulated={"ratio": lambda _, person: person.ratio()},
+    design=DESIGN_COLUMNS,
+    stimulus={
+        **STANDARD_COLUMN,
+        "comparison_um_pp": Column(
+            value=lambda record: record.trial.factors["comparison_um_pp"],
+            kind="number",
+            description="Amplitude of the surface judged, peak to peak",
+            units="um",
+        ),
+    },
+    response={
+        "ratio": Column(
+            value=lambda record: record.answer("ratio"),
+            kind="number",
+            description="How many times as slippery as the standard, as typed; above 0",
+        ),
+    },
+    intervals=lambda options: JUDGED if options.in_each_trial else 0,
+)

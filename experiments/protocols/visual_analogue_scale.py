@@ -1,0 +1,220 @@
+"""Rating of slipperiness on a visual analogue scale: a mark on a line between two words.
+
+The place of the mark, 0 to 100, is bounded and has no unit that a ratio could be taken in. Where
+the mark stands at first, and whether it is seen there, draws the answers towards it; so both are
+the study's to choose, and stand in every row.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from experiments.protocols.base import Column, Context, Count, Protocol, Switch
+from experiments.protocols.comparing import DESIGN, truth
+from experiments.protocols.rated_surfaces import (
+    BLOCK,
+    TEXTURE,
+    Presentation,
+    RatedOptions,
+    RatedSurfaces,
+    surface_blocks,
+    with_catch_trials,
+)
+from experiments.protocols.steps import Ask, Instruct, VisualAnalogueQuestion
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from experiments.protocols.simulation import SimulatedPerson
+    from experiments.protocols.steps import Answer, Step, Steps
+
+LENGTH = 100.0
+Start = Literal["left", "middle", "right", "random"]
+#: Where the mark stands at first.
+PLACES: dict[Start, float] = {"left": 0.0, "middle": LENGTH / 2, "right": LENGTH}
+
+
+class VisualAnalogueScale(RatedOptions):
+    """What a study may set for ratings on a line, their order and pace apart."""
+
+    resolution: Annotated[float, Field(strict=True, ge=0.1, le=10, allow_inf_nan=False)] = Field(
+        default=1.0,
+        description="Distance of two places that the mark can have on the line of 100: 1 gives 101 "
+        "places. 100 must be a whole number of them.",
+        json_schema_extra={"unit": "hundredths of the line"},
+    )
+    key_step: Annotated[float, Field(strict=True, gt=0, le=50, allow_inf_nan=False)] = Field(
+        default=1.0,
+        validate_default=True,
+        description="What one press of an arrow key moves the mark, a whole number of the "
+        "resolution; the page keys move it five times as far, Home and End to the line's ends.",
+        json_schema_extra={"unit": "hundredths of the line"},
+    )
+    cursor_start: Start = Field(
+        default="random",
+        description="Where keys move the mark from. random: anywhere, drawn for each trial, so "
+        "that the pull of the start is spread over the line and can be told.",
+    )
+    cursor_shown: Switch = Field(
+        default=False,
+        description="Whether the mark is seen at its start before the first press or click; else "
+        "the line is empty until then.",
+    )
+    catch_trials: Count = Field(
+        default=0,
+        description="Trials on the bare plate, without vibration, among the others, to see whether "
+        "attention holds; not analysed with them.",
+        json_schema_extra={"unit": "trials"},
+    )
+
+    @field_validator("resolution", "key_step")
+    @classmethod
+    def _whole(cls, value: float, info: ValidationInfo) -> float:
+        of, whole = (
+            (LENGTH, value)
+            if info.field_name == "resolution"
+            else (value, info.data.get("resolution", value))
+        )
+        if abs(of / whole - round(of / whole)) > 1e-9:  # noqa: PLR2004 - 0.1 has no exact float
+            raise ValueError(
+                "expected a number that 100 is a whole number of, such as 0.5, 1 or 5"
+                if info.field_name == "resolution"
+                else f"expected a whole number of the resolution ({whole:g})"
+            )
+        return value
+
+
+def trials(options: VisualAnalogueScale, context: Context) -> int:
+    """Return how many trials a run has, practice included."""
+    rated = len(context.surfaces) * (options.practice + options.repetitions)
+    return rated + options.catch_trials
+
+
+def possible_um_pp(options: VisualAnalogueScale, context: Context) -> tuple[float, ...]:
+    """Return all that could be presented, the bare plate of catch trials among it."""
+    bare = (0.0,) if options.catch_trials else ()
+    return *(surface.amplitude_um_pp for surface in context.surfaces), *bare
+
+
+def steps(options: VisualAnalogueScale, context: Context) -> Steps:
+    """Yield the steps of a run."""
+    texts = context.texts
+    yield Instruct(
+        title=texts["visual_analogue_scale.title"],
+        text=texts["visual_analogue_scale.instructions"].format(
+            left=texts["visual_analogue_scale.left"], right=texts["visual_analogue_scale.right"]
+        ),
+    )
+    yield from _Run(options, context).steps(
+        practice=texts["magnitude_estimation.practice"], main=texts["magnitude_estimation.main"]
+    )
+
+
+class _Run(RatedSurfaces):
+    """The trials of a run, counted."""
+
+    def __init__(self, options: VisualAnalogueScale, context: Context) -> None:
+        catch = Presentation(0, "main", context.surface(0.0))
+        planned = with_catch_trials(
+            surface_blocks(options, context), [catch] * options.catch_trials, context
+        )
+        super().__init__(options, context, planned)
+        self.options = options
+
+    def trial(
+        self, condition: Presentation, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one trial; return the numbers of the trials to be repeated."""
+        options, texts = self.options, self.context.texts
+        question = VisualAnalogueQuestion(
+            prompt=texts["visual_analogue_scale.rating"],
+            left=texts["visual_analogue_scale.left"],
+            right=texts["visual_analogue_scale.right"],
+            resolution=options.resolution,
+            key_step=options.key_step,
+            start=self._start(number),
+            start_shown=options.cursor_shown,
+        )
+        trial = self.numbered(
+            condition,
+            number,
+            repeats,
+            factors={
+                "resolution": options.resolution,
+                "cursor_start": question.start,
+                "cursor_shown": options.cursor_shown,
+            },
+        )
+        return (
+            yield from self.rated(
+                condition,
+                trial,
+                explore=texts["visual_analogue_scale.explore"],
+                name="rating",
+                question=question,
+            )
+        )
+
+    def _start(self, number: int) -> float:
+        """Return where the mark stands at first in a trial."""
+        options = self.options
+        if options.cursor_start != "random":
+            return PLACES[options.cursor_start]
+        # By whole numbers: the same place on every machine.
+        stream = self.context.stream(self.context.task, "cursor", number)
+        place = stream.below(round(LENGTH / options.resolution) + 1)
+        return round(place * options.resolution, 6)
+
+
+def rated(step: Ask, person: SimulatedPerson) -> float:
+    """Put the mark where a person would, as finely as the line allows."""
+    question = step.question
+    if not isinstance(question, VisualAnalogueQuestion):
+        raise TypeError(f"'{step.name}' is no visual analogue scale")
+    return question.nearest(person.rating(question.start))
+
+
+PROTOCOL = Protocol(
+    task="visualanalogue",
+    title="Rating of slipperiness on a visual analogue scale",
+    description=(
+        "The participant strokes a vibrating plate and puts a mark on a line between two words, "
+        "by mouse, touch or keys, to say how slippery it feels."
+    ),
+    options=VisualAnalogueScale,
+    trials=trials,
+    steps=steps,
+    answer="rating",
+    instructions="visual_analogue_scale.instructions",
+    textures=True,
+    possible_um_pp=possible_um_pp,
+    simulated={"rating": rated},
+    design={**BLOCK, **DESIGN},
+    stimulus=TEXTURE,
+    response={
+        "rating": Column(
+            value=lambda record: record.answer("rating"),
+            kind="number",
+            description="Place of the mark on the line: 0 is its left end (the least slippery), "
+            "100 its right end",
+        ),
+        "resolution": Column(
+            value=lambda record: record.trial.factors["resolution"],
+            kind="number",
+            description="Distance of two places that the mark can have",
+        ),
+        "cursor_start": Column(
+            value=lambda record: record.trial.factors["cursor_start"],
+            kind="number",
+            description="Place from which keys moved the mark, 0 to 100",
+        ),
+        "cursor_shown": Column(
+            value=lambda record: truth(record.trial.factors["cursor_shown"]),
+            kind="label",
+            description="Whether the mark was seen there before the first press or click",
+            levels={"true": "seen", "false": "the line was empty"},
+        ),
+    },
+)
