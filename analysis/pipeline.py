@@ -11,6 +11,7 @@ from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING
 
+from analysis.own.run import are_installed, own_analyses
 from analysis.preprocessing import data_quality, data_warnings, normalisation, sessions
 from analysis.preprocessing.log_transform import prepare
 from analysis.reading.dataset import Dataset
@@ -19,6 +20,7 @@ from analysis.result import Analysis
 from analysis.statistics import descriptives, textures
 from analysis.statistics.individuals import individuals
 from analysis.statistics.measured_friction import measured_friction
+from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.robustness import robustness
 from analysis.statistics.run_all import conclude
 from analysis.statistics.sensitivity import sensitivity
@@ -65,15 +67,11 @@ def analyse(
     tell = progress or (lambda _: None)
     tell("reading the data")
     data = dataset if isinstance(dataset, Dataset) else load(dataset)
-    if not any(
-        map(
-            len,
-            (
-                *(data.estimates, data.differences, data.forced_choices),
-                *(data.comparisons, data.matches),
-            ),
-        )
-    ):
+    read = (
+        *(data.estimates, data.differences, data.forced_choices),
+        *(data.comparisons, data.matches),
+    )
+    if not any(map(len, read)) and not (data.others and are_installed()):
         raise UserError(f"{data.name}: {data_warnings.nothing(data)}")
     absences = data_warnings.absent(data)
     data, changes = _with_ratio(data, equivalence_ratio)
@@ -92,6 +90,7 @@ def analyse(
     )
     tell("testing")
     inference = conclude(data, prepared, rule if prepared else None, bayesian=bayesian)
+    own = own_analyses(data)
     return Analysis(
         dataset=data,
         rule=rule,
@@ -109,6 +108,7 @@ def analyse(
         flags=flags,
         excluded=excluded,
         friction=measured_friction(prepared),
+        own=own,
         problems=(
             *data.problems,
             *absences,
@@ -120,6 +120,11 @@ def analyse(
             *data_warnings.too_few_data(cells),
             *data_warnings.scales(cells, rule),
             *data_warnings.unequal(prepared),
+            *(
+                f"{each.found.reason}."
+                for each in own
+                if each.failed and isinstance(each.found, NotComputed)
+            ),
         ),
     )
 

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from analysis.own.declaration import OwnFinding
     from analysis.preprocessing.log_transform import Prepared
     from analysis.reading.dataset import Dataset
     from analysis.statistics.measured_friction import MeasuredFriction
@@ -52,6 +53,8 @@ class Analysis:
         Participant -> the flags that excluded them.
     friction : MeasuredFriction or None
         Ratings against measured friction; None where none was measured.
+    own : tuple of OwnFinding
+        What outside analyses found, by name.
     problems : tuple of str
         What was wrong with the data or could not be computed, one sentence each.
     """
@@ -72,4 +75,5 @@ class Analysis:
     flags: pd.DataFrame
     excluded: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     friction: MeasuredFriction | None = None
+    own: tuple[OwnFinding, ...] = ()
     problems: tuple[str, ...] = ()

@@ -162,7 +162,7 @@ def run_analyse(args: Namespace) -> int:
     """Analyse a data set; print Table III and where everything lies."""
     from analysis.reading.own_words import in_own_words, own_columns  # noqa: PLC0415
     from analysis.reporting.output_folder import default_folder  # noqa: PLC0415
-    from analysis.reporting.terminal import print_table3  # noqa: PLC0415
+    from analysis.reporting.terminal import print_own, print_table3  # noqa: PLC0415
 
     say(here())
     with telling() as progress:
@@ -186,6 +186,7 @@ def run_analyse(args: Namespace) -> int:
         )
     else:
         print_table3(analysis)
+        print_own(analysis)
         print(f"report: {report}")
     return DONE
 

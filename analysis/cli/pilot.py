@@ -86,7 +86,7 @@ def run(args: Namespace) -> int:
             from analysis.pipeline import analyse  # noqa: PLC0415
             from analysis.reporting.files import write_analysis  # noqa: PLC0415
             from analysis.reporting.output_folder import default_folder  # noqa: PLC0415
-            from analysis.reporting.terminal import print_table3  # noqa: PLC0415
+            from analysis.reporting.terminal import print_own, print_table3  # noqa: PLC0415
 
             analysis = analyse(folder)
             report = write_analysis(analysis, default_folder(analysis.dataset, folder))
@@ -100,6 +100,7 @@ def run(args: Namespace) -> int:
     for sentence in fitted.sentences if fitted else ():
         console.print(sentence, markup=False, highlight=False)
     print_table3(analysis, console)
+    print_own(analysis, console)
     written = [("report", report)]
     if analysis.prepared is not None:
         written.insert(0, ("figure", report.parent / "fig15.svg"))

@@ -99,6 +99,12 @@ def nothing(data: Dataset) -> str:
     ]
     why = f" ({rows} rows read: {', '.join(parts)})" if parts else f" ({rows} rows read)"
     first = f". {data.problems[0]}" if data.problems else ""
+    if data.others and not rows:
+        return (
+            f"holds trials of {', '.join(data.others)} alone, which Slipscale's analysis does not "
+            "read; expected a package with an analysis of its own (an entry point of the group "
+            "slipscale.analyses)"
+        )
     return f"no answered trials; nothing to analyse{why}{first}"
 
 

@@ -51,6 +51,9 @@ class Dataset:
     comparisons, matches : DataFrame
         Trials of paired comparison and of matching, answered ones: see
         `analysis.reading.comparing_and_matching`.
+    others : Mapping
+        Main trials of tasks that are read by no analysis of Slipscale's (a laboratory's own
+        protocols), as `analysis.reading.labelled_tasks.read_others` returns them, by task label.
     participants : DataFrame
         ``participants.tsv``, where there is one.
     mode : {"pilot", "participant", "unknown"}
@@ -95,16 +98,18 @@ class Dataset:
     forced_choices: pd.DataFrame = field(default_factory=empty_choices)
     comparisons: pd.DataFrame = field(default_factory=empty_comparisons)
     matches: pd.DataFrame = field(default_factory=empty_matches)
+    others: Mapping[str, pd.DataFrame] = field(default_factory=dict)
 
     @property
     def tables(self) -> dict[str, pd.DataFrame]:
-        """All tables of trials, by their field."""
-        return {name: getattr(self, name) for name in TABLES}
+        """All tables of trials, by their field; those of other tasks by their label."""
+        return {name: getattr(self, name) for name in TABLES} | dict(self.others)
 
     def with_tables(self, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Dataset:
         """Return the data with every table of trials changed alike."""
-        changed: dict[str, Any] = {name: change(rows) for name, rows in self.tables.items()}
-        return replace(self, **changed)
+        changed: dict[str, Any] = {name: change(getattr(self, name)) for name in TABLES}
+        others = {task: change(rows) for task, rows in self.others.items()}
+        return replace(self, **changed, others=others)
 
     @property
     def people(self) -> set[str]:
@@ -112,6 +117,7 @@ class Dataset:
         tasks = (
             *(self.answers, self.differences, self.forced_choices),
             *(self.comparisons, self.matches),
+            *self.others.values(),
         )
         return {str(who) for rows in tasks for who in rows[PARTICIPANT].unique()}
 

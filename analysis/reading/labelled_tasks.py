@@ -6,6 +6,7 @@ import csv
 from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from analysis.reading.cleaning import labels
 from analysis.reading.delimited import read_tables
@@ -13,12 +14,12 @@ from experiments.dataset.schema import DAMAGED, FLAG_SEPARATOR, PARTICIPANT, PRA
 
 if TYPE_CHECKING:
     import re
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    import pandas as pd
-
     from analysis.reading.delimited import Problems, Source
+
+    Entries = Sequence[tuple[Path, re.Match[str]]]
 
 #: Label of a file name's part: column that it fills.
 IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run"}
@@ -31,7 +32,7 @@ def header_of(path: Path) -> frozenset[str]:
 
 
 def read_main_trials(
-    entries: Sequence[tuple[Path, re.Match[str]]],
+    entries: Entries,
     folder: Path,
     *,
     kind: str,
@@ -80,3 +81,30 @@ def add_counts(counts: dict[str, int], kind: str, **more: int) -> None:
     for name, count in more.items():
         key = f"{kind}_{name}"
         counts[key] = counts.get(key, 0) + int(count)
+
+
+def read_others(
+    others: Mapping[str, Entries], folder: Path, problems: Problems, counts: dict[str, int]
+) -> tuple[dict[str, pd.DataFrame], list[Source]]:
+    """Return the main trials of tasks that no analysis of Slipscale's reads, by label.
+
+    Every column of a table, numbers as numbers; then ``participant_id session task run``, by the
+    files' names. Unanswered trials are among them.
+    """
+    tasks: dict[str, pd.DataFrame] = {}
+    sources: list[Source] = []
+    for task, entries in sorted(others.items()):
+        columns = frozenset().union(*(header_of(path) for path, _ in entries))
+        frame, read_sources = read_main_trials(
+            entries,
+            folder,
+            kind=f"task_{task}",
+            required=(),
+            columns=tuple(sorted(columns - {"phase", "flag"})),  # these are read of every task
+            problems=problems,
+            counts=counts,
+        )
+        frame[PARTICIPANT] = pd.Categorical(frame[PARTICIPANT].astype(str))
+        tasks[task] = frame.drop(columns=["file", "line"])
+        sources += read_sources
+    return tasks, sources

@@ -33,7 +33,7 @@ from analysis.reading.dataset import Dataset
 from analysis.reading.delimited import Problems, Source, read_tables
 from analysis.reading.forced_choice import is_choice, read_choices
 from analysis.reading.foreign import ForeignTable, read_foreign
-from analysis.reading.labelled_tasks import header_of
+from analysis.reading.labelled_tasks import header_of, read_others
 from analysis.reading.mapping import beside
 from analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
 from analysis.reading.table_by_hand import read_table
@@ -55,8 +55,9 @@ from faults import UserError
 
 if TYPE_CHECKING:
     import re
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
+    from analysis.reading.labelled_tasks import Entries
     from analysis.reading.mapping import TableMapping
     from analysis.reading.quantity import Quantity
     from analysis.reading.trial_tables import TrialTable
@@ -109,6 +110,7 @@ def _load_folder(folder: Path) -> Dataset:
         table.task: [] for table in (ESTIMATION, DIFFERENCE)
     }
     labelled: dict[str, list[tuple[Path, re.Match[str]]]] = {name: [] for name in KINDS}
+    others: dict[str, list[tuple[Path, re.Match[str]]]] = {}
     problems = Problems()
     for path in sorted(folder.glob("sub-*/**/beh/*_beh.tsv")):
         match = TABLE_NAME.fullmatch(path.name)
@@ -118,9 +120,11 @@ def _load_folder(folder: Path) -> Dataset:
             files[match["task"]].append((path, match))
         elif match and (kind := kind_of(header_of(path))) is not None:
             labelled[kind].append((path, match))
-        elif match is None:
+        elif match:
+            others.setdefault(match["task"], []).append((path, match))
+        else:
             problems.add(f"{path.relative_to(folder)}: not a name of the BIDS form; not read")
-    found = any(files.values()) or any(labelled.values())
+    found = any(files.values()) or any(labelled.values()) or others
     if not found and journals(folder):
         raise UserError(
             f"{folder}: holds journals and no tables; slipscale data build {folder} makes them"
@@ -132,7 +136,10 @@ def _load_folder(folder: Path) -> Dataset:
             "with participant_id, amplitude_um_pp, estimate"
         )
     everyone = [
-        entry for tables in (files, labelled) for entries in tables.values() for entry in entries
+        entry
+        for tables in (files, labelled, others)
+        for entries in tables.values()
+        for entry in entries
     ]
     details, modes, sources = metadata.sidecars([path for path, _ in everyone], folder, problems)
     metadata.refuse_mixture(modes, folder)
@@ -142,10 +149,10 @@ def _load_folder(folder: Path) -> Dataset:
         frame, read_sources = _read_task(table, files[table.task], folder, problems)
         sources += read_sources
         read[table.task] = frame
-    tasks = {}
-    for kind, (_, read_trials) in KINDS.items():
-        tasks[kind], read_sources = read_trials(labelled[kind], folder, problems, counts)
-        sources += read_sources
+    tasks, read_sources = _read_labelled(labelled, folder, problems, counts)
+    sources += read_sources
+    other_tasks, read_sources = read_others(others, folder, problems, counts)
+    sources += read_sources
     # What the journals say and the tables do not: rows edited by hand, runs without tables.
     differences = [str(problem) for problem in verify(folder)] if journals(folder) else []
     problems.add_many(differences, "slipscale data verify tells all")
@@ -173,7 +180,20 @@ def _load_folder(folder: Path) -> Dataset:
         sources=tuple(sources),
         folder=folder,
         textures=textures,
+        others=other_tasks,
     )
+
+
+def _read_labelled(
+    labelled: Mapping[str, Entries], folder: Path, problems: Problems, counts: dict[str, int]
+) -> tuple[dict[str, pd.DataFrame], list[Source]]:
+    """Return the trials of each of `KINDS`."""
+    tasks: dict[str, pd.DataFrame] = {}
+    sources: list[Source] = []
+    for kind, (_, read_trials) in KINDS.items():
+        tasks[kind], read_sources = read_trials(labelled[kind], folder, problems, counts)
+        sources += read_sources
+    return tasks, sources
 
 
 def _load_table(path: Path) -> Dataset:

@@ -6,6 +6,7 @@ The same data and versions give the same bytes: no date, no path, no order by ch
 from __future__ import annotations
 
 import platform
+from dataclasses import fields
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
@@ -30,6 +31,7 @@ from analysis.reporting.output_folder import make_folder
 from analysis.reporting.tables import quality_table, tables
 from analysis.statistics.multiplicity import multiplicity
 from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.run_all import Inference
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -61,7 +63,7 @@ def write_analysis(analysis: Analysis, out: Path) -> Path:
             _write(out / f"{name}.tex", in_own_latex(text, quantity))
         versions = software()
         for name, value in {
-            "inference": analysis.inference,
+            "inference": inference(analysis),
             "results": results(analysis, versions),
             "dataset_description": derivative_description(analysis),
         }.items():
@@ -118,7 +120,7 @@ def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, obj
         "table3": analysis.table3.to_dict(orient="records"),
         "textures": analysis.textures.to_dict(orient="records"),
         "descriptives": analysis.description.to_dict(orient="records"),
-        "inference": analysis.inference,
+        "inference": inference(analysis),
         "multiplicity": multiplicity(
             analysis.inference, data.choices.primary, data.choices.confidence
         ),
@@ -132,6 +134,13 @@ def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, obj
             if data.quantity.of_plate
         ],
     }
+
+
+def inference(analysis: Analysis) -> Mapping[str, object]:
+    """Return what inference.json holds: every test, then outside analyses where there are any."""
+    tests = {each.name: getattr(analysis.inference, each.name) for each in fields(Inference)}
+    own = {each.name: each for each in analysis.own}
+    return {**tests, **({"own_analyses": own} if own else {})}
 
 
 def derivative_description(analysis: Analysis) -> dict[str, object]:
@@ -191,7 +200,7 @@ def draw(analysis: Analysis) -> dict[str, Figure]:
         found[f"thresholds_{task.task}"] = thresholds.functions(task, trials)
         if trials["track"].notna().any():
             found[f"tracks_{task.task}"] = thresholds.tracks(task, trials)
-    return found | _draw_scales(analysis)
+    return found | _draw_scales(analysis) | _own_figures(analysis)
 
 
 def _draw_scales(analysis: Analysis) -> dict[str, Figure]:
@@ -211,3 +220,13 @@ def _draw_scales(analysis: Analysis) -> dict[str, Figure]:
             [each for each in rows if each.task == task], trials[trials["task"] == task]
         )
     return found
+
+
+def _own_figures(analysis: Analysis) -> dict[str, Figure]:
+    """Return the figures of outside analyses."""
+    found = {f"own_{each.name}": each.found for each in analysis.own}
+    return {
+        name: each.figure
+        for name, each in found.items()
+        if not isinstance(each, NotComputed) and each.figure is not None
+    }

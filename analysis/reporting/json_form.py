@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from analysis.own.declaration import OwnFinding
 from analysis.statistics.bayesian_growth import BayesianGrowth, IndividualExponent
 from analysis.statistics.confidence_interval import ConfidenceInterval
 from analysis.statistics.descending_difference.coder_agreement import CoderAgreement
@@ -309,6 +310,15 @@ def _(found: DescendingDifference) -> Json:
         form(detection) if isinstance(detection, NotComputed) else form(detection.pooled.d_prime)
     )
     return first | (_without(keys, "coders") if found.coders is None else keys)
+
+
+@form.register(OwnFinding)
+def _(found: OwnFinding) -> Json:
+    keys: JsonObject = {"title": found.title, "package": found.package, "version": found.version}
+    if isinstance(found.found, NotComputed):
+        return keys | record(found.found)
+    own = {"sentences": form(found.found.sentences), "numbers": form(found.found.numbers)}
+    return {**keys, **own}
 
 
 @form.register(SubsetSummary)

@@ -21,6 +21,7 @@ from analysis.reporting.sections.growth import growth
 from analysis.reporting.sections.measured_friction import measured_friction
 from analysis.reporting.sections.methods import methods, normalisations
 from analysis.reporting.sections.multiplicity import tests_made
+from analysis.reporting.sections.own import own_sections
 from analysis.reporting.sections.quality import quality
 from analysis.reporting.sections.scales import matching, scales
 from analysis.reporting.sections.summary import summary
@@ -147,6 +148,7 @@ def sections(
         thresholds(analysis, svgs),
         scales(analysis, svgs),
         matching(analysis, svgs),
+        *own_sections(analysis, svgs),
         tests_made(analysis),
         assumptions(analysis, svgs),
         quality(analysis),

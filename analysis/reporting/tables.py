@@ -51,7 +51,12 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
         found["answers"] = answers(analysis)
         if difference.steps:
             found["difference"] = flat(difference.steps)
-    return found | task_tables(analysis)
+    own = {
+        f"own_{each.name}": each.found.table
+        for each in analysis.own
+        if not isinstance(each.found, NotComputed) and each.found.table is not None
+    }
+    return found | task_tables(analysis) | own
 
 
 #: Columns of a yes or no, where they hold anything.

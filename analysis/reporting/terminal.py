@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from analysis.published import biet2007
+from analysis.statistics.not_computed import NotComputed
 from faults import harmless
 
 if TYPE_CHECKING:
@@ -59,3 +60,13 @@ def print_table3(analysis: Analysis, console: Console | None = None) -> None:
     if analysis.prepared is None:
         return
     (console or Console()).print(table3_table(analysis))
+
+
+def print_own(analysis: Analysis, console: Console | None = None) -> None:
+    """Print what outside analyses found; why one found nothing stands in its section."""
+    for own in analysis.own:
+        if isinstance(own.found, NotComputed):
+            continue
+        for sentence in own.found.sentences:
+            text = harmless(f"{own.title}: {sentence}")
+            (console or Console()).print(text, markup=False, highlight=False)
