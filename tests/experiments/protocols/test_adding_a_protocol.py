@@ -17,8 +17,12 @@ BLOCK = re.compile(r"^```\w+ file=(\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # A pilot without its analysis, which takes as long as all else.
 UNDISTURBED = """
 from pathlib import Path
+from experiments.participants.population import read_population
 from experiments.running.pilot import pilot_plans, run_pilot
-plans = pilot_plans("roughness.toml", participants=1, seed=None, language=None)
+people = read_population("distracted")
+plans = pilot_plans(
+    "roughness.toml", participants=1, seed=None, language=None, population=people
+)
 run_pilot(Path("whole"), plans, tell=print)
 """
 SLIPSCALE = Path(sys.executable).with_name("slipscale")
@@ -39,7 +43,8 @@ def package(tmp_path_factory):
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(folder / "site")
     # What is imported is what was installed, not the file that lies beside it.
-    (folder / "shrinking_difference.py").unlink()
+    for module in folder.glob("*.py"):
+        module.unlink()
     return folder
 
 
@@ -89,9 +94,8 @@ def test_the_page_is_followed_from_validate_to_analyse(package, slipscale):
     assert notes["protocol"] == "shrinking_difference"
 
     # Killed in the middle of a run, gone on with, built, analysed.
-    pilot = slipscale(
-        "pilot", "roughness.toml", "--participants", "1", "--out", "killed", wait=False
-    )
+    options = ("--population", "distracted", "--participants", "1", "--out", "killed")
+    pilot = slipscale("pilot", "roughness.toml", *options, wait=False)
     journal = package / "killed/sourcedata/sub-01/sub-01_run-01_journal.jsonl"
     deadline = time.monotonic() + 60
     while not (journal.exists() and journal.stat().st_size > 30_000):
@@ -104,5 +108,11 @@ def test_the_page_is_followed_from_validate_to_analyse(package, slipscale):
     slipscale("resume", str(journal))
     slipscale("data", "build", "killed")
     assert tables(package / "killed") == whole
-    slipscale("analyse", "killed")
-    assert (package / "killed/derivatives/slipscale/report.html").exists()
+    said = slipscale("analyse", "killed")
+    assert "Shrinking differences: The last 4 differences of coarse were" in said
+    out = package / "killed/derivatives/slipscale"
+    own = json.loads((out / "inference.json").read_text())["own_analyses"]["last_differences"]
+    assert (own["package"], set(own["numbers"])) == ("slipscale-roughness", {"coarse", "fine"})
+    assert (out / "own_last_differences.svg").exists()
+    assert len((out / "own_last_differences.csv").read_text().splitlines()) == 1 + 2
+    assert "of the package slipscale-roughness 1.0" in (out / "report.html").read_text()
