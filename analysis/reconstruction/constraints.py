@@ -27,6 +27,8 @@ MOST_PAIRS = 100_000
 MOST_SUMS = 1000
 # Of more, so many sums are looked at, each with its middle sum of squares.
 LOOKED_AT = 9
+# Ratings that may be the extremes or the middle ones, over all pairs; more take gigabytes.
+MOST_VALUES = 3_000_000
 
 
 @dataclass(frozen=True)
@@ -69,11 +71,17 @@ def targets(column: Column) -> Targets:
     """Return what the ratings of `column` must meet."""
     sums = admissible_sums(column)
     reason = impossible(column)
-    if not reason and (number := _number_of_pairs(column, sums)) > MOST_PAIRS:
+    number = _number_of_pairs(column, sums)
+    if max(number, len(sums)) > MOST_PAIRS:
+        if reason:
+            return Targets((), grim=True, grimmer=True, reason=reason)
         return _unlisted(column, sums, number)
     pairs = [(s, q) for s in sums for q in admissible_squares(column, s)]
-    extremes = _Extremes(column)
-    wanted = [extremes.beside(Moments(column.n, total, squares)) for total, squares in pairs]
+    try:
+        extremes = _Extremes(column)
+        wanted = [extremes.beside(Moments(column.n, total, squares)) for total, squares in pairs]
+    except _TooManyValues as too_many:
+        return Targets((), grim=True, grimmer=True, reason=reason, refused=str(too_many))
     possible = tuple(wish for wish in wanted if wish is not None)
     if not reason and not possible:
         if not sums:
@@ -114,11 +122,19 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
     places = {len(sums) * (2 * i + 1) // (2 * LOOKED_AT) for i in range(LOOKED_AT)}
     some = (sums[place] for place in sorted(places))
     middles = ((total, admissible_squares(column, total)) for total in some)
-    extremes = _Extremes(column)
-    wanted = (
-        extremes.beside(Moments(column.n, total, squares[len(squares) // 2]))
-        for total, squares in middles
-        if squares
+    try:
+        extremes = _Extremes(column)
+        wanted = [
+            extremes.beside(Moments(column.n, total, squares[len(squares) // 2]))
+            for total, squares in middles
+            if squares
+        ]
+    except _TooManyValues:
+        wanted = []
+    said = (
+        f"about {number:,} pairs of a sum and a sum of squares give the printed mean and SD"
+        if number
+        else f"{len(sums):,} sums give the printed mean"
     )
     return Targets(
         (),
@@ -126,8 +142,7 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
         grimmer=True,
         reason="",
         refused=(
-            f"about {number:,} pairs of a sum and a sum of squares give the printed mean and SD, "
-            f"more than {MOST_PAIRS:,}: too few decimals for n = {column.n:,} on this scale"
+            f"{said}, more than {MOST_PAIRS:,}: too few decimals for n = {column.n:,} on this scale"
         ),
         looked_at=tuple(wish for wish in wanted if wish is not None),
         pairs=number,
@@ -218,23 +233,47 @@ def _steps(column: Column, values: Interval) -> Interval:
     return values.scaled(1 / scale.step, -scale.minimum / scale.step)
 
 
+class _TooManyValues(Exception):
+    """More ratings than can be listed may be the printed extremes or the middle ones."""
+
+
 class _Extremes:
-    """What a column's extremes, median and ratings ask, beside a sum and a sum of squares."""
+    """What a column's extremes, median and ratings ask, beside a sum and a sum of squares.
+
+    Raises
+    ------
+    _TooManyValues
+        Here or in `beside`: the scale is so fine that listing what is asked takes gigabytes.
+    """
 
     def __init__(self, column: Column) -> None:
         self.column, self.steps = column, column.scale.steps
+        self.listed = 0
+        self.medians: dict[tuple[int, int], tuple[tuple[int, int], ...] | None] = {}
         self.told = occurrences(column)
         low, high = 0, self.steps
         self.present: list[frozenset[int]] = []
         if column.observed_minimum:
             found = _steps(column, column.observed_minimum.values(column.rounding)).integers()
             low = max(low, found.start)
-            self.present.append(frozenset(found))
+            self.present.append(self._listed(found))
         if column.observed_maximum:
             found = _steps(column, column.observed_maximum.values(column.rounding)).integers()
             high = min(high, found.stop - 1)
-            self.present.append(frozenset(found))
+            self.present.append(self._listed(found))
         self.low, self.high = low, high
+
+    def _count(self, values: int) -> None:
+        self.listed += values
+        if self.listed > MOST_VALUES:
+            raise _TooManyValues(
+                f"more than {MOST_VALUES:,} ratings may be the printed extremes or the middle "
+                f"ones: too few decimals for steps of {self.column.scale.step}"
+            )
+
+    def _listed(self, values: range) -> frozenset[int]:
+        self._count(len(values))
+        return frozenset(values)
 
     def beside(self, moments: Moments) -> Wanted | None:
         """Return what is wanted of these moments; None if no rating can meet it."""
@@ -245,6 +284,7 @@ class _Extremes:
             low, high = max(low, inside.start), min(high, inside.stop - 1)
             present = [*present, shell]
         if present:
+            self._count(sum(map(len, present)))
             present = [frozenset(v for v in wish if low <= v <= high) for wish in present]
             if not all(present):
                 return None
@@ -252,8 +292,9 @@ class _Extremes:
         if any(least for value, least, _ in self.told if not low <= value <= high):
             return None
         told = tuple(entry for entry in self.told if low <= entry[0] <= high)
-        medians = _medians(self.column, low, high)
-        return Wanted(moments, low, high, tuple(present), medians, told)
+        if (low, high) not in self.medians:
+            self.medians[low, high] = self._medians(low, high)
+        return Wanted(moments, low, high, tuple(present), self.medians[low, high], told)
 
     def _shell(self, moments: Moments) -> tuple[range, frozenset[int]]:
         """Return the ratings within the printed deviation from the mean, and those at it."""
@@ -265,19 +306,25 @@ class _Extremes:
         above, below = (allowed.scaled(one, shift).integers() for shift in (mean, -mean))
         edge = allowed.high_closed
         inside = Interval(mean - allowed.high, mean + allowed.high, edge, edge).integers()
+        self._count(len(above) + len(below))
         return inside, frozenset(above) | frozenset(-v for v in below)
 
-
-def _medians(column: Column, low: int, high: int) -> tuple[tuple[int, int], ...] | None:
-    """Return the pairs of middle values that give the printed median."""
-    if column.median is None:
-        return None
-    twice = _steps(column, column.median.values(column.rounding)).scaled(Fraction(2)).integers()
-    if column.n % 2:
-        return tuple((t // 2, t // 2) for t in twice if t % 2 == 0 and low <= t // 2 <= high)
-    return tuple(
-        (a, t - a) for t in twice for a in range(max(low, t - high), t // 2 + 1) if t - a <= high
-    )
+    def _medians(self, low: int, high: int) -> tuple[tuple[int, int], ...] | None:
+        """Return the pairs of middle values that give the printed median."""
+        column = self.column
+        if column.median is None:
+            return None
+        middle = _steps(column, column.median.values(column.rounding))
+        twice = middle.scaled(Fraction(2)).integers()
+        if column.n % 2:
+            self._count(len(twice))
+            return tuple((t // 2, t // 2) for t in twice if t % 2 == 0 and low <= t // 2 <= high)
+        pairs: list[tuple[int, int]] = []
+        for t in twice:
+            lower = range(max(low, t - high), t // 2 + 1)
+            self._count(len(lower))
+            pairs += [(a, t - a) for a in lower if t - a <= high]
+        return tuple(pairs)
 
 
 def _grim_reason(column: Column) -> str:

@@ -7,9 +7,10 @@ it.
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from fractions import Fraction
-from math import ceil, floor, sqrt
+from math import ceil, floor, isqrt, sqrt
 from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 from pydantic import Field, field_validator, model_validator
@@ -37,6 +38,8 @@ Design = Literal["paired", "independent"]
 DESIGNS: tuple[Design, ...] = get_args(Design)
 # Steps that a rating without a printed scale may lie from another one.
 WIDEST_OPEN = 1_000_000_000
+# Sums of squares of more, in steps, are no whole numbers of the machine.
+LARGEST_SQUARES = 2**63 - 1
 
 
 class OpenScale(Record):
@@ -93,6 +96,10 @@ class Scale(OpenScale):
     def steps(self) -> int:
         """Number of steps from the minimum to the maximum."""
         return int((self.maximum - self.minimum) / self.step)
+
+    def too_fine(self, n: int) -> bool:
+        """Whether n ratings have sums of squares, in steps, that cannot be computed with."""
+        return n * self.steps**2 > LARGEST_SQUARES
 
     def value(self, steps: int) -> Fraction:
         """Return the rating that lies `steps` above the minimum."""
@@ -187,9 +194,9 @@ class Summary(Record):
             raise ValueError("expected both ends of the confidence interval, or none")
         told = [value for value, _ in (*self.frequencies, *self.percentages)]
         told += [*self.present, *self.absent]
-        for value in told:
-            if told.count(value) > 1:
-                raise ValueError(f"the rating {value} is told of {told.count(value)} times")
+        for value, times in Counter(told).items():
+            if times > 1:
+                raise ValueError(f"the rating {value} is told of {times} times")
         return self
 
     def means(self) -> Iterator[tuple[Printed, Fraction]]:
@@ -214,6 +221,12 @@ class Column(Summary):
 
     @model_validator(mode="after")
     def _on_the_scale(self) -> Column:
+        if self.scale.too_fine(self.n):
+            most = isqrt(LARGEST_SQUARES // self.n)
+            raise ValueError(
+                f"the scale has {self.scale.steps:,} steps of {self.scale.step}; expected at most "
+                f"{most:,} beside n = {self.n:,}"
+            )
         told = [value for value, _ in (*self.frequencies, *self.percentages)]
         for value in (*told, *self.present, *self.absent):
             if ((value - self.scale.minimum) / self.scale.step).denominator != 1:
@@ -309,6 +322,8 @@ def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
         return tuple(columns)
     ends = {"minimum": min(g.minimum for g in grids), "maximum": max(g.maximum for g in grids)}
     grid = grids[0].model_copy(update=ends)
+    if any(grid.too_fine(column.n) for column in columns):
+        return tuple(columns)
     return tuple(column.model_copy(update={"scale": grid}) for column in columns)
 
 

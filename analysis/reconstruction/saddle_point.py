@@ -26,18 +26,20 @@ STEPS = 200
 # A printed extreme is in so large a share of the multisets at least, or nothing is estimated.
 LEAST_SHARE = 0.02
 CONVERGED = 1e-10
+# Values of the scale that are summed over; more take gigabytes.
+MOST_VALUES = 1_000_000
 
 
 def log10_multisets(targets: Targets) -> float | None:
     """Return the decimal logarithm of about how many multisets there are.
 
     None where a median is printed, which the approximation does not cover, where a printed extreme
-    is in few of the multisets, where a rating's number is left open, and where it does not
-    converge.
+    is in few of the multisets, where a rating's number is left open, where the scale is too fine
+    to be summed over, and where it does not converge.
     """
     by_sum: dict[int, list[Wanted]] = {}
     for wish in targets.wanted or targets.looked_at:
-        if wish.medians is not None:
+        if wish.medians is not None or wish.high - wish.low > MOST_VALUES:
             return None
         by_sum.setdefault(wish.moments.total, []).append(wish)
     if not by_sum:

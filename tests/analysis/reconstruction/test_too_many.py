@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import sys
+from fractions import Fraction
+
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from analysis.reconstruction.answers import column_answer
-from analysis.reconstruction.constraints import within_reach
+from analysis.reconstruction.constraints import targets, within_reach
 from analysis.reconstruction.partition import Moments
 from analysis.reconstruction.problem import seconds_to_count
+from analysis.reconstruction.rounding import Printed
 from analysis.reconstruction.saddle_point import log10_multisets
 from analysis.reconstruction.solutions import Solutions
+from analysis.reconstruction.table_files import from_csv
 from analysis.reconstruction.witness import gives_what_is_printed, witness
 from faults import UserError
 
@@ -29,6 +34,46 @@ def test_ratings_that_the_sd_excludes_cost_nothing(column):
     narrow = Solutions(column(5, "500.0", "2.0", maximum=1000))
     wide = Solutions(column(5, "500000000.0", "2.0", maximum=1_000_000_000))
     assert wide.multisets == narrow.multisets == 3
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
+@pytest.mark.parametrize(
+    "more",
+    [
+        {},
+        {"median": "10"},
+        {"observed_minimum": "0"},
+        {"maximum_deviation": "27"},
+        {"percentages": ((0, "20"),)},
+    ],
+    ids=["plain", "median", "minimum", "deviation", "an impossible share"],
+)
+@pytest.mark.parametrize("step", ["1/10", "1/1000", "1/1000000"])
+@pytest.mark.parametrize("mean", ["13", "12.7500"])
+def test_a_fine_scale_is_answered_within_the_memory_of_few_ratings(column, step, mean, more):
+    """Listed whole, what is printed would fill gigabytes, and the process may have 500 MB."""
+    from tools.fuzzing.bounds import limited_memory  # noqa: PLC0415 - POSIX only
+
+    shares = tuple((Fraction(v), Printed(share)) for v, share in more.get("percentages", ()))
+    fine = column(12, mean, mean, step=step, **{**more, "percentages": shares})
+    with limited_memory():
+        found = targets(fine)
+        estimate = log10_multisets(found)
+    assert bool(found.reason) == bool(shares)
+    if step == "1/1000000" or shares:
+        assert found.wanted == ()
+        assert estimate is None
+
+
+def test_a_scale_too_fine_to_compute_with_is_refused_in_a_sentence(column):
+    with pytest.raises(ValueError, match=r"100,000,000,000 steps of .*; expected at most 8"):
+        column(12, "13", "13", step="1/1000000000")
+
+
+def test_columns_whose_common_scale_is_too_fine_keep_their_own():
+    text = "n,mean,sd\n12,999999999999999,1\n12,0,1\n"
+    scales = {column.scale.maximum for column in from_csv(text).columns}
+    assert len(scales) == 2
 
 
 @pytest.mark.parametrize(
