@@ -22,6 +22,8 @@ from typing import Any
 FORMAT = 2
 UNCHAINED = 1
 HASH_DIGITS = 32
+# Of a whole number: more are not written, and beyond some 308 no float can hold it.
+MOST_DIGITS = 300
 _HASH = re.compile(rf',"hash":"([0-9a-f]{{{HASH_DIGITS}}})"}}$')
 
 
@@ -82,7 +84,7 @@ def decode(line: bytes) -> tuple[Record, str]:
         raise ValueError("the checksum does not fit")
     body += "}"
     try:
-        fields = json.loads(body)
+        fields = json.loads(body, parse_int=_whole)
     except RecursionError:
         raise ValueError("too deeply nested") from None
     found = _HASH.search(body)
@@ -96,6 +98,12 @@ def decode(line: bytes) -> tuple[Record, str]:
         number=number, time_s=time_s, kind=kind, data=fields, hash=found[1] if found else ""
     )
     return record, body
+
+
+def _whole(digits: str) -> int:
+    if len(digits) > MOST_DIGITS:
+        raise ValueError(f"a number of more than {MOST_DIGITS} digits")
+    return int(digits)
 
 
 def follows(record: Record, covered: str, before: str) -> bool:

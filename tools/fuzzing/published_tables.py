@@ -60,10 +60,13 @@ statistic = "2.31"
 columns = ["mean and interval", "sum and SD"]
 """
 
+# So fine a scale that little can be listed.
+FINE = TOML.replace('step = "1/2"', 'step = "0.001"')
+
 
 def _prepared(folder: Path) -> Callable[[Random], Case]:
     shipped = [path.read_text(encoding="utf-8") for path in sorted(SHIPPED.glob("*.toml"))]
-    texts = [(text, "toml", "") for text in (*shipped, TOML)]
+    texts = [(text, "toml", "") for text in (*shipped, TOML, FINE)]
     texts += [(CSV, "csv", ","), (CSV.replace(",", ";"), "csv", ";")]
 
     def drawn(random: Random) -> Case:

@@ -6,7 +6,7 @@ import pytest
 
 from experiments.dataset.bids import build_dataset
 from experiments.journal.journal import Journal
-from experiments.journal.record import Record, decode
+from experiments.journal.record import Record, decode, encode
 from experiments.journal.record_shapes import checked
 from hardware.clock import VirtualClock
 
@@ -50,6 +50,13 @@ def test_a_time_that_no_session_has_is_named(records, time_s):
     _, damage = checked([records[0], replace(records[1], time_s=time_s)])
     assert damage[0].line == 2
     assert "expected the seconds since the run began" in damage[0].reason
+
+
+def test_a_number_that_no_float_can_hold_is_damage_of_its_line(records):
+    """It would be written into a table as a number."""
+    line = encode(replace(records[1], hash="", data={"step": 10**400, "what": {}}))
+    with pytest.raises(ValueError, match="a number of more than 300 digits"):
+        decode(line)
 
 
 @pytest.mark.parametrize(
