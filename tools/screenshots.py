@@ -43,6 +43,13 @@ if TYPE_CHECKING:
     from experiments.protocols.steps import ParticipantStep
 
 DECIMAL = {"en": "12.5", "fr": "12,5"}
+PROMPT = {"en": "Where did you grow up?", "fr": "Où avez-vous grandi ?"}
+LONG_LIST = {
+    "en": "Albania Austria Belgium Bulgaria Croatia Cyprus Czechia Denmark Estonia Finland France "
+    "Germany Greece Hungary Ireland Italy Latvia Lithuania Luxembourg Malta Elsewhere",
+    "fr": "Albanie Allemagne Autriche Belgique Bulgarie Chypre Croatie Danemark Espagne Estonie "
+    "Finlande France Grèce Hongrie Irlande Italie Lettonie Lituanie Luxembourg Malte Ailleurs",
+}
 LONG_TEXT = {
     "en": "It seems less sticky than before, as if a thin film had been wiped off the glass",
     "fr": "C'est moins collant qu'avant, comme si l'on avait ôté une fine pellicule de la plaque",
@@ -128,6 +135,26 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
         "text": typed(screen_for(text, texts), LONG_TEXT[language]),
         "text-full": typed(screen_for(text, texts), (LONG_TEXT[language] + ". ") * 4),
         "stop": Stopping(texts),
+    }
+    touched = {**texts, "window.touch": "yes"}
+    countries = tuple((word, word) for word in LONG_LIST[language].split())
+    country = Ask(
+        name="country", question=ChoiceQuestion(prompt=PROMPT[language], options=countries)
+    )
+    moved = screen_for(country, texts)
+    moved.turn(-13)
+    screens |= {
+        "list": screen_for(country, texts),
+        "list-moved": moved,
+        "list-refused": typed(screen_for(country, texts), "99\r"),
+        "touch-number": typed(screen_for(number, touched), DECIMAL[language]),
+        "touch-number-refused": typed(screen_for(number, touched), "..\r"),
+        "touch-yes-no": screen_for(yes_no, touched),
+        "touch-choice": screen_for(choice, touched),
+        "touch-list": typed(screen_for(country, touched), "7"),
+        "touch-explore": screen_for(pages["explore"], touched),
+        "touch-rest": screen_for(pages["rest"], touched),
+        "touch-welcome": screen_for(pages["welcome"], touched),
     }
     return {name: screen.scene(3.4) for name, screen in screens.items()} | {
         "hold": scene.message(texts["session.hold"]),

@@ -50,6 +50,8 @@ ROOMS: tuple[tuple[str, Room], ...] = (
     ("window.no_key", LETTER_KEY),
     ("window.go_on_key", KEY_NAME),
     ("window.key_*", KEY_NAME),
+    ("window.go_on", KEY_NAME),
+    ("window.decimal", LETTER_KEY),
     ("window.pilot", BANNER),
     ("window.yes", UNDER_KEY),
     ("window.no", UNDER_KEY),

@@ -22,10 +22,11 @@ from faults import UserError
 
 Texts = Mapping[str, str]
 ENGLISH = "en"
-SET_BY_KEYS = "window.go_on_key"  # no words: the study's [keys] say which key it is
+SET_BY_KEYS = ("window.go_on_key", "window.touch")  # no words: what the study's [keys] say
 # A language's code, as in HTML and elsewhere (BCP 47): de, pt-BR, zh-Hant.
 CODE = re.compile(r"[a-z]{2,3}(-[A-Za-z0-9]{2,8})*")
 FEWEST_ANSWERS, NUMBER_KEYS = 2, 9  # of a choice: each answer is a number key
+MOST_OPTIONS = 99  # of a list that scrolls: a number of two digits
 
 
 def languages() -> list[str]:
@@ -142,7 +143,7 @@ def missing(own: Texts, brought: Texts) -> list[str]:
 def to_translate(brought: Texts) -> dict[str, str]:
     """Return the English texts that a language of a study's own has others for."""
     english = {**shipped_texts(ENGLISH), **brought}
-    return {key: text for key, text in english.items() if key != SET_BY_KEYS}
+    return {key: text for key, text in english.items() if key not in SET_BY_KEYS}
 
 
 def unlike(own: Texts, brought: Texts) -> Iterator[tuple[str, str]]:
@@ -206,6 +207,8 @@ def _key_faults(texts: Texts) -> Iterator[tuple[str, str]]:
     yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
     if len(yes) != 1 or len(no) != 1 or yes == no or not (yes + no).isalpha():
         yield "window", f"yes_key '{yes}' and no_key '{no}': expected two different letters"
+    if texts["window.decimal"] not in (".", ","):
+        yield "window.decimal", "expected a point or a comma"
     key = "descending_difference.confidence_options"
     words = answers(texts[key])
     fits = FEWEST_ANSWERS <= len(words) <= NUMBER_KEYS

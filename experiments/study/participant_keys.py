@@ -10,6 +10,8 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
+from experiments.protocols.base import Switch
+
 NAMED = ("space", "enter")
 Key = Annotated[str, Field(strict=True)]
 
@@ -28,6 +30,11 @@ class ParticipantKeys(BaseModel):
         description="Character of the key for yes; left out, as no: the language's own letter.",
     )
     no: Key = Field(default="", description="Character of the key for no.")
+    touch: Switch = Field(
+        default=False,
+        description="Whether the participant answers on a touch screen, or with a mouse: keys for "
+        "numbers, choices and going on are drawn and can be touched. A keyboard works as well.",
+    )
 
     @field_validator("go_on")
     @classmethod
@@ -50,6 +57,8 @@ class ParticipantKeys(BaseModel):
         named = {"window.go_on_key": self.go_on}
         if self.yes:
             named |= {"window.yes_key": self.yes, "window.no_key": self.no}
+        if self.touch:
+            named["window.touch"] = "yes"
         return named
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from experiments.languages.texts import FEWEST_ANSWERS, NUMBER_KEYS, shipped_texts
+from experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS, shipped_texts
 from experiments.protocols.base import Label, Words
 from experiments.protocols.steps import CONSENT, Ask, ChoiceQuestion, WholeNumberQuestion
 from faults import UserError
@@ -39,16 +39,17 @@ class PersonQuestion(BaseModel):
         description="Column of participants.tsv that holds the answer: letters, digits and _."
     )
     options: (
-        Annotated[tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=NUMBER_KEYS)]
+        Annotated[tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=MOST_OPTIONS)]
         | Annotated[
-            dict[Words, Translated], Field(min_length=FEWEST_ANSWERS, max_length=NUMBER_KEYS)
+            dict[Words, Translated], Field(min_length=FEWEST_ANSWERS, max_length=MOST_OPTIONS)
         ]
         | None
     ) = Field(
         default=None,
-        description="The answers to choose from, all different, one for each number key. A table "
-        "gives for each code, which the data hold, the words in each language; a list gives words "
-        "that are their own codes in every language.",
+        description="The answers to choose from, all different. Up to nine have a number key each; "
+        "more are a list that scrolls, answered by number, arrow keys or mouse. A table gives for "
+        "each code, which the data hold, the words in each language; a list gives words that are "
+        "their own codes in every language.",
     )
     minimum: Whole | None = Field(
         default=None,

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
 from experiments.participants.psychopy_window.scene import (
+    Area,
     Arrow,
     Box,
     Colour,
@@ -211,7 +212,9 @@ class Display:
 
     def show_pointer(self, *, needed: bool) -> None:
         """Show the mouse, which a full screen hides, where it is needed."""
-        self._window.mouseVisible = needed or not self._full_screen
+        visible = needed or not self._full_screen
+        if visible != self._window.mouseVisible:
+            self._window.mouseVisible = visible
 
     def place(self, x_px: float, y_px: float) -> tuple[float, float]:
         """Return where in a scene a pixel is, counted from the window's lower left corner."""
@@ -253,6 +256,8 @@ class Display:
         return float(min(height, width / DESIGN_WIDTH))
 
     def _build(self, item: Item) -> tuple[Any, ...]:
+        if isinstance(item, Area):
+            return ()
         if isinstance(item, Arrow):
             return self._build_arrow(item)
         return self._build_box(item) if isinstance(item, Box) else self._build_text(item)

@@ -11,7 +11,7 @@ import re
 import unicodedata
 from dataclasses import dataclass, field
 from decimal import Decimal
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, TypeGuard
 
 from experiments.languages.texts import NUMBER_KEYS
 from experiments.protocols.steps import (
@@ -30,7 +30,8 @@ from faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-ENTER = "\r"
+# What keys that are drawn on the screen press, besides characters.
+ENTER, ERASE, CLEAR = "\r", "\b", "\x18"
 NUMBER_LENGTH = 20
 NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)")
 # "1,000" is one to half of the world and a thousand to the other half.
@@ -131,6 +132,9 @@ class Entry(Protocol):
 
     content: str
 
+    def turn(self, notches: int) -> None:
+        """Move up or down a list; what has none does nothing."""
+
     def press(self, character: str) -> Verdict:
         """Take one character; Enter is ``ENTER``."""
 
@@ -172,6 +176,9 @@ class TypedEntry:
         """Take back the last character."""
         self.content = self.content[:-1]
 
+    def turn(self, notches: int) -> None:
+        """There is no list here."""
+
     def _judge(self) -> Accepted | Refused:
         if isinstance(self._question, NumberQuestion):
             return judge_number(self.content, positive=self._question.positive)
@@ -210,6 +217,67 @@ class KeyEntry:
     def erase(self) -> None:
         """Nothing is typed here, so nothing is erased."""
 
+    def turn(self, notches: int) -> None:
+        """There is no list here."""
+
+
+class ListEntry:
+    """One of many, by its number or by moving to it; Enter hands it in.
+
+    Parameters
+    ----------
+    values : tuple
+        What each place of the list stands for.
+    """
+
+    def __init__(self, values: tuple[Value, ...]) -> None:
+        self.content = ""
+        self._values = values
+
+    @property
+    def place(self) -> int | None:
+        """Which one it is now, from 0; None where it is none."""
+        number = int(self.content) if self.content else 0
+        return number - 1 if 1 <= number <= len(self._values) else None
+
+    def press(self, character: str) -> Verdict:
+        """Take a digit, or Enter."""
+        if character == CLEAR:
+            self.content = ""
+        elif character in (ENTER, "\n"):
+            return self._judge()
+        else:
+            digit = AZERTY.get(character, character)
+            # ASCII digits alone, and no more of them than the longest number has.
+            if digit not in "0123456789" or len(self.content) >= len(str(len(self._values))):
+                return self._refused(self.content + character)
+            self.content += digit
+        return None
+
+    def erase(self) -> None:
+        """Take back the last digit."""
+        self.content = self.content[:-1]
+
+    def turn(self, notches: int) -> None:
+        """Move up or down, from one end to the other but not beyond."""
+        last = len(self._values) - 1
+        here = self.place
+        if here is None:
+            here = -1 if notches < 0 else last + 1
+        self.content = str(min(max(here - notches, 0), last) + 1)
+
+    def _judge(self) -> Accepted | Refused:
+        if self.place is not None:
+            return Accepted(self._values[self.place])
+        if not self.content:
+            return Refused("", "window.empty")
+        entry, self.content = self.content, ""
+        return self._refused(entry)
+
+    def _refused(self, entry: str) -> Refused:
+        blanks = {"entry": entry, "minimum": "1", "maximum": str(len(self._values))}
+        return Refused(entry, "window.out_of_bounds", blanks)
+
 
 def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
     """Return an empty entry for a question.
@@ -224,15 +292,22 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
     Raises
     ------
     UserError
-        More options than there are number keys.
+        A comparison of more surfaces than there are number keys.
     """
     if isinstance(question, YesNoQuestion):
         return KeyEntry(yes_no_keys(texts))
+    if is_long(question):
+        return ListEntry(tuple(code for code, _ in question.options))
     if isinstance(question, ChoiceQuestion | ComparisonQuestion):
         return KeyEntry(choice_keys(question))
     if isinstance(question, VisualAnalogueQuestion):
         raise TypeError("a visual analogue scale is no entry: it has a screen of its own")
     return TypedEntry(question)
+
+
+def is_long(question: Question) -> TypeGuard[ChoiceQuestion]:
+    """Return whether a question has more answers than there are number keys: then they scroll."""
+    return isinstance(question, ChoiceQuestion) and len(question.options) > NUMBER_KEYS
 
 
 def yes_no_keys(texts: Mapping[str, str]) -> dict[str, Value]:

@@ -15,6 +15,7 @@ Colour = Literal["ground", "field", "text", "quiet", "accent"]
 
 UP, DOWN = "up", "down"  # labels of the keys with arrows
 TITLE, BODY, HINT, DIGITS = 0.062, 0.042, 0.036, 0.13
+HINT_Y = -0.4
 WIDTH = 1.3  # of a text's lines; the narrowest monitors (5:4) are 1.25 wide, see `display`
 
 
@@ -60,7 +61,25 @@ class Arrow:
     colour: Colour = "text"
 
 
-Item = Text | Box | Arrow
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Area:
+    """Where a touch or a click does what the key drawn there does; nothing is drawn for it.
+
+    ``presses`` are the characters that it presses, or `UP` or `DOWN`.
+    """
+
+    x: float
+    y: float
+    width: float
+    height: float
+    presses: str
+
+    def holds(self, x: float, y: float) -> bool:
+        """Return whether a place lies in it."""
+        return abs(x - self.x) <= self.width / 2 and abs(y - self.y) <= self.height / 2
+
+
+Item = Text | Box | Arrow | Area
 Scene = tuple[Item, ...]
 
 
@@ -86,7 +105,15 @@ def key_cap(label: str, *, x: float, y: float, size: float = 0.14) -> Scene:
     )
 
 
-def key_row(keys: tuple[str, ...], meanings: tuple[str, ...], *, y: float) -> Scene:
+def pressed_at(scene: Scene, x: float, y: float) -> str:
+    """Return what a touch or a click at a place presses; nothing where there is no key."""
+    areas = (item for item in scene if isinstance(item, Area))
+    return next((area.presses for area in areas if area.holds(x, y)), "")
+
+
+def key_row(
+    keys: tuple[str, ...], meanings: tuple[str, ...], *, y: float, touch: bool = False
+) -> Scene:
     """Return keys side by side, with what each stands for below it."""
     pitch = 0.44 if len(keys) < 3 else 0.38  # noqa: PLR2004 - so that three fit the narrowest screen
     left = -pitch * (len(keys) - 1) / 2
@@ -96,11 +123,19 @@ def key_row(keys: tuple[str, ...], meanings: tuple[str, ...], *, y: float) -> Sc
         for item in (
             *key_cap(key, x=left + n * pitch, y=y),
             Text(content=meaning, x=left + n * pitch, y=y - 0.093, width=0.9 * pitch, anchor="top"),
+            *_touched(
+                touch,
+                Area(x=left + n * pitch, y=y - 0.03, width=0.9 * pitch, height=0.22, presses=key),
+            ),
         )
     )
 
 
-def key_list(meanings: tuple[str, ...], *, top: float, height: float) -> Scene:
+def _touched(touch: bool, area: Area) -> Scene:
+    return (area,) if touch else ()
+
+
+def key_list(meanings: tuple[str, ...], *, top: float, height: float, touch: bool = False) -> Scene:
     """Return the number keys 1, 2, ... one below the other, each with what it stands for."""
     pitch = min(height / len(meanings), 0.1)
     left, cap = -0.32, 0.72 * pitch
@@ -111,13 +146,25 @@ def key_list(meanings: tuple[str, ...], *, top: float, height: float) -> Scene:
         for item in (
             *key_cap(key, x=left, y=y, size=cap),
             Text(content=words, x=left + 0.57, y=y, align="left", size=min(0.05, cap), width=1.0),
+            *_touched(touch, Area(x=0.2, y=y, width=1.2, height=pitch, presses=key)),
         )
+    )
+
+
+def button(label: str, presses: str, *, x: float, y: float, width: float, height: float) -> Scene:
+    """Return a wide key with a word on it, which can be touched."""
+    rim = 0.006
+    return (
+        Box(x=x, y=y, width=width + rim, height=height + rim, colour="accent"),
+        Box(x=x, y=y, width=width, height=height, colour="field"),
+        Text(content=label, x=x, y=y, size=min(HINT, 0.45 * height), width=width, height=height),
+        Area(x=x, y=y, width=width, height=height, presses=presses),
     )
 
 
 def hint(content: str) -> Text:
     """Return the line at the foot of a screen that says which key goes on."""
-    return Text(content=content, y=-0.4, size=HINT, colour="quiet")
+    return Text(content=content, y=HINT_Y, size=HINT, colour="quiet")
 
 
 def notice(content: str) -> Text:

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Protocol
 
-from experiments.participants.psychopy_window import entry, scene
+from experiments.participants.psychopy_window import entry, scene, touch
 from experiments.participants.psychopy_window.marking import Marking
 from experiments.participants.psychopy_window.scene import Scene, Text
 from experiments.participants.psychopy_window.screen_words import (
@@ -126,13 +127,26 @@ class Waiting(Unmoved):
         return max(math.ceil(self._minimum_s - elapsed_s), 0)
 
 
+def by_touch(texts: Texts) -> bool:
+    """Return whether the participant touches keys that are drawn."""
+    return texts["window.touch"] == "yes"
+
+
+def going_on(texts: Texts, text: str) -> Scene:
+    """Return the foot of a screen that says how to go on: a line, or a key to be touched."""
+    if not by_touch(texts):
+        return (scene.hint(naming_key(texts, text)),)
+    label = texts["window.go_on"]
+    return scene.button(label, go_on_key(texts), x=0, y=-0.4, width=0.5, height=0.1)
+
+
 class Reading(Waiting):
     """A text, read at the participant's own pace."""
 
     def __init__(self, step: Instruct, texts: Texts) -> None:
         super().__init__(texts)
         self._step = step
-        self._hint = naming_key(
+        self._foot = going_on(
             texts, "window.press_space_last" if step.last else "window.press_space"
         )
 
@@ -145,7 +159,7 @@ class Reading(Waiting):
                         width=1.15, height=0.6)  # fmt: skip
         else:
             body = Text(content=text, y=0.04, size=0.055, width=1.1, height=0.5)
-        return (*((title,) if step.title else ()), body, scene.hint(self._hint))
+        return (*((title,) if step.title else ()), body, *self._foot)
 
 
 class Exploring(Waiting):
@@ -161,10 +175,10 @@ class Exploring(Waiting):
         task = Text(content=self._step.text.strip(), y=0.12, size=0.08, width=1.2, height=0.4)
         wait_s = self.wait_s(elapsed_s)
         if wait_s:
-            foot = scene.hint(self._texts["window.explore_longer"].format(seconds=wait_s))
+            foot: Scene = (scene.hint(self._texts["window.explore_longer"].format(seconds=wait_s)),)
         else:
-            foot = scene.hint(naming_key(self._texts, "window.ready_space"))
-        return (task, *remaining(self._maximum_s, elapsed_s, self._texts, y=-0.17), foot)
+            foot = going_on(self._texts, "window.ready_space")
+        return (task, *remaining(self._maximum_s, elapsed_s, self._texts, y=-0.17), *foot)
 
 
 class Resting(Waiting):
@@ -181,14 +195,14 @@ class Resting(Waiting):
         progress = self._texts["window.progress"].format(done=step.done, total=step.total)
         wait_s = self.wait_s(elapsed_s)
         if wait_s:
-            foot = self._texts["window.rest_longer"].format(seconds=wait_s)
+            foot: Scene = (scene.hint(self._texts["window.rest_longer"].format(seconds=wait_s)),)
         else:
-            foot = naming_key(self._texts, "window.press_space")
+            foot = going_on(self._texts, "window.press_space")
         return (
             Text(content=step.text.strip(), y=0.14, size=0.055, width=1.1, height=0.4),
             *scene.bar(step.done / step.total if step.total else 0.0, y=-0.12),
             Text(content=progress, y=-0.18, size=scene.HINT, colour="quiet"),
-            scene.hint(foot),
+            *foot,
         )
 
 
@@ -225,8 +239,8 @@ class Adjusting(Waiting):
         task = Text(content=self._step.text.strip(), y=0.24, size=0.06, width=1.2, height=0.26)
         meanings = (self._texts["window.turn_up"], self._texts["window.turn_down"])
         left = remaining(self._maximum_s, elapsed_s, self._texts, y=-0.26)
-        keys = scene.key_row((scene.UP, scene.DOWN), meanings, y=0.0)
-        return (task, *keys, *left, scene.hint(naming_key(self._texts, "window.turned")))
+        keys = scene.key_row((scene.UP, scene.DOWN), meanings, y=0.0, touch=by_touch(self._texts))
+        return (task, *keys, *left, *going_on(self._texts, "window.turned"))
 
 
 class Asking(Unmoved):
@@ -235,9 +249,12 @@ class Asking(Unmoved):
     def __init__(self, step: Ask, texts: Texts) -> None:
         question = step.question
         self.rejected: list[str] = []
-        self.single_key = isinstance(question, YesNoQuestion | ChoiceQuestion | ComparisonQuestion)
+        self.single_key = isinstance(
+            question, YesNoQuestion | ChoiceQuestion | ComparisonQuestion
+        ) and not entry.is_long(question)
         self._limit_s = step.time_limit_s
         self._texts = texts
+        self._touch = by_touch(texts)
         self._entry = entry.entry_for(question, texts)
         self._notice = ""
         self._prompt = question.prompt.strip()
@@ -251,7 +268,10 @@ class Asking(Unmoved):
                 self._body, self._hint = self._yes_no, texts["window.yes_or_no"]
             case ChoiceQuestion():
                 self._options = question.options
-                self._body, self._hint = self._choice, texts["window.choose_key"]
+                if entry.is_long(question):
+                    self._body, self._hint = self._list, texts["window.choose_number"]
+                else:
+                    self._body, self._hint = self._choice, texts["window.choose_key"]
             case ComparisonQuestion():
                 self._compared = question.options
                 self._body, self._hint = self._comparison, texts["window.choose_key"]
@@ -259,9 +279,17 @@ class Asking(Unmoved):
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question, what has been typed, and what was wrong with the last entry."""
         prompt = Text(content=self._prompt, y=0.28, size=0.06, width=1.2, height=0.17)
-        said = (scene.notice(self._notice),) if self._notice else ()
         left = remaining(self._limit_s, elapsed_s, self._texts, y=0.415)
-        return (prompt, *self._body(), *said, scene.hint(self._hint), *left)
+        return (prompt, *self._body(), *self._foot(), *left)
+
+    def _foot(self) -> Scene:
+        """Return what to do, and what was wrong with the last entry."""
+        hint = () if self._touch else (scene.hint(self._hint),)
+        if not self._notice:
+            return hint
+        # Keys that are touched reach down to where there is no hint.
+        said = scene.notice(self._notice)
+        return (replace(said, y=scene.HINT_Y),) if self._touch else (said, *hint)
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
         """Take a character; end when the entry is an answer given in time."""
@@ -282,6 +310,11 @@ class Asking(Unmoved):
         self._notice = ""
         self._entry.erase()
 
+    def move(self, notches: int) -> None:
+        """Move up or down the list."""
+        self._notice = ""
+        self._entry.turn(notches)
+
     @property
     def typed(self) -> str:
         """What stands in the place for the answer."""
@@ -299,6 +332,8 @@ class Asking(Unmoved):
         return None
 
     def _number(self) -> Scene:
+        if self._touch:
+            return touch.number_pad(self._entry.content, self._texts)
         return (
             scene.Box(x=0, y=0.02, width=1.0, height=0.2, colour="field"),
             Text(content=self._entry.content, y=0.02, size=number_size(self._entry.content),
@@ -318,15 +353,20 @@ class Asking(Unmoved):
     def _two_keys(self, yes: str, no: str, *, y: float) -> Scene:
         texts = self._texts
         keys = (texts["window.yes_key"], texts["window.no_key"])
-        return scene.key_row(keys, (texts[yes], texts[no]), y=y)
+        return scene.key_row(keys, (texts[yes], texts[no]), y=y, touch=self._touch)
 
     def _choice(self) -> Scene:
         meanings = tuple(words for _, words in self._options)
-        return scene.key_list(meanings, top=0.2, height=0.46)
+        return scene.key_list(meanings, top=0.2, height=0.46, touch=self._touch)
+
+    def _list(self) -> Scene:
+        words = tuple(words for _, words in self._options)
+        place = self._entry.place if isinstance(self._entry, entry.ListEntry) else None
+        return touch.scrolled(words, place, self._entry.content, self._texts)
 
     def _comparison(self) -> Scene:
         keys = tuple(str(number) for number in range(1, len(self._compared) + 1))
-        return scene.key_row(keys, self._compared, y=0.02)
+        return scene.key_row(keys, self._compared, y=0.02, touch=self._touch)
 
 
 class Stopping(Asking):

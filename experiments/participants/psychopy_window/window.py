@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
+from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Self
 
 from experiments.participants.base import Kind, StopRequested, Unfinished, Watch
 from experiments.participants.psychopy_window import scene
 from experiments.participants.psychopy_window.display import Display
-from experiments.participants.psychopy_window.entry import ENTER
+from experiments.participants.psychopy_window.entry import ENTER, ERASE
 from experiments.participants.psychopy_window.keyboard import Key, Keyboard
 from experiments.participants.psychopy_window.screens import (
     Screen,
@@ -18,7 +19,7 @@ from experiments.participants.psychopy_window.screens import (
 from experiments.protocols.steps import Reply
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from types import TracebackType
 
     from experiments.languages.texts import Texts
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from experiments.protocols.steps import Adjust, ParticipantStep
     from hardware.clock import Clock
 
+# Keys with arrows, drawn: notches of the wheel.
+TURNS = {scene.UP: 1, scene.DOWN: -1}
 RELEASE_PATIENCE_S = 0.5  # a key that was just pressed may still be on its way up
 
 
@@ -77,6 +80,8 @@ class PsychoPyWindow:
         self._precise_times = precise_times
         self.display = Display(clock, full_screen=full_screen, screen=screen, size=size)
         self.finger = self.display.pointer
+        self._shown: Scene = ()
+        self._pointed = False
         self._keyboard: Keyboard
         self._open = ExitStack()
 
@@ -147,10 +152,11 @@ class PsychoPyWindow:
         away_s = 0.0
         while True:
             notches = 0
-            for key in self._keyboard.poll():
+            for key in self._touched(self._keyboard.poll()):
                 elapsed_s = key.time_s - onset_s - away_s
                 if key.kind == "escape":
                     away_s += self._ask_to_stop(watch)
+                    self._pointed = screen.pointed
                     break
                 notches += key.notches if key.kind == "turn" else 0
                 if notches and turn and key.character:
@@ -184,7 +190,7 @@ class PsychoPyWindow:
         """Show a screen's first frame; return when. What was typed before it is no answer."""
         if screen.single_key:
             self._await_release(watch)
-        self.display.show_pointer(needed=screen.pointed)
+        self._pointed = screen.pointed
         watch()
         self._keyboard.poll()
         return self._show(screen.scene(0.0))
@@ -193,8 +199,25 @@ class PsychoPyWindow:
         """Show one frame; return when, on the session's clock."""
         if not self.focused:
             shown = scene.message(self._texts["window.focus"])
+        self._shown = shown
+        touched = any(isinstance(item, scene.Area) for item in shown)
+        self.display.show_pointer(needed=self._pointed or touched)
         self.display.draw((*shown, *self._banner))
         return self.display.flip()
+
+    def _touched(self, keys: list[Key]) -> Iterator[Key]:
+        """Yield the keys, and for a touch or a click those that were drawn at its place."""
+        for key in keys:
+            place = self.display.place(key.x, key.y)
+            pressed = scene.pressed_at(self._shown, *place) if key.kind == "point" else ""
+            if not pressed:
+                yield key
+            elif key.repeated:
+                continue  # dragged
+            elif pressed in TURNS:
+                yield replace(key, kind="turn", notches=TURNS[pressed])
+            else:
+                yield from (replace(key, kind="character", character=each) for each in pressed)
 
     def _await_release(self, watch: Watch) -> None:
         """Wait until no key is held: a held key would answer the next screen by itself."""
@@ -217,7 +240,7 @@ class PsychoPyWindow:
         screen = Stopping(self._texts)
         onset_s = self._show_first(screen, watch)
         while True:
-            for key in self._keyboard.poll():
+            for key in self._touched(self._keyboard.poll()):
                 outcome = hand_over(key, screen, key.time_s - onset_s)
                 if outcome and outcome.value:
                     raise StopRequested("the participant pressed Escape and confirmed")
@@ -235,7 +258,7 @@ def hand_over(key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None
     if key.kind in ("turn", "move"):
         screen.move(key.notches)
         return None
-    if key.kind == "erase":
+    if key.kind == "erase" or key.character == ERASE:
         screen.erase()
         return None
     if key.repeated and (screen.single_key or key.character == ENTER):

@@ -28,6 +28,7 @@ GERMAN = {
     "magnitude_estimation.estimate": "Wie rutschig ist diese Oberfläche?",
     "window.yes_key": "j",
     "window.no_key": "n",
+    "window.decimal": ",",
 }
 STUDY = """name = "mine"
 title = "Meine"
@@ -150,6 +151,7 @@ def test_a_text_that_comes_with_a_newer_slipscale_is_asked_for_and_no_old_run_is
         ({"window__progress": "{done} {total} {x}"}, r"line \d+, window\.progress: its braces"),
         ({"comparing__options": "das erste | das zweite"}, "expected 3 answers"),
         ({"window__yes_key": "n"}, "expected two different letters"),
+        ({"window__decimal": "'"}, r"window\.decimal: expected a point or a comma"),
         ({"session__rest": "Пауза 休み"}, r"cannot draw '休' \(U\+4F11\)"),
         ({"session__rest": "הפסקה"}, "from right to left"),
         ({"session__welcome": "Wort " * 500}, "too long for its place"),

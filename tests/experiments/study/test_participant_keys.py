@@ -85,3 +85,11 @@ def test_a_studys_own_texts_do_not_move_the_key(texts):
     screen = screen_for(STEPS[0], texts(own))
     assert "Tap the pad." in shown(screen)
     assert screen.press(" ", 1.0)
+
+
+def test_a_touch_screen_is_said_once_and_keys_still_work(texts):
+    screen = screen_for(STEPS[0], texts("\n[keys]\ntouch = true\n", "fr"))
+    assert "Continuer" in shown(screen)
+    assert screen.press(" ", 1.0)
+    with pytest.raises(UserError, match=r"keys\.touch: expected true or false"):
+        parse_study(TEXT + '\n[keys]\ntouch = "yes"\n', "mine.toml")

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from experiments.languages.texts import languages, load_texts
 from experiments.participants.psychopy_window.entry import (
+    CLEAR,
     ENTER,
     Accepted,
     KeyEntry,
@@ -16,6 +17,7 @@ from experiments.participants.psychopy_window.entry import (
 )
 from experiments.protocols.steps import (
     ChoiceQuestion,
+    ComparisonQuestion,
     NumberQuestion,
     TextQuestion,
     WholeNumberQuestion,
@@ -162,11 +164,60 @@ def test_a_number_without_an_option_chooses_nothing(key):
     assert isinstance(entry_for(question, TEXTS).press(key), Refused)
 
 
-@pytest.mark.parametrize("count", [0, 10])
-def test_a_choice_without_a_number_key_for_each_option_is_refused(count):
-    question = ChoiceQuestion(prompt="?", options=tuple((str(n), "") for n in range(count)))
-    with pytest.raises(UserError, match=f"{count} options, expected 1 to 9"):
+@pytest.mark.parametrize(
+    "question",
+    [
+        ChoiceQuestion(prompt="?", options=()),
+        ComparisonQuestion(prompt="?", options=tuple(str(n) for n in range(10))),
+    ],
+)
+def test_options_without_number_keys_are_refused(question):
+    with pytest.raises(UserError, match=f"{len(question.options)} options, expected 1 to 9"):
         entry_for(question, TEXTS)
+
+
+@pytest.fixture
+def many():
+    """Return the entry of a question with twelve answers, a to l."""
+    options = tuple((letter, letter.upper()) for letter in "abcdefghijkl")
+    return entry_for(ChoiceQuestion(prompt="?", options=options), TEXTS)
+
+
+@pytest.mark.parametrize(
+    "typed, code", [("1", "a"), ("12", "l"), ("02", "b"), ("é", "b"), (f"11{CLEAR}3", "c")]
+)
+def test_one_of_many_is_named_by_its_number_and_enter(many, typed, code):
+    assert type_in(many, typed) is None
+    assert many.press(ENTER) == Accepted(code)
+
+
+@pytest.mark.parametrize(
+    "turns, code",
+    [([-1], "a"), ([1], "l"), ([-1, -1], "b"), ([-1, -5, 1], "e"), ([-1, 1], "a"), ([-50], "l")],
+)
+def test_one_of_many_is_moved_to_with_the_arrow_keys_or_the_wheel(many, turns, code):
+    for notches in turns:
+        many.turn(notches)
+    assert many.press(ENTER) == Accepted(code)
+
+
+@pytest.mark.parametrize("typed", ["0", "13", "99", "00"])
+def test_a_number_that_none_of_many_has_is_refused_and_kept(many, typed):
+    refused = type_in(many, typed + ENTER)
+    assert (refused.entry, refused.reason) == (typed, "window.out_of_bounds")
+    assert refused.blanks == {"entry": typed, "minimum": "1", "maximum": "12"}
+    assert many.press(ENTER).reason == "window.empty"
+
+
+@pytest.mark.parametrize("key", ["x", "+", "\u0663", " "])
+def test_what_is_no_digit_leaves_the_number_of_one_of_many_as_it_is(many, key):
+    many.press("1")
+    assert many.press(key).entry == f"1{key}"
+    assert many.press(ENTER) == Accepted("a")
+    many.press("2")
+    assert many.press("3").entry == "123"
+    many.erase()
+    assert many.content == "1"
 
 
 def test_a_key_entry_has_nothing_to_take_back():

@@ -4,6 +4,7 @@ import pytest
 
 from experiments.languages.texts import languages, load_texts
 from experiments.participants.psychopy_window import scene
+from experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
 from experiments.participants.psychopy_window.keyboard import Key, claim
 from experiments.participants.psychopy_window.screens import ScreenResult, Stopping, screen_for
 from experiments.participants.psychopy_window.window import hand_over
@@ -100,6 +101,88 @@ def test_a_choice_shows_every_option_beside_its_key():
     assert "1 | a guess | 2 | certain" in words(screen.scene(0.0))
 
 
+TOUCH = {**TEXTS, "window.touch": "yes"}
+MANY = Ask(
+    name="x",
+    question=ChoiceQuestion(prompt="?", options=tuple((f"c{n}", f"word {n}") for n in range(40))),
+)
+
+
+def touched(screen, *labels):
+    """Touch what presses each of these; return how the screen ended."""
+    outcome = None
+    for label in labels:
+        areas = [a for a in screen.scene(1.0) if isinstance(a, scene.Area) and a.presses == label]
+        pressed = scene.pressed_at(screen.scene(1.0), areas[0].x, areas[0].y)
+        assert pressed == label
+        for character in pressed:
+            key = Key("character", character, 0.0)
+            outcome = hand_over(key, screen, 1.0)
+    return outcome
+
+
+def test_every_key_of_the_number_pad_enters_what_it_shows():
+    screen = screen_for(NUMBER, TOUCH)
+    assert touched(screen, *"1234567890.5") is None
+    assert screen.typed == "1234567890.5"
+    assert touched(screen, ERASE, ERASE, ENTER) == ScreenResult(value=1234567890.0)
+
+
+def test_the_decimal_sign_of_the_number_pad_is_the_languages():
+    french = {**load_texts("fr"), "window.touch": "yes"}
+    screen = screen_for(NUMBER, french)
+    assert touched(screen, "2", ",", "5", ENTER) == ScreenResult(value=2.5)
+
+
+def test_on_a_touch_screen_all_is_answered_by_touch_and_by_keys_alike():
+    assert touched(screen_for(YES_NO, TOUCH), "y").value is True
+    assert touched(screen_for(Instruct(text="Read."), TOUCH), " ") == ScreenResult()
+    assert touched(screen_for(Rest(text="Relax.", done=1, total=2), TOUCH), " ") == ScreenResult()
+    options = (("a", "a guess"), ("b", "certain"))
+    few = Ask(name="x", question=ChoiceQuestion(prompt="?", options=options))
+    assert touched(screen_for(few, TOUCH), "2").value == "b"
+    assert screen_for(YES_NO, TOUCH).press("n", 1.0).value is False
+
+
+def test_without_a_touch_screen_a_click_answers_nothing_but_a_long_list():
+    for step in (NUMBER, YES_NO, Instruct(text="Read."), Explore(text="Stroke.")):
+        areas = [a for a in screen_for(step, TEXTS).scene(1.0) if isinstance(a, scene.Area)]
+        assert areas == []
+    assert touched(screen_for(MANY, TEXTS), f"{CLEAR}3", ENTER).value == "c2"
+
+
+def test_a_touch_beside_every_key_presses_nothing():
+    assert scene.pressed_at(screen_for(NUMBER, TOUCH).scene(1.0), 0.6, 0.45) == ""
+
+
+def test_a_key_to_go_on_is_drawn_when_it_works():
+    screen = screen_for(Explore(text="Stroke.", minimum_s=5.0), TOUCH)
+    drawn = [
+        any(isinstance(item, scene.Area) for item in screen.scene(elapsed_s))
+        for elapsed_s in (1.0, 6.0)
+    ]
+    assert drawn == [False, True]
+
+
+@pytest.mark.parametrize("place", range(40))
+def test_a_long_list_shows_the_answer_that_is_moved_to(place):
+    screen = screen_for(MANY, TEXTS)
+    screen.turn(-1)
+    for _ in range(place):
+        screen.turn(-1)
+    shown = screen.scene(1.0)
+    assert f"word {place}" in words(shown).split(" | ")
+    assert screen.press(ENTER, 1.0).value == f"c{place}"
+
+
+def test_a_held_arrow_key_moves_on_and_a_held_enter_answers_nothing():
+    screen = screen_for(MANY, TEXTS)
+    for _ in range(3):
+        hand_over(Key("turn", "", 0.0, repeated=True, notches=-1), screen, 1.0)
+    assert hand_over(Key("character", ENTER, 0.0, repeated=True), screen, 1.0) is None
+    assert hand_over(Key("character", ENTER, 0.0), screen, 1.0).value == "c2"
+
+
 @pytest.mark.parametrize("language", languages())
 def test_the_keys_shown_are_the_keys_that_work(language):
     texts = load_texts(language)
@@ -118,11 +201,14 @@ def test_the_keys_shown_are_the_keys_that_work(language):
         NUMBER,
         YES_NO,
         Ask(name="x", question=TextQuestion(prompt="What?")),
+        MANY,
     ],
 )
-def test_every_screen_fits_the_design_area_in_every_language(step, language):
+@pytest.mark.parametrize("touch", ["no", "yes"])
+def test_every_screen_fits_the_design_area_in_every_language(step, language, touch):
+    texts = {**load_texts(language), "window.touch": touch}
     for elapsed_s in (0.0, 2.5, 9.0):
-        for item in screen_for(step, load_texts(language)).scene(elapsed_s):
+        for item in screen_for(step, texts).scene(elapsed_s):
             assert abs(item.y) <= 0.5
             assert abs(item.x) <= 0.65
 

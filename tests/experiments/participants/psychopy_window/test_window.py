@@ -13,7 +13,9 @@ import pytest
 
 from experiments.languages.texts import load_texts
 from experiments.participants.base import StopRequested, Unfinished
-from experiments.participants.psychopy_window import PsychoPyWindow
+from experiments.participants.psychopy_window import PsychoPyWindow, scene
+from experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
+from experiments.participants.psychopy_window.screens import screen_for
 from experiments.protocols.steps import (
     Ask,
     ChoiceQuestion,
@@ -213,6 +215,40 @@ def test_what_watch_raises_passes_and_what_was_typed_is_offered_when_performed_a
     reply = window.perform(NUMBER, Hand("key BackSpace 5 Return"))
     assert (reply.value, reply.rejected) == (915.0, ("8x",))
     assert window.perform(NUMBER, Hand("key 5 Return")).value == 5.0
+
+
+def clicks(window, step, *presses):
+    """Return where to click, in pixels of the screen, for what is drawn of a step."""
+    drawn = screen_for(step, window._texts).scene(1.0)
+    unit = window.display._unit
+    handle = window.display.handle
+    left, top = handle.get_location()
+    for label in presses:
+        area = next(a for a in drawn if isinstance(a, scene.Area) and a.presses == label)
+        x = left + handle.width / 2 + area.x * unit
+        y = top + handle.height / 2 - area.y * unit
+        yield f"mousemove {round(x)} {round(y)} click 1"
+
+
+def test_a_number_is_entered_on_the_pad_by_the_mouse(window, monkeypatch):
+    monkeypatch.setattr(window, "_texts", {**window._texts, "window.touch": "yes"})
+    keys = clicks(window, NUMBER, "4", "2", ERASE, ",", "5", ENTER)
+    reply = window.perform(NUMBER, Hand(*keys))
+    assert (reply.value, reply.rejected) == (4.5, ())
+    assert reply.time_source == "window"
+    read = Instruct(text="Lisez.")
+    assert window.perform(read, Hand(*clicks(window, read, " "))).value is None
+
+
+def test_one_of_many_answers_is_clicked_or_reached_by_arrow_keys_or_number(window):
+    options = tuple((f"c{n}", f"mot {n}") for n in range(1, 21))
+    step = Ask(name="many", question=ChoiceQuestion(prompt="?", options=options))
+    clicked = clicks(window, step, f"{CLEAR}3", ENTER)
+    assert window.perform(step, Hand(*clicked)).value == "c3"
+    assert window.perform(step, Hand("key Down Down Down Up Return")).value == "c2"
+    assert window.perform(step, Hand("key Down", "click 5", "key KP_Enter")).value == "c2"
+    reply = window.perform(step, Hand("key KP_4 KP_2 KP_Enter", "key KP_1 KP_7 KP_Enter"))
+    assert (reply.value, reply.rejected) == ("c17", ("42",))
 
 
 def test_watch_is_called_at_every_frame(window):
