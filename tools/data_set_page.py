@@ -16,10 +16,12 @@ from experiments.dataset.schema import (
     MISSING,
     NOTES,
     PARTICIPANT,
+    RUN,
     SESSION,
     SIDECAR,
     columns,
     person_columns,
+    questionnaire_columns,
     session_columns,
     table_stem,
 )
@@ -49,6 +51,14 @@ SESSIONS = f"""
 ## sub-01_sessions.tsv
 
 Where runs have a session, each participant has a table with one row a session: `{SESSION}`, then
+"""
+QUESTIONNAIRES = f"""
+## phenotype/
+
+Each questionnaire of the study has a table `phenotype/<name>.tsv` and a sidecar with the words of
+items and answers. One row for each time it was asked: `{PARTICIPANT}`, then, where a participant
+comes more than once, which visit it was, then a column for each item, with the code of the answer.
+
 """
 MEASURED_TEXT = """
 ## What is measured beside
@@ -88,6 +98,7 @@ def page() -> str:
     parts += [MEASURED_TEXT, "\n", _columns(MEASURED)]
     parts += [PEOPLE, "\n", _columns(person_columns())]
     parts += [SESSIONS, "\n", _columns(session_columns())]
+    parts += [QUESTIONNAIRES, _columns(questionnaire_columns({}, (SESSION, RUN)))]
     parts += [FLAG_TEXT, "\n", _table(("flag", "meaning"), _quoted(FLAGS))]
     parts += [SIDECAR_TEXT, "\n", _table(("key", "meaning"), _quoted(NOTES))]
     return "".join(parts)

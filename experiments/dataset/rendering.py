@@ -6,9 +6,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
+from experiments.dataset.phenotype import phenotype
 from experiments.dataset.runs import Problem
 from experiments.dataset.schema import (
     COMPLETE,
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
     from experiments.dataset.runs import Run
-    from experiments.protocols.base import Protocol
+    from experiments.protocols.base import Column, Protocol
     from experiments.protocols.steps import Value
     from experiments.study.run_plan import RunPlan
 
@@ -55,6 +57,7 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
     tasks: dict[str, Protocol] = {}
     measured: dict[str, set[str]] = {}
     sessions: dict[str, dict[str, list[Run]]] = {}
+    fit: list[Run] = []
     for run in runs:
         plan = run.plan
         protocols = {protocol.task: protocol for protocol, _ in plan.tasks()}
@@ -73,6 +76,7 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
             )
             continue
         files.update(own)
+        fit.append(run)
         if plan.session:
             sessions.setdefault(plan.participant, {}).setdefault(plan.session, []).append(run)
         studies.setdefault(study_hash(plan.study_text), plan)
@@ -85,6 +89,7 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
             measured.setdefault(task, set()).update(run.gathered.measured(task))
     for participant, theirs in sessions.items():
         files.update(_sessions(participant, theirs))
+    files.update(phenotype(fit))
     if studies:
         simulated = {run.records[0].data["answered_by"] for run in runs} == {"simulated"}
         files.update(_top(people, list(studies.values()), tasks, measured, simulated=simulated))
@@ -204,6 +209,8 @@ def _top(
     study = first.study
     pilot = " (simulated pilot)" if simulated else " (pilot)"
     described = person_columns(_questions(people, plans))
+    if CONSENT in described:
+        described[CONSENT] = _consent(described[CONSENT], first)
     rows = [
         [label, *(cell(row.get(name)) for name in described)]
         for label, row in sorted(people.items())
@@ -232,6 +239,16 @@ def _top(
         name = "study.toml" if plan is first else f"study_{study_hash(plan.study_text)[:8]}.toml"
         yield PurePosixPath("code", name), plan.study_text
     yield README, _readme(first, simulated=simulated)
+
+
+def _consent(column: Column, plan: RunPlan) -> Column:
+    """Return the column that says who agreed to take part, with what they agreed to."""
+    texts = plan.texts()
+    asked, read = texts["session.consent_question"], texts["session.consent"].strip()
+    return replace(
+        column,
+        description=f"Answer to the question '{asked}', after this text: {read}",
+    )
 
 
 def _questions(

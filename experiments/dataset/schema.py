@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any
 from experiments.dataset.measured import MEASURED, measured_columns
 from experiments.protocols.base import Column
 from experiments.study.person_questions import TAKEN
+from experiments.study.questionnaires import ROW
 from experiments.study.run_plan import stem
 from faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Collection, Iterable, Mapping
 
     from experiments.protocols.base import IntervalRecord, Protocol, TrialRecord
     from stimuli.surface import Surface
@@ -27,8 +28,9 @@ MISSING = "n/a"
 # so in every table of the analysis.
 PARTICIPANT, MODE, COMPLETE = TAKEN
 
-# The column of a participant's sessions.tsv that says which session a row is about.
-SESSION = "session_id"
+# The column of a participant's sessions.tsv that says which session a row is about; in the table of
+# a questionnaire beside that of the session's run.
+SESSION, RUN = ROW
 
 PRACTICE, MAIN = "practice", "main"
 
@@ -284,6 +286,34 @@ def session_columns() -> dict[str, Column]:
             description="Whether every run of the session came to its end",
             levels={"yes": "complete", "no": "interrupted, or still going on"},
         ),
+    }
+
+
+def questionnaire_columns(
+    items: Mapping[str, tuple[str, Mapping[str, str]]], visits: Collection[str] = ()
+) -> dict[str, Column]:
+    """Return the columns of a questionnaire's table after `PARTICIPANT`, in order.
+
+    Parameters
+    ----------
+    items : Mapping
+        Item code -> its words, and the words of each code that can be answered.
+    visits : collection of str
+        Which of the columns that tell a participant's visits apart the table has.
+    """
+    which = {
+        SESSION: "Which of the participant's sessions it was asked in",
+        RUN: "Which run of the session it was asked in",
+    }
+    return {
+        name: Column(value=lambda _: None, kind="label", description=meaning)
+        for name, meaning in which.items()
+        if name in visits
+    } | {
+        name: Column(
+            value=lambda _: None, kind="label", description=f"Item: {words}", levels=levels
+        )
+        for name, (words, levels) in items.items()
     }
 
 

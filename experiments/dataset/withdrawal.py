@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 
 from experiments.dataset.backup import KNOWN, backups
 from experiments.dataset.bids import build_dataset, write_file
+from experiments.dataset.phenotype import phenotype
 from experiments.dataset.runs import journals, read_runs
 from experiments.journal.journal import FALLBACK
 from experiments.journal.locks import is_being_written
@@ -127,6 +128,7 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
     """
     gone = theirs(dataset, participant)
     known = withdrawn(dataset)  # raises where the list cannot be read
+    tables = set(_of_questionnaires(dataset))
     entries = json.loads((dataset / RECORD).read_text(encoding="utf-8")) if known else []
     day = datetime.now(UTC).date().isoformat()
     if participant not in known:
@@ -140,11 +142,20 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
             raise UserError(f"{path}: cannot be removed ({error.strerror})") from None
     for folder in (dataset, *(each for each in backups(dataset) if _is_built(each))):
         runs, _ = read_runs(folder)
+        for name in tables:  # made anew from those who stay; a laboratory's own tables are let be
+            (folder / name).unlink(missing_ok=True)
         if not runs:
             for name in ("participants.tsv", "participants.json"):
                 (folder / name).unlink(missing_ok=True)
         build_dataset(folder)
     return gone
+
+
+def _of_questionnaires(dataset: Path) -> Iterator[str]:
+    """Yield the names of the tables that the data set's questionnaires fill."""
+    runs, _ = read_runs(dataset)
+    for name, _ in phenotype(runs):
+        yield str(name)
 
 
 def _is_built(backup: Path) -> bool:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from experiments.journal.reading import damaged, has_begun, read_records, read_whole
 from experiments.journal.record_shapes import checked
+from experiments.protocols.steps import CONSENT
 from experiments.study.run_plan import RunPlan
 from faults import UserError
 
@@ -119,6 +120,13 @@ def last_plate(records: list[Record]) -> str:
 def answered_by(records: list[Record]) -> str:
     """Return who answered: "person", "simulated" or "scripted"."""
     return str(records[0].data["answered_by"])
+
+
+def consent_was_taken_back(records: list[Record]) -> bool:
+    """Return whether the participant said no when they were asked again for their consent."""
+    again = [r.data for r in records if r.kind == "answered_again"]
+    given = [data["answer"]["value"] for data in again if data["what"]["name"] == CONSENT]
+    return given[-1:] == ["no"]
 
 
 def elapsed_s(records: list[Record]) -> float:

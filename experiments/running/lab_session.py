@@ -15,6 +15,7 @@ from experiments.dataset.backup import back_up
 from experiments.dataset.bids import build_dataset
 from experiments.journal.journal import Journal
 from experiments.journal.run_record import (
+    consent_was_taken_back,
     dataset_of,
     is_complete,
     is_mock,
@@ -184,6 +185,12 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
     plan, records = read_plan(path)
     if is_complete(records):
         raise UserError(f"journal {path}: this run is complete; nothing to go on with")
+    if consent_was_taken_back(records):
+        raise UserError(
+            f"journal {path}: the participant took their consent back in this run; nothing to go "
+            f"on with. slipscale data withdraw removes what there is of participant "
+            f"{plan.participant}"
+        )
     dataset = dataset_of(path, plan)
     for sentence in changed_words(plan, records):
         print(harmless(sentence), file=sys.stderr)

@@ -15,6 +15,7 @@ from experiments.journal.serialisation import answer_from, answer_record, same_s
 from experiments.participants.base import StopRequested, Unfinished
 from experiments.protocols.adaptive.track import DECIMALS
 from experiments.protocols.steps import (
+    CONSENT,
     Adjust,
     Adjusted,
     Answer,
@@ -279,6 +280,8 @@ class Session:
             self._journal.write(
                 "answered_again", what=step_record(question), answer=answer_record(reply)
             )
+            if question.name == CONSENT and isinstance(reply, Reply) and reply.value == "no":
+                raise StopRequested("the participant took their consent back")
 
     def _ask_apart(self, question: Ask) -> Reply:
         """Ask a question with the plate silent; a surface that stood there is lost."""

@@ -39,6 +39,7 @@ from experiments.protocols.registry import load_protocol, protocol_names
 from experiments.study.analysis_choices import AnalysisChoices
 from experiments.study.participant_keys import ParticipantKeys
 from experiments.study.person_questions import PersonQuestion, unanswerable
+from experiments.study.questionnaires import Questionnaire, unusable
 from faults import UserError
 from faults.validation import refuse
 from hardware.limits import PlateLimits
@@ -263,6 +264,11 @@ class Study(BaseModel):
     about_you: Annotated[tuple[PersonQuestion, ...], Field(max_length=MOST)] = Field(
         default=(), description="Questions about the participant, asked before the tasks."
     )
+    questionnaires: Annotated[tuple[Questionnaire, ...], Field(max_length=MOST)] = Field(
+        default=(),
+        description="Questionnaires of many items, asked before or after the tasks; each has a "
+        "table of its own.",
+    )
     masking_noise: MaskingNoise | None = Field(
         default=None,
         description="Pink noise in the headphones while the plate may sound; left out: none.",
@@ -443,6 +449,9 @@ def _unspoken(texts: dict[str, dict[str, Any]], info: ValidationInfo) -> Iterato
         yield ("language",), said
     elif language is not None:
         yield from unanswerable(asked, language, known)
+        tasks = [load_protocol(t.protocol).for_task(t).task for t in info.data.get("tasks", ())]
+        taken = [*tasks, *(question.name for question in asked)]
+        yield from unusable(info.data.get("questionnaires", ()), language, known, taken)
 
 
 def _task(table: Any) -> Options:

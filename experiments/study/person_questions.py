@@ -27,6 +27,22 @@ Whole = Annotated[int, Field(strict=True, ge=0, le=1_000_000)]
 Translated = Annotated[dict[str, Words], Field(min_length=1)]
 
 
+def distinct(
+    value: tuple[str, ...] | dict[str, dict[str, str]] | None,
+) -> tuple[str, ...] | dict[str, dict[str, str]] | None:
+    """Return the answers to choose from; ValueError unless they can be told apart everywhere."""
+    if isinstance(value, dict):
+        spoken = {language for words in value.values() for language in words}
+        lists = [[words.get(each) for words in value.values()] for each in sorted(spoken)]
+        if any(None in words for words in lists):
+            raise ValueError("expected words for every code in the same languages")
+    else:
+        lists = [list(value or ())]
+    if any(len(set(words)) < len(words) for words in lists):
+        raise ValueError("expected options that are all different")
+    return value
+
+
 class PersonQuestion(BaseModel):
     """A question about the participant; names are never asked for.
 
@@ -67,21 +83,7 @@ class PersonQuestion(BaseModel):
         "shipped text `about_you.<name>`.",
     )
 
-    @field_validator("options")
-    @classmethod
-    def _distinct(
-        cls, value: tuple[str, ...] | dict[str, dict[str, str]] | None
-    ) -> tuple[str, ...] | dict[str, dict[str, str]] | None:
-        if isinstance(value, dict):
-            spoken = {language for words in value.values() for language in words}
-            lists = [[words.get(each) for words in value.values()] for each in sorted(spoken)]
-            if any(None in words for words in lists):
-                raise ValueError("expected words for every code in the same languages")
-        else:
-            lists = [list(value or ())]
-        if any(len(set(words)) < len(words) for words in lists):
-            raise ValueError("expected options that are all different")
-        return value
+    _distinct = field_validator("options")(distinct)
 
     @field_validator("name")
     @classmethod

@@ -211,14 +211,19 @@ class RunPlan:
 
     def simulated_answers(self) -> dict[tuple[str, str], SimulatedAnswer]:
         """Return who answers the tasks' questions in a pilot, by task and question."""
-        return {
+        answers = {
             (protocol.task, name): answer
             for protocol, _ in self.tasks()
             for name, answer in protocol.simulated.items()
         }
+        for questionnaire in self.study.questionnaires:
+            answers |= questionnaire.simulated()
+        return answers
 
     def person_questions(self) -> list[Ask]:
         """Return the questions about the participant, in the run's language.
+
+        Those of questionnaires are not among them.
 
         Raises
         ------
@@ -226,6 +231,8 @@ class RunPlan:
             The study has no words for one of them in that language.
         """
         texts = self.texts()
+        for questionnaire in self.study.questionnaires:
+            questionnaire.asks(self.language, texts)
         return [question.ask(self.language, texts) for question in self.study.about_you]
 
     def steps(self) -> Steps:
@@ -236,9 +243,16 @@ class RunPlan:
             yield from _consent(texts)
         for question in self.person_questions():  # noqa: UP028  a list takes no answers
             yield question
+        yield from self._questionnaires("before")
         for protocol, options in self.tasks():
             yield from protocol.steps(options, replace(context, task=protocol.task))
+        yield from self._questionnaires("after")
         yield Instruct(title=texts["session.thanks_title"], text=texts["session.thanks"], last=True)
+
+    def _questionnaires(self, when: str) -> Steps:
+        for questionnaire in self.study.questionnaires:
+            if questionnaire.when == when:
+                yield from questionnaire.steps(self.language, self.texts())
 
 
 def _consent(texts: Texts) -> Steps:

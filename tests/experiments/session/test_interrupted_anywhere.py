@@ -68,6 +68,20 @@ name = "age_years"
 minimum = 18
 maximum = 99
 
+[[questionnaires]]
+name = "habits"
+description = "Made up"
+instructions = "How much do you agree?"
+options = ["not at all", "fully"]
+items = [{ name = "h01", prompt = "I like to touch." }, { name = "h02", prompt = "I hurry." }]
+
+[[questionnaires]]
+name = "effort"
+description = "Made up"
+when = "after"
+options = ["1", "2", "3", "4", "5", "6", "7", "8", "9", "10"]
+items = [{ name = "e01", prompt = "How hard was it?" }]
+
 [masking_noise]
 level_db = -30.0
 """

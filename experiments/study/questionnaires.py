@@ -1,0 +1,200 @@
+"""Questionnaires: many items, most with the same answers, recorded by item code.
+
+An item is a question about the participant; its answers are kept apart from those of `about_you`,
+in a table for each questionnaire (BIDS' folder ``phenotype``).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS
+from experiments.protocols.base import Label, Words
+from experiments.protocols.simulation import any_choice
+from experiments.protocols.steps import CONSENT, Instruct
+from experiments.study.person_questions import TAKEN, PersonQuestion, Translated, distinct
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Mapping
+
+    from experiments.protocols.simulation import SimulatedAnswer
+    from experiments.protocols.steps import Ask, Steps
+    from faults.validation import Fault
+
+MOST_ITEMS = 200
+# What a row of a questionnaire's table begins with, beside the participant: which visit it was.
+ROW = ("session_id", "run")
+
+Answers = (
+    Annotated[tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=MOST_OPTIONS)]
+    | Annotated[dict[Words, Translated], Field(min_length=FEWEST_ANSWERS, max_length=MOST_OPTIONS)]
+)
+
+
+class Item(BaseModel):
+    """An item of a questionnaire."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: Label = Field(description="Code of the item, a column of the questionnaire's table.")
+    prompt: Words | Translated = Field(
+        description="The item's words, or a table with them in each language."
+    )
+    options: Answers | None = Field(
+        default=None, description="Answers of this item where they are not the questionnaire's."
+    )
+
+    @field_validator("name")
+    @classmethod
+    def _free(cls, value: str) -> str:
+        if value in (*TAKEN, CONSENT, *ROW):
+            raise ValueError("expected another code: this one is a column already")
+        return value
+
+    _distinct = field_validator("options")(distinct)
+
+
+class Questionnaire(BaseModel):
+    """A questionnaire: its items are asked one after the other, in their order."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: Label = Field(description="Name of the questionnaire's table, phenotype/<name>.tsv.")
+    description: Words = Field(
+        description="What it measures and where it is from, for people who read the data set."
+    )
+    title: Words | Translated | None = Field(
+        default=None, description="Title above its instructions."
+    )
+    instructions: Words | Translated | None = Field(
+        default=None, description="What is read before its first item; left out: nothing."
+    )
+    options: Answers = Field(
+        description="The answers to choose from, as in `about_you`: a table gives for each code, "
+        "which the data hold, the words in each language."
+    )
+    when: Literal["before", "after"] = Field(
+        default="before", description="Whether it is asked before the tasks or after them."
+    )
+    items: Annotated[tuple[Item, ...], Field(min_length=1, max_length=MOST_ITEMS)] = Field(
+        description="The items in the order in which they are asked."
+    )
+
+    _distinct = field_validator("options")(distinct)
+
+    def questions(self) -> list[PersonQuestion]:
+        """Return the items as questions about the participant."""
+        return [
+            PersonQuestion(name=item.name, prompt=item.prompt, options=item.options or self.options)
+            for item in self.items
+        ]
+
+    def asks(self, language: str, texts: Mapping[str, str]) -> list[Ask]:
+        """Return the items as they are asked in a language.
+
+        Raises
+        ------
+        UserError
+            The study has no words for one of them, or for what comes before, in that language.
+        """
+        for words in (self.title, self.instructions):
+            if isinstance(words, dict) and language not in words:
+                raise UserError(
+                    f"questionnaires: '{self.name}' has no title or instructions in '{language}'"
+                )
+        return [
+            replace(question.ask(language, texts), task=self.name) for question in self.questions()
+        ]
+
+    def steps(self, language: str, texts: Mapping[str, str]) -> Steps:
+        """Yield the instructions, then the items."""
+        if self.instructions is not None:
+            title = "" if self.title is None else _words(self.title, language)
+            yield Instruct(title=title, text=_words(self.instructions, language))
+        for ask in self.asks(language, texts):  # noqa: UP028  a list takes no answers
+            yield ask
+
+    def simulated(self) -> dict[tuple[str, str], SimulatedAnswer]:
+        """Return who answers in a pilot: any answer to any item."""
+        return {(self.name, item.name): any_choice for item in self.items}
+
+    def levels(self, language: str) -> dict[str, tuple[str, dict[str, str]]]:
+        """Return each item's words and those of its codes, for the table's sidecar."""
+        return {
+            item.name: (_words(item.prompt, language), question.levels(language))
+            for item, question in zip(self.items, self.questions(), strict=True)
+        }
+
+
+def _words(given: str | dict[str, str], language: str) -> str:
+    """Return words in a language; of a journal in another language, those there are."""
+    if isinstance(given, str):
+        return given
+    return given.get(language, next(iter(given.values())))
+
+
+def unusable(
+    questionnaires: tuple[Questionnaire, ...],
+    language: str,
+    known: Collection[str],
+    taken: Collection[str],
+) -> Iterator[Fault]:
+    """Yield place and sentence of all that cannot be asked in a language, or not be told apart.
+
+    Parameters
+    ----------
+    questionnaires : tuple of Questionnaire
+    language : str
+        Of the study.
+    known : collection of str
+        All languages that there are.
+    taken : collection of str
+        Names that the study has given already: of tasks, and of questions about the participant.
+    """
+    names = set(taken)
+    for number, each in enumerate(questionnaires):
+        place = ("questionnaires", number)
+        if each.name in names:
+            yield (*place, "name"), {"msg": f"there is a '{each.name}' already"}
+        names.add(each.name)
+        for key, words in (("title", each.title), ("instructions", each.instructions)):
+            yield from (((*place, key), {"msg": said}) for said in _unread(words, language, known))
+        told = set()
+        for index, question in enumerate(each.questions()):
+            if question.name in names:
+                said = f"there is a '{question.name}' already"
+                yield (*place, "items", index, "name"), {"msg": said}
+            names.add(question.name)
+            own = each.items[index].options is not None
+            for key, spoken in question.languages():
+                if spoken not in known:
+                    said = f"expected languages among {', '.join(known)}"
+                    told.add((_place(place, index, key, own=own), said))
+            for found, said in question.faults(language):
+                where = _place(place, index, str(found[0]), own=own)
+                shared = where == (*place, "options")  # said once, not for each item
+                told.add((where, said.replace(question.name, each.name) if shared else said))
+        yield from ((where, {"msg": said}) for where, said in sorted(told, key=str))
+
+
+def _place(
+    place: tuple[str | int, ...], index: int, key: str, *, own: bool
+) -> tuple[str | int, ...]:
+    """Return where a fault of an item lies: answers are the questionnaire's, as a rule."""
+    if key == "options" and not own:
+        return (*place, "options")
+    return (*place, "items", index, key)
+
+
+def _unread(
+    words: str | dict[str, str] | None, language: str, known: Collection[str]
+) -> Iterator[str]:
+    if isinstance(words, dict):
+        if language not in words:
+            yield f"there are no words in '{language}'"
+        if not set(words) <= set(known):
+            yield f"expected languages among {', '.join(known)}"
