@@ -142,7 +142,7 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
         name="country", question=ChoiceQuestion(prompt=PROMPT[language], options=countries)
     )
     moved = screen_for(country, texts)
-    moved.turn(-13)
+    moved.move(-13)
     screens |= {
         "list": screen_for(country, texts),
         "list-moved": moved,

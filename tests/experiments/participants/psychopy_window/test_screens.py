@@ -167,9 +167,9 @@ def test_a_key_to_go_on_is_drawn_when_it_works():
 @pytest.mark.parametrize("place", range(40))
 def test_a_long_list_shows_the_answer_that_is_moved_to(place):
     screen = screen_for(MANY, TEXTS)
-    screen.turn(-1)
+    screen.move(-1)
     for _ in range(place):
-        screen.turn(-1)
+        screen.move(-1)
     shown = screen.scene(1.0)
     assert f"word {place}" in words(shown).split(" | ")
     assert screen.press(ENTER, 1.0).value == f"c{place}"
