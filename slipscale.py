@@ -80,7 +80,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "power": ("analysis.cli.power", "how many participants a study needs"),
     "plate": ("experiments.cli.plate", "the machine: calibrate, conform, emulate, design, list"),
-    "study": ("experiments.cli.study", "study files: new, show, validate, schema"),
+    "study": ("analysis.cli.study", "study files: new, show, validate, freeze, schema"),
 }
 
 

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from analysis.own.declaration import OwnFinding
+    from analysis.plan_check import PlanCheck
     from analysis.preprocessing.log_transform import Prepared
     from analysis.reading.dataset import Dataset
     from analysis.statistics.measured_friction import MeasuredFriction
@@ -55,6 +56,8 @@ class Analysis:
         Ratings against measured friction; None where none was measured.
     own : tuple of OwnFinding
         What outside analyses found, by name.
+    plan : PlanCheck or None
+        What is otherwise than in a frozen plan; None where there is none to be held against.
     problems : tuple of str
         What was wrong with the data or could not be computed, one sentence each.
     """
@@ -76,4 +79,5 @@ class Analysis:
     excluded: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     friction: MeasuredFriction | None = None
     own: tuple[OwnFinding, ...] = ()
+    plan: PlanCheck | None = None
     problems: tuple[str, ...] = ()

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import sys
 from argparse import Action
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from analysis.cli.progress_line import telling
 from experiments.lab.defaults import dataset_default, here, say
-from faults import DONE, UserError, harmless
+from faults import ANSWER_IS_NO, DONE, UserError, harmless
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Callable
 
+    from analysis.preregistration.bundle import Bundle
     from analysis.result import Analysis
 
 
@@ -56,6 +58,13 @@ def add_analyse(parser: ArgumentParser) -> None:
         "--out", metavar="DIR", help="for the results (default: DATASET/derivatives/slipscale)"
     )
     parser.add_argument("--json", action="store_true", help="print Table III as JSON")
+    parser.add_argument(
+        "--plan",
+        type=Path,
+        metavar="BUNDLE",
+        help="hold data and analysis against a plan of slipscale study freeze, and report every "
+        "deviation (exit status 1 where there is one)",
+    )
     add_mapping(parser)
 
 
@@ -160,13 +169,17 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
 
 def run_analyse(args: Namespace) -> int:
     """Analyse a data set; print Table III and where everything lies."""
+    from analysis.preregistration.bundle import read_bundle  # noqa: PLC0415
     from analysis.reading.own_words import in_own_words, own_columns  # noqa: PLC0415
     from analysis.reporting.output_folder import default_folder  # noqa: PLC0415
     from analysis.reporting.terminal import print_own, print_table3  # noqa: PLC0415
 
     say(here())
+    bundle = read_bundle(args.plan) if args.plan else None
     with telling() as progress:
         analysis = analysed(args, progress)
+        if bundle is not None:
+            analysis = held_against(bundle, analysis, args)
         data = analysis.dataset
         out = Path(args.out) if args.out else default_folder(data, args.dataset)
         if args.in_session and not args.out:
@@ -188,7 +201,29 @@ def run_analyse(args: Namespace) -> int:
         print_table3(analysis)
         print_own(analysis)
         print(f"report: {report}")
-    return DONE
+    return tell_plan(analysis)
+
+
+def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysis:
+    """Return an analysis with what it does otherwise than a frozen plan."""
+    from analysis.preregistration.check import check_plan  # noqa: PLC0415
+
+    named = (*COLUMN_OPTIONS, "in_session", "in_unit", "levels", "only", "decimal", "sheet")
+    given = [f"--{name.replace('_', '-')}" for name in named if getattr(args, name)]
+    return replace(analysis, plan=check_plan(bundle, analysis, given))
+
+
+def tell_plan(analysis: Analysis) -> int:
+    """Print every deviation from a plan; return the exit status: 1 where there is one."""
+    from analysis.reporting.sections.plan import summary  # noqa: PLC0415
+
+    if analysis.plan is None:
+        return DONE
+    # Beside the table, which may be JSON for a machine.
+    print(harmless(f"plan: {summary(analysis)}"), file=sys.stderr)
+    for each in analysis.plan.deviations:
+        print(harmless(f"deviation ({each.kind}): {each.what}"), file=sys.stderr)
+    return ANSWER_IS_NO if analysis.plan.deviations else DONE
 
 
 COMMANDS = {"analyse": (add_analyse, run_analyse)}

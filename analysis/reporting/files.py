@@ -133,6 +133,7 @@ def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, obj
             for row in biet2007.TABLE3
             if data.quantity.of_plate
         ],
+        **({} if analysis.plan is None else {"plan": analysis.plan}),
     }
 
 

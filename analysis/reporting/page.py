@@ -22,6 +22,7 @@ from analysis.reporting.sections.measured_friction import measured_friction
 from analysis.reporting.sections.methods import methods, normalisations
 from analysis.reporting.sections.multiplicity import tests_made
 from analysis.reporting.sections.own import own_sections
+from analysis.reporting.sections.plan import plan
 from analysis.reporting.sections.quality import quality
 from analysis.reporting.sections.scales import matching, scales
 from analysis.reporting.sections.summary import summary
@@ -138,6 +139,7 @@ def sections(
     """Return the page's sections, in reading order; empty ones are left out."""
     found = [
         summary(analysis, svgs),
+        plan(analysis),
         results(analysis),
         estimates(analysis),
         comparisons(analysis),

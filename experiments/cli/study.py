@@ -1,4 +1,4 @@
-"""The command ``slipscale study``: new, show, validate, texts, schema."""
+"""What ``slipscale study`` does without the analysis: new, show, validate, texts, schema."""
 
 from __future__ import annotations
 
@@ -10,16 +10,21 @@ from experiments.lab.defaults import here, say
 from faults import DONE, UserError, harmless
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
+    from argparse import ArgumentParser, Namespace, _SubParsersAction
+    from typing import TypeAlias
+
+    Commands: TypeAlias = _SubParsersAction[ArgumentParser]
 
 NEW_STUDY = "biet2007"  # what a new file begins as
 WHICH = "a TOML file or a shipped study's name"
 
 
-def add_study(parser: ArgumentParser) -> None:
-    """Fill the parser of ``slipscale study``."""
+def add_study(parser: ArgumentParser) -> Commands:
+    """Fill the parser of ``slipscale study``; return its commands, for whoever adds one."""
     commands = parser.add_subparsers(
-        dest="what", metavar="new | show | validate | texts | schema", required=True
+        dest="what",
+        metavar="new | show | validate | freeze | texts | schema",
+        required=True,
     )
     new = commands.add_parser("new", help="write a study file to begin with")
     new.add_argument("path", type=Path, metavar="FILE", help="a new TOML file")
@@ -75,6 +80,7 @@ def add_study(parser: ArgumentParser) -> None:
         "--out", required=True, type=Path, metavar="FILE", help="a new file, beside the study's"
     )
     commands.add_parser("schema", help="print the JSON Schema of study files, for editors")
+    return commands
 
 
 def run_study(args: Namespace) -> int:
@@ -128,6 +134,3 @@ def _timeline(args: Namespace) -> int:
             raise UserError(f"--figure {figure}: {error.strerror}") from None
         print(f"figure  {figure}")
     return DONE
-
-
-COMMANDS = {"study": (add_study, run_study)}

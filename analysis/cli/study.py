@@ -1,0 +1,135 @@
+"""The command ``slipscale study``: what `experiments.cli.study` does, and freeze."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from analysis.cli.population_options import add_population, chosen_population
+from experiments.cli import study
+from experiments.lab.defaults import here, say
+from faults import DONE, UserError, harmless
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+#: The planned number of participants times these: where the power is computed.
+AROUND = (0.5, 0.75, 1.0, 1.25)
+
+
+def add_study(parser: ArgumentParser) -> None:
+    """Fill the parser of ``slipscale study``."""
+    commands = study.add_study(parser)
+    freeze = commands.add_parser(
+        "freeze", help="freeze a study and its analysis plan before there are data"
+    )
+    freeze.add_argument("study", metavar="STUDY", nargs="?", default=here().study, help=study.WHICH)
+    freeze.add_argument(
+        "--out",
+        type=Path,
+        metavar="BUNDLE",
+        required=True,
+        help="a new folder, or a new file that ends in .zip",
+    )
+    freeze.add_argument(
+        "--power",
+        type=Path,
+        metavar="DIR",
+        help="take in a finished power result: the folder of slipscale power --out",
+    )
+    freeze.add_argument(
+        "--compute-power",
+        type=int,
+        metavar="STUDIES",
+        help="compute the power at 1/2, 3/4, 1 and 5/4 of the planned participants, of so many "
+        "simulated studies each, and take it in",
+    )
+    freeze.add_argument(
+        "--notes",
+        type=Path,
+        metavar="FILE",
+        help="take in a text: hypotheses, and what else no file says",
+    )
+    freeze.add_argument(
+        "--stopping",
+        metavar="TEXT",
+        default="",
+        help="when the collection of data ends (default: after the planned number)",
+    )
+    add_population(freeze)
+
+
+def run_study(args: Namespace) -> int:
+    """Freeze a study, or do what needs no analysis."""
+    return _freeze(args) if args.what == "freeze" else study.run_study(args)
+
+
+def _freeze(args: Namespace) -> int:
+    """Write a bundle; print where it is, and the SHA-256 that stands for all of it."""
+    import tempfile  # noqa: PLC0415
+
+    from analysis.preregistration.bundle import refuse_taken  # noqa: PLC0415
+
+    say(here())
+    refuse_taken(args.out)
+    if args.compute_power is None:
+        return _written(args, args.power)
+    if args.power:
+        raise UserError("--power and --compute-power both give the power; expected one of them")
+    with tempfile.TemporaryDirectory(prefix="slipscale-") as there:
+        folder = Path(there) / "power"
+        _compute_power(args, folder)
+        return _written(args, folder)
+
+
+def _compute_power(args: Namespace, folder: Path) -> None:
+    """Compute power around the planned number of participants, as slipscale power does."""
+    from argparse import ArgumentParser  # noqa: PLC0415
+
+    from analysis.cli.power import add_power, run_power  # noqa: PLC0415
+    from analysis.planning.grid import FEWEST_PARTICIPANTS  # noqa: PLC0415
+    from experiments.study.file import read_study  # noqa: PLC0415
+
+    planned = read_study(args.study)[0].participants
+    sizes = sorted({max(round(planned * part), FEWEST_PARTICIPANTS) for part in AROUND})
+    words = [args.study, "--participants", ",".join(map(str, sizes)), "--out", str(folder)]
+    words += ["--studies", str(args.compute_power)]
+    words += ["--population", args.population] if args.population else []
+    words += ["--from", str(args.dataset)] if args.dataset else []
+    parser = ArgumentParser(prog="slipscale power")
+    add_power(parser)
+    run_power(parser.parse_args(words))
+
+
+def _written(args: Namespace, power: Path | None) -> int:
+    from datetime import UTC, datetime  # noqa: PLC0415
+
+    from analysis.cli.progress_line import telling  # noqa: PLC0415
+    from analysis.preregistration.bundle import write_bundle  # noqa: PLC0415
+    from analysis.preregistration.freeze import Wanted, freeze  # noqa: PLC0415
+
+    population, fitted = chosen_population(args)
+    with telling() as progress:
+        progress("simulating the study once, and analysing it")
+        plan, files = freeze(
+            Wanted(
+                study_name=args.study,
+                population=population,
+                stopping_rule=args.stopping,
+                power=power,
+                notes=args.notes,
+            ),
+            datetime.now(UTC),
+        )
+        write_bundle(args.out, files)
+    for sentence in fitted.sentences if fitted else ():
+        print(harmless(sentence))
+    named = [file for file in plan.files if file.role == "named by the study"]
+    for file in named:
+        print(harmless(f"takes in {file.path}, which the study names ({file.named_by})"))
+    print(f"frozen  {args.out}: {plan.participants} participants, {len(plan.files) + 1} files")
+    print(f"SHA-256 {plan.digest}")
+    return DONE
+
+
+COMMANDS = {"study": (add_study, run_study)}

@@ -1,0 +1,195 @@
+"""A bundle: a frozen plan as a folder or a zip file, written once, and read with every doubt."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+import tempfile
+import zipfile
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pydantic import ValidationError
+
+from analysis.preregistration.manifest import FORMAT, MANIFEST, STUDY, Manifest
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+ZIP = ".zip"
+#: A zip's entries have a date; the earliest that the format knows is nobody's.
+NO_DATE = (1980, 1, 1, 0, 0, 0)
+LARGEST_BYTES = 200_000_000
+#: What file managers leave in a folder that somebody looked at.
+OF_THE_SYSTEM = (".DS_Store", "Thumbs.db", "desktop.ini")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bundle:
+    """A bundle, read.
+
+    Parameters
+    ----------
+    name : str
+        Its file's or folder's.
+    manifest : Manifest
+        Whole: its digest is the one it states.
+    study_text : str
+        Whole, too.
+    damaged : tuple of str
+        A sentence for each other file that is not as it was frozen.
+    """
+
+    name: str
+    manifest: Manifest
+    study_text: str
+    damaged: tuple[str, ...]
+
+
+def sha256(content: bytes) -> str:
+    """Return the SHA-256 of a file, in hexadecimal."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def write_bundle(out: Path, files: Mapping[str, bytes]) -> None:
+    """Write a bundle: a zip file where the name ends in ``.zip``, else a folder.
+
+    Raises
+    ------
+    UserError
+        It is there already, or cannot be written.
+    """
+    refuse_taken(out)
+    # Whole or not at all: it gets its name last.
+    with tempfile.TemporaryDirectory(prefix="slipscale-") as there:
+        being = Path(there) / out.name
+        _write(being, files)
+        try:
+            out.parent.mkdir(parents=True, exist_ok=True)
+            shutil.move(being, out)
+        except OSError as error:
+            raise UserError(f"--out {out}: cannot be written ({error.strerror})") from None
+
+
+def _write(path: Path, files: Mapping[str, bytes]) -> None:
+    if path.suffix == ZIP:
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, content in sorted(files.items()):
+                archive.writestr(zipfile.ZipInfo(name, NO_DATE), content)
+        return
+    for name, content in sorted(files.items()):
+        file = path / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(content)
+
+
+def refuse_taken(out: Path) -> None:
+    """Raise `UserError` where there is something already: a plan is frozen once."""
+    if out.exists():
+        raise UserError(f"--out {out}: exists already; a plan is frozen once: name a new one")
+
+
+def read_bundle(path: Path) -> Bundle:
+    """Return a frozen plan.
+
+    Raises
+    ------
+    UserError
+        It is no bundle, is cut short, or what is checked by it (manifest, study) was changed.
+    """
+    if not path.exists():
+        raise UserError(f"--plan {path}: no such file or folder")
+    files = _of_folder(path) if path.is_dir() else _of_zip(path)
+    if MANIFEST not in files:
+        raise UserError(
+            f"--plan {path}: not a bundle of slipscale study freeze: it holds no {MANIFEST}"
+        )
+    manifest = _manifest(path, files.pop(MANIFEST))
+    listed = {file.path: file.sha256 for file in manifest.files}
+    if STUDY not in files or sha256(files[STUDY]) != listed.get(STUDY):
+        raise UserError(
+            f"--plan {path}: {STUDY} is not the file that was frozen (its SHA-256 differs, or it "
+            "is gone): nothing can be checked against it"
+        )
+    return Bundle(
+        name=path.name,
+        manifest=manifest,
+        study_text=files[STUDY].decode("utf-8"),
+        damaged=(
+            *(f"{name} is gone from the bundle." for name in listed if name not in files),
+            *(
+                f"{name} is not as it was frozen: its SHA-256 differs."
+                for name, content in files.items()
+                if name in listed and sha256(content) != listed[name]
+            ),
+            *(f"{name} was added to the bundle." for name in files if name not in listed),
+        ),
+    )
+
+
+def _manifest(path: Path, content: bytes) -> Manifest:
+    try:
+        told = json.loads(content)
+        if isinstance(told, dict) and told.get("format", FORMAT) != FORMAT:
+            raise UserError(
+                f"--plan {path}: written in format {told['format']!r}; this Slipscale reads "
+                f"format {FORMAT}"
+            )
+        found = Manifest.model_validate(told)
+    except (ValueError, RecursionError) as error:
+        reason = "it is no JSON" if not isinstance(error, ValidationError) else _first(error)
+        raise UserError(
+            f"--plan {path}: {MANIFEST} was damaged or edited ({reason}); take the bundle that was "
+            "deposited"
+        ) from None
+    if found.computed_digest() != found.digest:
+        raise UserError(
+            f"--plan {path}: {MANIFEST} was edited after it was frozen (its SHA-256 is not the one "
+            "it states); take the bundle that was deposited"
+        )
+    return found
+
+
+def _first(error: ValidationError) -> str:
+    fault = error.errors()[0]
+    return f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}"
+
+
+def _of_folder(path: Path) -> dict[str, bytes]:
+    found: dict[str, bytes] = {}
+    try:
+        for file in sorted(path.rglob("*")):
+            if file.is_file() and file.name not in OF_THE_SYSTEM:
+                name = file.relative_to(path).as_posix()
+                _refuse_large(path, name, file.stat().st_size)
+                found[name] = file.read_bytes()
+    except OSError as error:
+        raise UserError(f"--plan {error.filename or path}: {error.strerror}") from None
+    return found
+
+
+def _of_zip(path: Path) -> dict[str, bytes]:
+    found: dict[str, bytes] = {}
+    try:
+        with zipfile.ZipFile(path) as archive:
+            for entry in archive.infolist():
+                if not entry.is_dir():
+                    _refuse_large(path, entry.filename, entry.file_size)
+                    found[entry.filename] = archive.read(entry)
+    except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, RuntimeError) as error:
+        raise UserError(
+            f"--plan {path}: not a bundle, or cut short or damaged ({error}); expected a folder or "
+            "a zip file of slipscale study freeze"
+        ) from None
+    except OSError as error:
+        raise UserError(f"--plan {path}: {error.strerror or error}") from None
+    return found
+
+
+def _refuse_large(path: Path, name: str, size_bytes: int) -> None:
+    if size_bytes > LARGEST_BYTES:
+        raise UserError(f"--plan {path}: {name} has {size_bytes} bytes: no file of a plan")

@@ -1,0 +1,235 @@
+"""Data and analysis held against a frozen plan: every deviation, one sentence each."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from typing import TYPE_CHECKING
+
+from analysis.plan_check import Deviation, PlanCheck
+from analysis.preprocessing.sessions import sessions_of
+from analysis.preregistration.words import fields_with_results
+from analysis.reporting.files import software
+from analysis.statistics.not_computed import NotComputed
+from experiments.dataset.schema import SIDECAR
+from experiments.study.file import study_hash
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from analysis.plan_check import Kind
+    from analysis.preregistration.bundle import Bundle
+    from analysis.result import Analysis
+
+#: A choice of the [analysis] table -> which kind of deviation it is; others are options.
+KIND_OF_CHOICE: Mapping[str, Kind] = {
+    "exclusions": "exclusions",
+    "thresholds": "exclusions",
+    "normalisation": "normalisation",
+    "zero_rule": "normalisation",
+    "tests": "tests",
+    "primary": "tests",
+}
+MISSING = "n/a"
+
+
+def check_plan(bundle: Bundle, analysis: Analysis, options: Sequence[str] = ()) -> PlanCheck:
+    """Return what an analysis does otherwise than its plan.
+
+    Parameters
+    ----------
+    bundle : Bundle
+        The frozen plan.
+    analysis : Analysis
+        Of the data.
+    options : sequence of str
+        Options of the command that no plan names, as they were given.
+
+    Raises
+    ------
+    UserError
+        The data are of another study.
+    """
+    _same_study(bundle, analysis)
+    found = [
+        Deviation(kind=kind, what=what) for kind, look in LOOKS for what in look(bundle, analysis)
+    ]
+    found += _choices(bundle, analysis)
+    found += [
+        Deviation(kind="options", what=f"{option} was given; the plan names no such option.")
+        for option in options
+    ]
+    plan = bundle.manifest
+    return PlanCheck(
+        plan=bundle.name,
+        frozen_utc=plan.frozen_utc,
+        digest=plan.digest,
+        deviations=tuple(found),
+    )
+
+
+def _same_study(bundle: Bundle, analysis: Analysis) -> None:
+    names = analysis.dataset.details.get("study", ())
+    if names and bundle.manifest.name not in names:
+        raise UserError(
+            f"--plan {bundle.name}: is of study '{bundle.manifest.name}'; the data are of "
+            f"'{', '.join(names)}'"
+        )
+
+
+def _of_bundle(bundle: Bundle, _: Analysis) -> Iterator[str]:
+    yield from bundle.damaged
+
+
+def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
+    """Yield which keys of the study differ, and where runs had another seed or language."""
+    data, plan = analysis.dataset, bundle.manifest
+    studies = sorted((data.folder / "code").glob("study*.toml")) if data.folder else []
+    if not studies:
+        yield (
+            "The data hold no study file (code/study.toml): whether the planned study was run "
+            "cannot be told."
+        )
+    planned = _flat(tomllib.loads(bundle.study_text))
+    for path in studies:
+        text = path.read_text(encoding="utf-8-sig")
+        own = _flat(tomllib.loads(text))
+        for key in sorted(planned.keys() | own.keys()):
+            # What belongs to the analysis is compared as it was used, below.
+            if planned.get(key) != own.get(key) and not key.startswith("analysis."):
+                yield (f"{path.name}: {key} is {_said(own, key)}; planned: {_said(planned, key)}.")
+    known = {study_hash(path.read_text(encoding="utf-8-sig")) for path in studies}
+    for digest in data.details.get("study_hash", ()):
+        if digest not in known | {study_hash(bundle.study_text)}:
+            yield f"Runs have a study file that is not here (SHA-256 {digest[:12]}...)."
+    for key, value in (("seed", str(plan.seed)), ("language", plan.language)):
+        others = [other for other in data.details.get(key, ()) if other != value]
+        if others:
+            yield f"Runs have {key} {', '.join(others)}; planned: {value}."
+
+
+def _flat(table: object, key: str = "") -> dict[str, object]:
+    """Return a TOML table's values by their dotted keys; tables in lists by their number."""
+    if isinstance(table, dict):
+        parts = [_flat(value, f"{key}.{name}" if key else name) for name, value in table.items()]
+        return {name: value for part in parts for name, value in part.items()}
+    if isinstance(table, list) and any(isinstance(each, dict) for each in table):
+        parts = [_flat(value, f"{key}.{number}") for number, value in enumerate(table, start=1)]
+        return {name: value for part in parts for name, value in part.items()}
+    return {key: table}
+
+
+def _said(table: Mapping[str, object], key: str) -> str:
+    return json.dumps(table[key], ensure_ascii=False, default=str) if key in table else "left out"
+
+
+def _of_participants(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
+    plan = bundle.manifest
+    there = len(analysis.flags)
+    if there != plan.participants:
+        fewer = "fewer" if there < plan.participants else "more"
+        yield (
+            f"{there} participants have data; planned: {plan.participants} "
+            f"({abs(there - plan.participants)} {fewer})."
+        )
+    sessions = set(sessions_of(analysis.dataset))
+    for label in [each for each in plan.sessions if each not in sessions]:
+        yield f"There are no data of the planned session {label}."
+    for label in sorted(sessions - set(plan.sessions)):
+        yield f"There are data of session {label}, which was not planned."
+
+
+def _of_dates(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
+    """Yield how many runs began before the plan was frozen; a pilot's runs have no date."""
+    data = analysis.dataset
+    if data.mode == "pilot":
+        return
+    frozen = bundle.manifest.frozen_utc
+    begun = _started(analysis)
+    if unknown := begun.count(""):
+        yield f"{unknown} runs do not say when they began."
+    early = sorted(each for each in begun if each and each < frozen)
+    if early:
+        yield (
+            f"{len(early)} of {len(begun)} runs began before the plan was frozen ({frozen}), the "
+            f"first at {early[0]}."
+        )
+    if not begun:
+        yield "The data do not say when they were recorded."
+
+
+def _started(analysis: Analysis) -> list[str]:
+    """Return when each run began, as its sidecars say; empty where they do not."""
+    folder = analysis.dataset.folder
+    runs: dict[str, str] = {}
+    for path in sorted(folder.glob("sub-*/**/beh/*_beh.json")) if folder else ():
+        try:
+            own = json.loads(path.read_text(encoding="utf-8"))[SIDECAR]
+            told = str(own.get("started_utc", MISSING))
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            told = MISSING
+        # One run has a table for each of its tasks.
+        parts = [part for part in path.stem.split("_") if not part.startswith("task-")]
+        runs["_".join(parts)] = "" if told == MISSING else told.replace("Z", "+00:00")
+    return list(runs.values())
+
+
+def _of_rule(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
+    planned = bundle.manifest.normalisation
+    if analysis.prepared is not None and analysis.rule != planned:
+        yield f"Estimates were normalised by {analysis.rule}; planned: {planned}."
+
+
+def _of_tests(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
+    done = fields_with_results(analysis.inference)
+    for name in bundle.manifest.tests:
+        if name not in done:
+            result = getattr(analysis.inference, name, NotComputed("this Slipscale has it not"))
+            yield f"{name} was planned and has no result: {result.reason}."
+    for name in done:
+        if name not in bundle.manifest.tests:
+            yield f"{name} was computed and not planned."
+
+
+def _of_versions(bundle: Bundle, _: Analysis) -> Iterator[str]:
+    planned, here = bundle.manifest.software, software()
+    for name in sorted(planned.keys() | here.keys()):
+        if planned.get(name) != here.get(name):
+            yield f"{name} {here.get(name, 'is missing')}; planned: {planned.get(name, 'none')}."
+
+
+def _choices(bundle: Bundle, analysis: Analysis) -> Iterator[Deviation]:
+    """Yield each choice of the [analysis] table that was not the planned one."""
+    planned = _flat(bundle.manifest.choices.model_dump(mode="json"))
+    used = _flat(analysis.dataset.choices.model_dump(mode="json"))
+    for key in sorted(planned.keys() | used.keys()):
+        if planned.get(key) != used.get(key):
+            yield Deviation(
+                kind=KIND_OF_CHOICE.get(key.partition(".")[0], "options"),
+                what=f"analysis.{key} was {_said(used, key)}; planned: {_said(planned, key)}.",
+            )
+    for file in bundle.manifest.files:
+        if file.named_by == "analysis.codebook":
+            yield from _codebook(file.sha256, analysis)
+
+
+def _codebook(planned: str, analysis: Analysis) -> Iterator[Deviation]:
+    name = analysis.dataset.choices.codebook
+    used = {source.name: source.sha256 for source in analysis.dataset.sources}
+    if name and used.get(name) != planned:
+        yield Deviation(
+            kind="options", what=f"The code book {name} is not the one that was frozen."
+        )
+
+
+#: What is looked at, in the order of the report.
+LOOKS: Sequence[tuple[Kind, Callable[[Bundle, Analysis], Iterator[str]]]] = (
+    ("bundle", _of_bundle),
+    ("study", _of_study),
+    ("participants", _of_participants),
+    ("dates", _of_dates),
+    ("normalisation", _of_rule),
+    ("tests", _of_tests),
+    ("versions", _of_versions),
+)

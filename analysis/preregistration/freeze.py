@@ -1,0 +1,202 @@
+"""A study frozen before there is data: everything that a plan holds, gathered and hashed."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from dataclasses import dataclass
+from importlib.metadata import distributions
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from analysis.pipeline import analyse
+from analysis.preregistration.bundle import sha256
+from analysis.preregistration.manifest import MANIFEST, STUDY, FrozenFile, Manifest, Role
+from analysis.preregistration.named_files import named_files
+from analysis.preregistration.page import PAGE, render
+from analysis.preregistration.words import fields_with_results
+from analysis.reporting.files import software
+from experiments.running.bare_dataset import why_sessions, write_simulated
+from experiments.running.dry_run import check_answered
+from experiments.running.pilot import pilot_plans
+from experiments.study.file import read_study
+from faults import UserError
+
+if TYPE_CHECKING:
+    from datetime import datetime
+
+    from analysis.preregistration.named_files import NamedFile
+    from analysis.result import Analysis
+    from experiments.participants.population import Population
+
+POWER = "power"
+#: What a folder of `slipscale power --out` is known by.
+POWER_RESULT = "power.json"
+NOTES = "notes"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Wanted:
+    """What is to be frozen.
+
+    Parameters
+    ----------
+    study_name : str
+        A study file, or a shipped study's name.
+    population : Population
+        Whom the plan was made with.
+    stopping_rule : str
+        When the collection of data ends; empty for the planned number.
+    power : Path or None
+        The folder of a finished `slipscale power --out`.
+    notes : Path or None
+        A text with hypotheses and what else no file says.
+    """
+
+    study_name: str
+    population: Population
+    stopping_rule: str = ""
+    power: Path | None = None
+    notes: Path | None = None
+
+
+def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
+    """Return a plan's manifest, and all files of its bundle by their names.
+
+    The same plan and software give the same bytes, but for the date.
+
+    Parameters
+    ----------
+    wanted : Wanted
+    when : datetime
+        Now, with its time zone.
+
+    Raises
+    ------
+    UserError
+        The study has a fault, a file cannot be read, the power result is of another study, or
+        nobody can answer the study in a simulation.
+    """
+    study, text = read_study(wanted.study_name)
+    named = named_files(text, _folder_of(wanted.study_name))
+    analysis = simulated(wanted.study_name, wanted.population)
+    files: dict[str, tuple[bytes, Role, str]] = {STUDY: (text.encode(), "study", "")}
+    files |= {name: (f.content, "named by the study", f.key) for name, f in _placed(named)}
+    population = wanted.population.model_dump_json(indent=2) + "\n"
+    files["population.json"] = (population.encode(), "population", "")
+    files["packages.txt"] = (_packages().encode(), "packages", "")
+    if wanted.power:
+        for name, content in _power(wanted.power, study.name).items():
+            files[f"{POWER}/{name}"] = (content, "power", "")
+    if wanted.notes:
+        files[f"{NOTES}{wanted.notes.suffix}"] = (_notes(wanted.notes).encode(), "notes", "")
+    stopping = wanted.stopping_rule or (
+        f"Data are collected from {study.participants} participants, whatever they show; nobody "
+        "looks at results before."
+    )
+    plan = Manifest(
+        frozen_utc=when.isoformat(timespec="seconds"),
+        name=study.name,
+        title=study.title,
+        participants=study.participants,
+        sessions=study.sessions,
+        runs=study.runs,
+        seed=study.seed,
+        language=study.language,
+        stopping_rule=stopping,
+        choices=study.analysis,
+        chosen=tuple(sorted(study.analysis.model_fields_set)),
+        normalisation=analysis.rule,
+        tests=fields_with_results(analysis.inference),
+        software=software(),
+        files=_listed(files),
+    )
+    page = render(
+        plan,
+        analysis,
+        {name: entry[0] for name, entry in files.items()},
+        study=wanted.study_name,
+        people=wanted.population.name,
+    )
+    files[PAGE] = (page.encode(), "page", "")
+    plan = plan.model_copy(update={"files": _listed(files)}).signed()
+    contents = {name: content for name, (content, _, _) in files.items()}
+    return plan, {**contents, MANIFEST: plan.text().encode()}
+
+
+def simulated(study_name: str, population: Population) -> Analysis:
+    """Return the analysis of one simulated study: what will be done with the real one."""
+    plans = pilot_plans(
+        study_name, participants=None, seed=None, language=None, population=population
+    )
+    check_answered(plans[0])
+    with tempfile.TemporaryDirectory(prefix="slipscale-") as there:
+        folder = Path(there) / "study"
+        sessions = bool(why_sessions(plans[0]))
+        write_simulated(folder, plans, population, sessions=sessions)
+        return analyse(folder)
+
+
+def _listed(files: dict[str, tuple[bytes, Role, str]]) -> tuple[FrozenFile, ...]:
+    return tuple(
+        FrozenFile(path=name, sha256=sha256(content), role=role, named_by=key)
+        for name, (content, role, key) in sorted(files.items())
+    )
+
+
+def _folder_of(study_name: str) -> Path | None:
+    """Return the folder of a study file; None for a shipped study."""
+    path = Path(study_name)
+    return path.parent if path.is_file() else None
+
+
+def _placed(named: list[NamedFile]) -> list[tuple[str, NamedFile]]:
+    """Return each named file with its place in the bundle; two of one name are told apart."""
+    taken: dict[str, int] = {}
+    found = []
+    for file in named:
+        times = taken[file.path.name] = taken.get(file.path.name, 0) + 1
+        name = file.path.name if times == 1 else f"{file.path.stem}_{times}{file.path.suffix}"
+        found.append((f"study/files/{name}", file))
+    return found
+
+
+def _packages() -> str:
+    """Return every installed package with its version, a line each."""
+    found = {each.name.lower(): each.version for each in distributions() if each.name}
+    return "".join(f"{name}=={version}\n" for name, version in sorted(found.items()))
+
+
+def _power(folder: Path, study: str) -> dict[str, bytes]:
+    """Return the files of a finished power result of this study.
+
+    Raises
+    ------
+    UserError
+        It is none, or of another study.
+    """
+    try:
+        told = json.loads((folder / POWER_RESULT).read_text(encoding="utf-8"))
+        of = str(told["study"])
+        found = {path.name: path.read_bytes() for path in sorted(folder.iterdir())
+                 if path.is_file()}  # fmt: skip
+    except OSError as error:
+        raise UserError(
+            f"--power {error.filename or folder}: {error.strerror}; expected the folder that "
+            "slipscale power --out wrote"
+        ) from None
+    except (ValueError, KeyError, TypeError):
+        raise UserError(
+            f"--power {folder}: {POWER_RESULT} is not a result of slipscale power"
+        ) from None
+    if of != study:
+        raise UserError(f"--power {folder}: is of study '{of}'; expected '{study}'")
+    return found
+
+
+def _notes(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        raise UserError(f"--notes {path}: {reason}; expected a text file") from None

@@ -1,0 +1,71 @@
+"""What a frozen plan says, for machines: ``manifest.json`` of a bundle."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from experiments.study.analysis_choices import AnalysisChoices
+
+MANIFEST = "manifest.json"
+STUDY = "study/study.toml"
+FORMAT: Literal[1] = 1
+
+Role = Literal["study", "named by the study", "population", "power", "notes", "page", "packages"]
+
+
+class _Frozen(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class FrozenFile(_Frozen):
+    """A file of the bundle; ``named_by`` is the key of the study that names it."""
+
+    path: str
+    sha256: str
+    role: Role
+    named_by: str = ""
+
+
+class Manifest(_Frozen):
+    """A frozen plan.
+
+    ``normalisation`` and ``tests`` are what `analyse` does with simulated data of the study: the
+    rule it takes, and the fields of `analysis.statistics.run_all.Inference` that have a result.
+    ``digest`` is the SHA-256 of all else here, and so of every file.
+    """
+
+    format: Literal[1] = FORMAT
+    frozen_utc: str
+    name: str
+    title: str
+    participants: int
+    sessions: tuple[str, ...]
+    runs: int
+    seed: int
+    language: str
+    stopping_rule: str
+    choices: AnalysisChoices
+    chosen: tuple[str, ...]
+    normalisation: str
+    tests: tuple[str, ...]
+    software: dict[str, str]
+    files: tuple[FrozenFile, ...]
+    digest: str = ""
+
+    def computed_digest(self) -> str:
+        """Return the SHA-256 of everything but ``digest``, in hexadecimal."""
+        told = self.model_dump(mode="json", exclude={"digest"})
+        return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+
+    def signed(self) -> Manifest:
+        """Return the manifest with its digest."""
+        return self.model_copy(update={"digest": self.computed_digest()})
+
+    def text(self) -> str:
+        """Return the file's text."""
+        told = self.model_dump(mode="json")
+        return json.dumps(told, indent=2, ensure_ascii=False) + "\n"

@@ -1,0 +1,99 @@
+"""The files that a study names: found by what its keys say, not by which keys there are.
+
+Every text in the study file that is the name of a file there is one, as a key of tomorrow will be;
+a TOML file that is found is looked through in its turn (a plate's names its calibration).
+"""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from faults import UserError
+from hardware.plate_file import path_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+#: A key whose file may be named without its folder and ending.
+PLATE = "plate.file"
+LONGEST = 1000
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NamedFile:
+    """A file, and the key that names it (of a file that was found: both keys, with ``>``)."""
+
+    key: str
+    path: Path
+    content: bytes
+
+
+def named_files(text: str, beside: Path | None) -> list[NamedFile]:
+    """Return the files that a study names, each once, in the order of their keys.
+
+    Parameters
+    ----------
+    text : str
+        The study file's text, valid.
+    beside : Path or None
+        The folder that the study file is in; None for a shipped study.
+
+    Raises
+    ------
+    UserError
+        A file cannot be read.
+    """
+    found: dict[Path, NamedFile] = {}
+    folders = [Path(), *([beside] if beside else [])]
+    _gather(tomllib.loads(text), folders, "", found)
+    return list(found.values())
+
+
+def _gather(
+    table: dict[str, object], folders: list[Path], prefix: str, found: dict[Path, NamedFile]
+) -> None:
+    for key, text in _texts(table, ""):
+        path = _file(key, text, folders)
+        if path is None or path.resolve() in found:
+            continue
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            raise UserError(
+                f"{path}: named by the study's {key}, cannot be read ({error.strerror})"
+            ) from None
+        found[path.resolve()] = NamedFile(key=f"{prefix}{key}", path=path, content=content)
+        if path.suffix == ".toml":
+            try:
+                inner = tomllib.loads(content.decode("utf-8-sig"))
+            except (tomllib.TOMLDecodeError, UnicodeDecodeError):
+                continue  # whoever reads it says what is wrong with it
+            _gather(inner, [path.parent, *folders], f"{prefix}{key} > ", found)
+
+
+def _texts(value: object, key: str) -> Iterator[tuple[str, str]]:
+    """Yield every text in a table with its key."""
+    if isinstance(value, str):
+        yield key, value
+    elif isinstance(value, dict):
+        for name, inner in value.items():
+            yield from _texts(inner, f"{key}.{name}" if key else str(name))
+    elif isinstance(value, list):
+        for number, inner in enumerate(value, start=1):
+            yield from _texts(inner, f"{key}.{number}")
+
+
+def _file(key: str, text: str, folders: list[Path]) -> Path | None:
+    """Return the file that a text names; None where it names none."""
+    if key == PLATE and text:
+        return path_of(text, Path())
+    # A word without an ending is a word, whatever lies in the folder.
+    if not text or len(text) > LONGEST or "\n" in text or not Path(text).suffix:
+        return None
+    try:
+        return next((folder / text for folder in folders if (folder / text).is_file()), None)
+    except (OSError, ValueError):
+        return None

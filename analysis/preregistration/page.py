@@ -1,0 +1,176 @@
+"""A frozen plan as one page for people."""
+
+from __future__ import annotations
+
+import json
+from importlib.resources import files
+from typing import TYPE_CHECKING
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
+
+from analysis.preregistration.manifest import STUDY
+from analysis.preregistration.words import plan_blocks
+from analysis.reporting import html
+from experiments.running.study_commands import show
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from analysis.preregistration.manifest import Manifest
+    from analysis.result import Analysis
+
+PAGE = "plan.html"
+
+
+def render(
+    plan: Manifest, analysis: Analysis, contents: Mapping[str, bytes], *, study: str, people: str
+) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    plan : Manifest
+        With all files but the page.
+    analysis : Analysis
+        Of one simulated study.
+    contents : Mapping
+        Name -> content of every file but the page.
+    study : str
+        The study file, or the shipped study's name.
+    people : str
+        The population's name.
+    """
+    environment = Environment(
+        loader=PackageLoader("analysis.preregistration"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    css = files("analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
+    sections = [
+        _participants(plan, people),
+        *_hypotheses(contents),
+        _analysis(plan, analysis),
+        *_power(plan, contents),
+        _design(study),
+        _provenance(plan),
+    ]
+    return environment.get_template("plan.html").render(
+        title=plan.title,
+        version=plan.software.get("slipscale", ""),
+        css=Markup(css),  # noqa: S704 - our own file
+        facts=[
+            ("Study", plan.name),
+            ("Frozen", plan.frozen_utc),
+            ("Participants planned", str(plan.participants)),
+            ("Sessions", ", ".join(plan.sessions) or "1"),
+            ("Study file, SHA-256", next(f.sha256 for f in plan.files if f.path == STUDY)),
+        ],
+        sections=html.numbered(sections),
+    )
+
+
+def _participants(plan: Manifest, people: str) -> html.ReportSection:
+    section = html.ReportSection("Participants and stopping rule")
+    visits = f"{len(plan.sessions)} sessions" if plan.sessions else "1 session"
+    runs = f"{plan.runs} runs" if plan.runs > 1 else "1 run"
+    section.blocks += [
+        html.paragraph(f"{plan.participants} participants; {visits} of {runs} each."),
+        html.labelled("Stopping rule", plan.stopping_rule),
+        html.paragraph(
+            f"The plan was made with simulated people like population “{people}”, all "
+            "numbers of which stand in population.json.",
+            "note",
+        ),
+    ]
+    return section
+
+
+def _hypotheses(contents: Mapping[str, bytes]) -> list[html.ReportSection]:
+    found = []
+    for name, content in contents.items():
+        if name.startswith("notes"):
+            section = html.ReportSection("Hypotheses and notes")
+            paragraphs = content.decode("utf-8").split("\n\n")
+            section.blocks += [html.paragraph(text.strip()) for text in paragraphs if text.strip()]
+            found.append(section)
+    return found
+
+
+def _analysis(plan: Manifest, analysis: Analysis) -> html.ReportSection:
+    section = html.ReportSection("Analysis plan")
+    section.blocks += [
+        html.paragraph(
+            "What slipscale analyse does with the data, in the words of the report's methods "
+            "section: this page was written by analysing one simulated study with the very same "
+            "code. Tests that need what simulated people lack (groups, say) are not in it.",
+            "note",
+        ),
+        *plan_blocks(analysis, plan.software),
+    ]
+    return section
+
+
+def _power(plan: Manifest, contents: Mapping[str, bytes]) -> list[html.ReportSection]:
+    if "power/power.json" not in contents:
+        return []
+    section = html.ReportSection("Power")
+    told = json.loads(contents["power/power.json"])
+    rows = [
+        [
+            str(each.get("participants", "")),
+            str(each.get("repetitions", "")),
+            f"{each.get('effect', 1):g}",
+            f"{each['weakest']:.3f}",
+        ]
+        for each in told.get("conditions", [])
+    ]
+    titles = ("Participants", "Ratings of each surface", "Effect", "Power of the weakest")
+    columns = [html.TableColumn(title=title) for title in titles]
+    own = any(row[0] == str(plan.participants) for row in rows)
+    if not own:
+        section.blocks.append(
+            html.paragraph(f"No condition has the planned {plan.participants} participants.")
+        )
+    section.blocks.append(
+        html.table(
+            columns,
+            rows,
+            f"Share of simulated studies in which every planned comparison was significant; "
+            f"target {told.get('target', '')}.",
+        )
+    )
+    if "power/power.svg" in contents:
+        alt = "Power against participants"
+        section.blocks.append(
+            Markup('<figure><img src="power/power.svg" alt="{}"></figure>').format(alt)
+        )
+    return [section]
+
+
+def _design(study: str) -> html.ReportSection:
+    section = html.ReportSection("The study")
+    section.blocks.append(Markup("<pre>{}</pre>").format(show(study, "01")))
+    return section
+
+
+def _provenance(plan: Manifest) -> html.ReportSection:
+    section = html.ReportSection("Versions and files")
+    software = [(name, version) for name, version in plan.software.items()]
+    two = [
+        html.TableColumn(title="Software", left=True),
+        html.TableColumn(title="Version", left=True),
+    ]
+    listed = [
+        (file.path, file.role + (f" ({file.named_by})" if file.named_by else ""), file.sha256)
+        for file in plan.files
+    ]
+    three = [html.TableColumn(title=title, left=True) for title in ("File", "What", "SHA-256")]
+    section.blocks += [
+        html.table(two, software, "What takes part in the analysis; all packages: packages.txt."),
+        html.table(three, listed, "Every file but this page and manifest.json."),
+    ]
+    return section

@@ -1,0 +1,152 @@
+"""The analysis plan in words, from the objects that `analyse` runs.
+
+The study is simulated once and analysed: its methods section, its tests and their corrections are
+then those that the real data will get, and words and code cannot part.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from analysis.preprocessing import normalisation
+from analysis.preprocessing.data_quality import MEANINGS
+from analysis.reporting import html, methods_text
+from analysis.reporting.primary import FAMILIES
+from analysis.statistics.multiplicity import multiplicity
+from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.run_all import Inference
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from markupsafe import Markup
+
+    from analysis.result import Analysis
+    from experiments.study.analysis_choices import AnalysisChoices, QualityFlag, Thresholds
+
+#: A field of `Inference` -> what it is.
+TESTS: Mapping[str, str] = {
+    "rm_anova": "repeated-measures ANOVA of log estimates over amplitudes",
+    "friedman": "Friedman's test of ranks over amplitudes",
+    "page_trend": "Page's test of an ordered trend",
+    "linear_trend": "linear trend of log estimates with amplitude",
+    "pairwise": "each pair of amplitudes: Wilcoxon's test, paired t, equivalence, Bayes factor",
+    "mixed_model": "mixed model of log estimates on log amplitude",
+    "power_law": "exponent of the power function, the mean of participants' slopes",
+    "growth": "comparison of growth functions",
+    "bayesian_growth": "hierarchical Bayesian power function",
+    "order": "drift over a session, and carry-over from the surface before",
+    "reliability": "reliability of repeated estimates",
+    "groups": "comparison of groups of participants",
+    "difference": "descending difference: shares of “yes”, d′, curves, verbal reports",
+    "thresholds": "thresholds of forced choice",
+    "scales": "scales of paired comparison",
+    "matching": "bias and variability of matching",
+}
+#: What `Inference` holds beside tests.
+NO_TEST = ("normalisation",)
+
+
+def fields_with_results(inference: Inference) -> tuple[str, ...]:
+    """Return the tests that have a result, in inference.json's order."""
+    names = [name for name in Inference.__dataclass_fields__ if name not in NO_TEST]
+    return tuple(name for name in names if not isinstance(getattr(inference, name), NotComputed))
+
+
+def plan_blocks(analysis: Analysis, software: Mapping[str, str]) -> list[Markup]:
+    """Return the analysis plan as paragraphs and tables."""
+    choices = analysis.dataset.choices
+    methods = methods_text.sentences(analysis, software)
+    blocks = [html.paragraph(methods_text.cited(text)) for text in methods]
+    if analysis.prepared is not None:
+        rule = normalisation.RULES[analysis.rule]
+        blocks += [
+            html.labelled("Primary analysis", f"{FAMILIES[choices.primary].title}."),
+            html.labelled("Normalisation", f"{analysis.rule}: {rule.formula}."),
+        ]
+    blocks += [
+        html.labelled("Exclusions", _exclusions(choices)),
+        _tests(analysis),
+        *_families(analysis),
+        _choices(choices),
+    ]
+    return blocks
+
+
+def _exclusions(choices: AnalysisChoices) -> str:
+    if not choices.exclusions:
+        return "Nobody is excluded by a rule; flags of data quality inform only."
+    rules = "; ".join(
+        f"{flag.replace('_', ' ')}: {MEANINGS[flag]}{_limits(flag, choices.thresholds)}"
+        for flag in choices.exclusions
+    )
+    return (
+        "A participant is excluded from every analysis, before anything is described or tested, "
+        f"where one of these is so: {rules}. Other flags inform only."
+    )
+
+
+def _limits(flag: QualityFlag, thresholds: Thresholds) -> str:
+    """Return the thresholds whose descriptions say that they are a flag's."""
+    own = [
+        f"{name} = {getattr(thresholds, name):g}"
+        for name, field in type(thresholds).model_fields.items()
+        if (field.description or "").startswith(f"Flag {flag}:")
+    ]
+    if flag == "fast":
+        own.append(f"fast_s = {thresholds.fast_s:g}")
+    return f" ({', '.join(own)})" if own else ""
+
+
+def _tests(analysis: Analysis) -> Markup:
+    rows = [(name, TESTS[name]) for name in fields_with_results(analysis.inference)]
+    columns = [html.TableColumn(title="Key", left=True), html.TableColumn(title="What", left=True)]
+    return html.table(columns, rows, "What is computed, in the order of inference.json.")
+
+
+def _families(analysis: Analysis) -> list[Markup]:
+    choices = analysis.dataset.choices
+    found = multiplicity(analysis.inference, choices.primary, choices.confidence)
+    if not found.families:
+        return []
+    rows = [
+        (
+            family.name,
+            "primary" if family.primary else "secondary",
+            str(family.tests),
+            "Holm, within the family" if family.corrected else "none",
+        )
+        for family in found.families
+    ]
+    titles: Sequence[str] = ("Family", "Part of", "Tests", "Correction")
+    columns = [html.TableColumn(title=title, left=title != "Tests") for title in titles]
+    level = f"{found.level:g}"
+    return [html.table(columns, rows, f"Tests that are judged by a p, each at {level}.")]
+
+
+def _choices(choices: AnalysisChoices) -> Markup:
+    """Return every choice of the [analysis] table, and whether the study file sets it."""
+    told = choices.model_dump(mode="json")
+    inner = told.pop("thresholds")
+    set_in_file = choices.model_fields_set
+    rows = [(key, _value(value), _whose(key, set_in_file)) for key, value in told.items()]
+    of_flags = choices.thresholds.model_fields_set
+    rows += [
+        (f"thresholds.{key}", _value(value), _whose(key, of_flags)) for key, value in inner.items()
+    ]
+    columns = [
+        html.TableColumn(title="Choice", left=True),
+        html.TableColumn(title="Value", left=True),
+        html.TableColumn(title="Set by", left=True),
+    ]
+    return html.table(columns, rows, "Every choice of the study's [analysis] table.")
+
+
+def _whose(key: str, set_in_file: set[str]) -> str:
+    return "the study file" if key in set_in_file else "default"
+
+
+def _value(value: object) -> str:
+    if value is None:
+        return "left out"
+    return (", ".join(map(str, value)) or "none") if isinstance(value, list) else str(value)

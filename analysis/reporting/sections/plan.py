@@ -1,0 +1,40 @@
+"""The analysis beside its frozen plan."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from analysis.reporting import html
+
+if TYPE_CHECKING:
+    from analysis.result import Analysis
+
+
+def plan(analysis: Analysis) -> html.ReportSection:
+    """Return every deviation from the plan; nothing where there is none to be held against."""
+    section = html.ReportSection("Deviations from the plan", shown="always")
+    check = analysis.plan
+    if check is None:
+        return section
+    section.blocks.append(html.paragraph(summary(analysis)))
+    if check.deviations:
+        columns = [
+            html.TableColumn(title="What", left=True, whole=True),
+            html.TableColumn(title="Deviation", left=True),
+        ]
+        rows = [(each.kind, each.what) for each in check.deviations]
+        section.blocks.append(html.table(columns, rows, "Every deviation from the frozen plan."))
+    return section
+
+
+def summary(analysis: Analysis) -> str:
+    """Return how many deviations there are from which plan, in one sentence."""
+    check = analysis.plan
+    if check is None:
+        return ""
+    number = len(check.deviations)
+    said = {0: "There is no deviation", 1: "There is 1 deviation"}
+    return (
+        f"{said.get(number, f'There are {number} deviations')} from the plan {check.plan}, frozen "
+        f"at {check.frozen_utc} (SHA-256 {check.digest})."
+    )

@@ -1,0 +1,303 @@
+"""Data and analysis beside a frozen plan: none or every deviation, and bundles that are none."""
+
+import json
+import re
+import shutil
+import zipfile
+
+import pytest
+
+import slipscale
+from analysis.pipeline import analyse
+from analysis.preregistration import check
+from analysis.preregistration.bundle import read_bundle
+
+
+def analysed(root, *options, plan="plan"):
+    """Analyse a copy's data against a plan; return the exit status and the deviations by kind."""
+    data = root / "data"
+    status = slipscale.main(["analyse", str(data), "--plan", str(root / plan), *options])
+    folder = data / "derivatives" / "slipscale"
+    if "--in-session" in options:
+        folder /= "ses-01"
+    told = json.loads((folder / "results.json").read_text())["plan"]
+    return status, [(each["kind"], each["what"]) for each in told["deviations"]]
+
+
+def deviations(root):
+    """Return the deviations by kind, without tables, figures and report."""
+    found = check.check_plan(read_bundle(root / "plan"), analyse(root / "data"))
+    return [(each.kind, each.what) for each in found.deviations]
+
+
+def edited(path, old, new):
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new), encoding="utf-8")
+
+
+@pytest.mark.parametrize("plan", ["plan", "plan.zip"])
+def test_what_is_done_as_planned_has_no_deviation(frozen, capsys, plan):
+    assert analysed(frozen, plan=plan) == (0, [])
+    report = (frozen / "data" / "derivatives" / "slipscale" / "report.html").read_text()
+    assert f"There is no deviation from the plan {plan}" in report
+    assert f"plan: There is no deviation from the plan {plan}" in capsys.readouterr().err
+
+
+def test_without_a_plan_nothing_is_said_of_one(frozen):
+    assert slipscale.main(["analyse", str(frozen / "data")]) == 0
+    folder = frozen / "data" / "derivatives" / "slipscale"
+    assert "plan" not in json.loads((folder / "results.json").read_text())
+    assert "Deviations from the plan" not in (folder / "report.html").read_text()
+
+
+def study(root):
+    return root / "data" / "code" / "study.toml"
+
+
+def without_a_participant(root):
+    shutil.rmtree(root / "data" / "sub-04")
+    path = root / "data" / "participants.tsv"
+    kept = [line for line in path.read_text().splitlines() if not line.startswith("sub-04")]
+    path.write_text("\n".join(kept) + "\n")
+
+
+def with_another(root):
+    shutil.copytree(root / "data" / "sub-04", root / "data" / "sub-05")
+    for path in sorted((root / "data" / "sub-05").rglob("sub-04*")):
+        path.rename(path.with_name(path.name.replace("sub-04", "sub-05")))
+
+
+def of_people(began):
+    """Return what makes a pilot's tables those of people who came at a time."""
+
+    def change(root):
+        for path in (root / "data").glob("sub-*/**/*_beh.json"):
+            told = json.loads(path.read_text())
+            told["Slipscale"] |= {"mode": "participant", "started_utc": began}
+            path.write_text(json.dumps(told))
+
+    return change
+
+
+def in_another_session(root):
+    for path in sorted((root / "data").rglob("*ses-01*"), reverse=True):
+        path.rename(path.with_name(path.name.replace("ses-01", "ses-02")))
+
+
+def with_seed(root):
+    for path in (root / "data").glob("sub-01/**/*_beh.json"):
+        edited(path, '"seed": 3', '"seed": 9')
+
+
+CHANGES = {
+    "study key": (
+        lambda root: edited(study(root), "repetitions = 2", "repetitions = 3"),
+        "study",
+        "study.toml: tasks.1.repetitions is 3; planned: 2.",
+    ),
+    "study key added": (
+        lambda root: edited(study(root), "seed = 3", "seed = 3\nruns = 2"),
+        "study",
+        "study.toml: runs is 2; planned: left out.",
+    ),
+    "study gone": (lambda root: study(root).unlink(), "study", "hold no study file"),
+    "seed": (with_seed, "study", "Runs have seed 9; planned: 3."),
+    "fewer": (
+        without_a_participant,
+        "participants",
+        "3 participants have data; planned: 4 (1 fewer).",
+    ),
+    "more": (with_another, "participants", "5 participants have data; planned: 4 (1 more)."),
+    "session missing": (
+        in_another_session,
+        "participants",
+        "There are no data of the planned session 01.",
+    ),
+    "session more": (in_another_session, "participants", "session 02, which was not planned"),
+    "before": (
+        of_people("2007-12-01T09:00:00+00:00"),
+        "dates",
+        "4 of 4 runs began before the plan was frozen",
+    ),
+    "no date": (of_people("n/a"), "dates", "4 runs do not say when they began."),
+    "exclusions": (
+        lambda root: edited(study(root), "[analysis]", '[analysis]\nexclusions = ["zeros"]'),
+        "exclusions",
+        'analysis.exclusions was ["zeros"]; planned: [].',
+    ),
+    "limits": (
+        lambda root: edited(study(root), "[analysis]", "[analysis]\nthresholds.zero_share = 0.5"),
+        "exclusions",
+        "analysis.thresholds.zero_share was 0.5; planned: 0.25.",
+    ),
+    "test more": (
+        lambda root: edited(study(root), '"friedman"', '"friedman", "page_trend"'),
+        "tests",
+        "page_trend was computed and not planned.",
+    ),
+    "test less": (
+        lambda root: edited(study(root), ', "power_law"', ""),
+        "tests",
+        "power_law was planned and has no result: not chosen in the study file.",
+    ),
+    "primary": (
+        lambda root: edited(study(root), "[analysis]", '[analysis]\nprimary = "logarithms"'),
+        "tests",
+        'analysis.primary was "logarithms"; planned: "ranks".',
+    ),
+    "rule": (
+        lambda root: edited(study(root), '"scale_top"\ntests', '"grand_maximum"\ntests'),
+        "normalisation",
+        "normalised by grand_maximum; planned: scale_top.",
+    ),
+    "code book": (
+        lambda root: edited(root / "data" / "words.toml", '"slip"', '"slid"'),
+        "options",
+        "The code book words.toml is not the one that was frozen.",
+    ),
+    "page": (
+        lambda root: edited(root / "plan" / "plan.html", "whatever they show", "or so"),
+        "bundle",
+        "plan.html is not as it was frozen: its SHA-256 differs.",
+    ),
+    "file gone": (
+        lambda root: (root / "plan" / "population.json").unlink(),
+        "bundle",
+        "population.json is gone from the bundle.",
+    ),
+    "file more": (
+        lambda root: (root / "plan" / "more.txt").write_text("more"),
+        "bundle",
+        "more.txt was added to the bundle.",
+    ),
+}
+
+
+@pytest.mark.parametrize("change, kind, sentence", CHANGES.values(), ids=CHANGES)
+def test_a_deviation_is_found(copied, change, kind, sentence):
+    change(copied)
+    found = deviations(copied)
+    assert any(one == kind and sentence in what for one, what in found), found
+
+
+def test_what_a_file_manager_leaves_is_none(copied):
+    (copied / "plan" / ".DS_Store").write_bytes(b"\0")
+    assert deviations(copied) == []
+
+
+def test_runs_after_the_date_are_none(copied):
+    of_people("2107-12-01T09:00:00Z")(copied)
+    assert deviations(copied) == []
+
+
+def test_options_of_the_command_are_deviations(copied, capsys):
+    options = ["--normalise", "none", "--equivalence", "1.5", "--in-session", "01"]
+    status, found = analysed(copied, *options)
+    expected = [
+        ("normalisation", "Estimates were normalised by none; planned: scale_top."),
+        ("options", "analysis.equivalence_ratio was 1.5; planned: 1.25."),
+        ("options", "--in-session was given; the plan names no such option."),
+    ]
+    assert (status, found) == (1, expected)
+    told = capsys.readouterr().err
+    for kind, what in expected:
+        assert f"deviation ({kind}): {what}" in told
+
+
+def test_other_versions_are_deviations(copied, monkeypatch):
+    versions = {**check.software(), "numpy": "9.9"}
+    monkeypatch.setattr(check, "software", lambda: versions)
+    ((kind, what),) = deviations(copied)
+    assert kind == "versions"
+    assert re.fullmatch(r"numpy 9\.9; planned: .+\.", what)
+
+
+def test_the_report_lists_the_deviations(copied):
+    without_a_participant(copied)
+    analysed(copied)
+    report = (copied / "data" / "derivatives" / "slipscale" / "report.html").read_text()
+    assert "There is 1 deviation from the plan" in report
+    assert "3 participants have data; planned: 4 (1 fewer)." in report
+
+
+def cut(root):
+    path = root / "plan.zip"
+    path.write_bytes(path.read_bytes()[:2000])
+
+
+def damaged_inside(root):
+    path = root / "plan.zip"
+    content = bytearray(path.read_bytes())
+    content[200] ^= 0xFF
+    path.write_bytes(content)
+
+
+def manifest(root):
+    return root / "plan" / "manifest.json"
+
+
+REFUSED = {
+    "nothing": (lambda root: shutil.rmtree(root / "plan"), "plan", "no such file or folder"),
+    "no manifest": (lambda root: manifest(root).unlink(), "plan", "it holds no manifest.json"),
+    "a text": (
+        lambda root: (root / "plan.zip").write_text("my plan"),
+        "plan.zip",
+        "not a bundle, or cut short",
+    ),
+    "cut short": (cut, "plan.zip", "not a bundle, or cut short"),
+    "damaged": (damaged_inside, "plan.zip", "not a bundle, or cut short or damaged"),
+    "not JSON": (
+        lambda root: manifest(root).write_text("{"),
+        "plan",
+        "damaged or edited (it is no JSON)",
+    ),
+    "edited": (
+        lambda root: edited(manifest(root), '"participants": 4', '"participants": 3'),
+        "plan",
+        "edited after it was frozen",
+    ),
+    "wrong type": (
+        lambda root: edited(manifest(root), '"participants": 4', '"participants": "four"'),
+        "plan",
+        "damaged or edited (participants:",
+    ),
+    "another format": (
+        lambda root: edited(manifest(root), '"format": 1', '"format": 2'),
+        "plan",
+        "written in format 2; this Slipscale reads format 1",
+    ),
+    "study edited": (
+        lambda root: edited(root / "plan" / "study" / "study.toml", "seed = 3", "seed = 4"),
+        "plan",
+        "is not the file that was frozen",
+    ),
+    "another study": (
+        lambda root: [
+            edited(path, '"study": "small"', '"study": "other"')
+            for path in (root / "data").glob("sub-*/**/*_beh.json")
+        ],
+        "plan",
+        "is of study 'small'; the data are of 'other'",
+    ),
+}
+
+
+@pytest.mark.parametrize("change, plan, sentence", REFUSED.values(), ids=REFUSED)
+def test_what_cannot_be_checked_by_is_refused_in_a_sentence(copied, capsys, change, plan, sentence):
+    change(copied)
+    words = ["analyse", str(copied / "data"), "--plan", str(copied / plan)]
+    assert slipscale.main(words) == 2
+    told = capsys.readouterr().err
+    assert sentence in told
+    assert told.count("\n") == 1
+
+
+def test_every_byte_of_a_zip_that_is_cut_off_is_noticed(copied, capsys):
+    """A plan that was not copied to its end is never taken for a whole one."""
+    whole = (copied / "plan.zip").read_bytes()
+    for kept in range(0, len(whole), max(len(whole) // 40, 1)):
+        (copied / "plan.zip").write_bytes(whole[:kept])
+        words = ["analyse", str(copied / "data"), "--plan", str(copied / "plan.zip")]
+        assert slipscale.main(words) == 2
+    assert zipfile.is_zipfile(copied / "plan.zip") is False
