@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from analysis.cli.compare_protocols import add_comparison, compare_protocols
 from analysis.cli.population_options import add_population, chosen_population
 from experiments.lab.defaults import here, say
 from faults import ANSWER_IS_NO, DONE, UserError
@@ -32,6 +33,7 @@ AXES = {
     "catch_steps": "catch steps in each series of the descending difference: how precisely false "
     "alarms are known",
 }
+STUDIES = 1000
 SIZES = ("6,8,10,12,16,20,24,32",)
 
 
@@ -57,13 +59,13 @@ def add_power(parser: ArgumentParser) -> None:
         nargs="+",
         help="rules of the surfaces' order (default: the study's); blocked,simple,williams",
     )
+    add_comparison(parser)
     add_population(parser)
     parser.add_argument(
         "--studies",
         type=int,
-        default=1000,
         metavar="N",
-        help="simulated studies of each condition (default: 1000)",
+        help="simulated studies of each condition (default: 1000; with --protocols 50)",
     )
     parser.add_argument(
         "--seed", type=int, default=2007, metavar="N", help="of the simulation (default: 2007)"
@@ -111,7 +113,8 @@ def add_power(parser: ArgumentParser) -> None:
 
 #: Option of ``power``: whether its values can be meant, and what was expected.
 EXPECTED: dict[str, tuple[Callable[[Any], bool], str]] = {
-    "studies": (lambda n: n >= 1, "1 or more"),
+    "studies": (lambda n: n is None or n >= 1, "1 or more"),
+    "minutes": (lambda each: each is None or 0 < each < math.inf, "a number above 0"),
     "seed": (lambda n: n >= 0, "0 or more"),
     "alpha": (lambda share: 0 < share < 1, "a share above 0 and below 1"),
     "target": (lambda share: 0 < share < 1, "a share above 0 and below 1"),
@@ -127,6 +130,8 @@ def refuse_nonsense(args: Namespace) -> None:
         value = getattr(args, name)
         if not meant(value):
             wrong.append(f"--{name} {value}: expected {expected}")
+    if args.minutes and not args.protocols:
+        wrong.append(f"--minutes {args.minutes:g}: expected --protocols beside it")
     if wrong:
         raise UserError("; ".join(wrong))
 
@@ -205,6 +210,9 @@ def run_power(args: Namespace) -> int:
 
     refuse_nonsense(args)
     say(here())
+    if args.protocols:
+        return compare_protocols(args)
+    args.studies = args.studies or STUDIES
     assurance = assurance_of(args.assurance)
     study, text = read_study(args.study)
     population, fitted = chosen_population(args)

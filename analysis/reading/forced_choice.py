@@ -90,7 +90,7 @@ def _read(
     counts: dict[str, int],
 ) -> tuple[pd.DataFrame, list[Source]]:
     """Read tables of one shape."""
-    level, answer = marks
+    level = marks[0]
     third = f"{INTERVAL}3_surface"
     frame, sources = read_main_trials(
         entries,
@@ -109,6 +109,26 @@ def _read(
         frame[name] = (
             numbers(frame, read, sources, problems, minimum=0.0) if read in frame else np.nan
         )
+    told = told_choices(frame, marks)
+    answered = told["correct"].notna() & told["level_um_pp"].notna()
+    kept = told[answered]
+    add_counts(counts, "choice", unanswered=(~answered).sum(), analysed=len(kept))
+    return kept.astype({"correct": bool})[list(COLUMNS)].reset_index(drop=True), sources
+
+
+def told_choices(frame: pd.DataFrame, marks: tuple[str, str]) -> pd.DataFrame:
+    """Return trials with ``method``, ``catch`` and ``correct``, and levels as they are fitted.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Trials of one shape as their tables hold them, numbers read.
+    marks : tuple of str
+        `FORCED_CHOICE` or `COMPARISON`.
+    """
+    _, answer = marks
+    third = f"{INTERVAL}3_surface"
+    frame = frame.copy()
     correct = frame[answer].astype("object").map(lambda value: str(value).strip().lower())
     frame["correct"] = correct.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
     frame["catch"] = labels(frame, "catch", "false").astype(str).str.lower().isin(TRUE)
@@ -119,10 +139,7 @@ def _read(
     else:
         frame["method"] = frame["task"].map(_methods(frame))
         _one_sided(frame)
-    answered = frame["correct"].notna() & frame["level_um_pp"].notna()
-    kept = frame[answered]
-    add_counts(counts, "choice", unanswered=(~answered).sum(), analysed=len(kept))
-    return kept.astype({"correct": bool})[list(COLUMNS)].reset_index(drop=True), sources
+    return frame
 
 
 def _methods(frame: pd.DataFrame) -> dict[str, str]:

@@ -1,0 +1,107 @@
+"""``slipscale power --protocols``: which protocol, for the same people and minutes."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+from analysis.cli.population_options import chosen_population
+from faults import DONE, UserError
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
+
+#: Simulated studies of each: they are answered step by step.
+STUDIES = 50
+#: Participants that are compared where no number is given.
+SIZES = ("12",)
+#: Options of ``power`` that say nothing to a comparison, and their defaults.
+OTHERS = {
+    **dict.fromkeys(("repetitions", "effect", "lapses", "dropout", "exponent")),
+    **dict.fromkeys(("catch_steps", "order", "assurance", "cache", "shard", "scheduler")),
+    "looks": 1,
+}
+
+
+def add_comparison(parser: ArgumentParser) -> None:
+    """Add the options of the comparison."""
+    parser.add_argument(
+        "--protocols",
+        metavar="STUDY",
+        nargs="+",
+        help="compare STUDY with these studies instead: how precisely each knows its exponent or "
+        "threshold, for the same people and minutes",
+    )
+    parser.add_argument(
+        "--minutes",
+        type=float,
+        metavar="M",
+        help="of each participant, with --protocols (default: what STUDY takes)",
+    )
+
+
+def compare_protocols(args: Namespace) -> int:
+    """Compare studies' precision and print it."""
+    from rich import box  # noqa: PLC0415 - `slipscale --help` stays instant
+    from rich.console import Console  # noqa: PLC0415
+    from rich.table import Table  # noqa: PLC0415
+
+    from analysis.planning.grid import values_of  # noqa: PLC0415
+    from analysis.planning.protocol_output import (  # noqa: PLC0415
+        as_json,
+        sentences,
+        table,
+        write_comparison,
+    )
+    from analysis.planning.protocol_precision import protocol_precision  # noqa: PLC0415
+    from analysis.planning.protocol_studies import filling, protocol_study  # noqa: PLC0415
+
+    _refuse_others(args)
+    sizes = values_of("participants", args.participants or SIZES)
+    population, fitted = chosen_population(args)
+    known = [protocol_study(name) for name in dict.fromkeys([args.study, *args.protocols])]
+    minutes = args.minutes or known[0].minutes(population)
+    filled = [filling(study, minutes, population) for study in known]
+    found = [
+        row
+        for study in filled
+        for row in protocol_precision(
+            study,
+            sizes,
+            studies=args.studies or STUDIES,
+            seed=args.seed,
+            population=population,
+            jobs=args.jobs,
+        )
+    ]
+    if args.json:
+        print(json.dumps(as_json(found, minutes), indent=2))
+    else:
+        for line in fitted.sentences if fitted else ():
+            print(line)
+        head, *rows = table(found)
+        shown = Table(box=box.SIMPLE_HEAD)
+        for title in head:
+            shown.add_column(title, no_wrap=True)
+        for row in rows:
+            shown.add_row(*row)
+        console = Console()
+        console.width = max(console.width, 130)
+        console.print(shown)
+        for line in sentences(found, minutes, population.name):
+            console.print(line, highlight=False, markup=False)
+    if args.out:
+        figure = write_comparison(args.out, found, minutes)
+        if not args.json:
+            print(f"figure  {figure}")
+    return DONE
+
+
+def _refuse_others(args: Namespace) -> None:
+    """Refuse options that would change nothing."""
+    given = [name for name, default in OTHERS.items() if getattr(args, name) != default]
+    if given:
+        raise UserError(
+            f"--{given[0].replace('_', '-')} says nothing to --protocols; expected participants, "
+            "minutes, population, studies and seed alone"
+        )

@@ -1,0 +1,98 @@
+"""Answers of simulated people to forced choice and constant stimuli, as `analyse` would read them.
+
+The people go through the protocol itself, without plate, screen and files; their rows are made by
+the data set's own code, and read by the analysis' own.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import pandas as pd
+
+from analysis.planning.protocol_studies import minutes_of
+from analysis.reading.forced_choice import told_choices
+from analysis.statistics.psychometrics.psychometric_function import Answers
+from experiments.dataset.rows_from_journal import gather
+from experiments.dataset.schema import INTERVAL, MAIN
+from experiments.journal.record import Record
+from experiments.journal.serialisation import answer_record, step_record
+from experiments.participants.bare import bare_run
+from experiments.protocols.steps import Ask, EndTrial, Present
+
+if TYPE_CHECKING:
+    from analysis.planning.protocol_studies import ProtocolStudy
+    from experiments.participants.bare import BareStep
+    from experiments.participants.population import Population
+    from experiments.study.run_plan import RunPlan
+
+
+#: Steps that a choice's row is made of.
+TOLD = (Present, Ask, EndTrial)
+
+
+class Answered(NamedTuple):
+    """One person's answers to main trials, and how they are to be read."""
+
+    method: str
+    answers: Answers
+
+
+class StudyAnswers(NamedTuple):
+    """Everybody's answers in one simulated study, None without any; and their minutes."""
+
+    people: list[Answered | None]
+    minutes: list[float]
+
+
+def answers_of(
+    study: ProtocolStudy, participants: int, seed: int, population: Population
+) -> StudyAnswers:
+    """Return the answers of one simulated study."""
+    rows: dict[str, list[pd.DataFrame]] = {}
+    minutes: dict[str, float] = {}
+    for plan in study.plans(participants, seed, population):
+        steps = list(bare_run(plan, population))
+        who = plan.participant
+        minutes[who] = minutes.get(who, 0.0) + minutes_of(steps)
+        rows.setdefault(who, []).append(_rows(study, plan, steps))
+    everybody = [_answered(study, pd.concat(own, ignore_index=True)) for own in rows.values()]
+    return StudyAnswers(everybody, list(minutes.values()))
+
+
+def _rows(study: ProtocolStudy, plan: RunPlan, steps: list[BareStep]) -> pd.DataFrame:
+    """Return the main trials of a run, as its table has them."""
+    protocol = next(each for each, _ in plan.tasks() if each.task == study.task)
+    trials = gather(_records(steps)).trials.get(study.task, [])
+    main = [trial for trial in trials if trial.trial.phase == MAIN]
+    columns = {**protocol.design, **protocol.stimulus, **protocol.response}
+    found = {name: [column.value(trial) for trial in main] for name, column in columns.items()}
+    third = f"{INTERVAL}3_surface"
+    return pd.DataFrame(
+        {**found, "task": study.task, third: [trial.intervals.get(3) for trial in main]}
+    )
+
+
+def _records(steps: list[BareStep]) -> list[Record]:
+    """Return the steps as a journal holds them."""
+    found: list[Record] = []
+    for done in steps:
+        if isinstance(done.step, TOLD):
+            began = {"what": step_record(done.step)}
+            ended = {"answer": answer_record(done.answer)}
+            found.append(Record(number=len(found), time_s=0.0, kind="begin", data=began))
+            found.append(Record(number=len(found), time_s=0.0, kind="done", data=ended))
+    return found
+
+
+def _answered(study: ProtocolStudy, rows: pd.DataFrame) -> Answered | None:
+    if rows.empty or study.marks is None:
+        return None
+    frame = rows.rename(columns={study.marks[0]: "level_um_pp"})
+    frame = told_choices(frame.astype({"level_um_pp": float}), study.marks)
+    main = frame[frame["correct"].notna() & frame["level_um_pp"].notna() & ~frame["catch"]]
+    if main.empty:
+        return None
+    method = str(main["method"].iloc[0])
+    levels, correct = main["level_um_pp"].tolist(), main["correct"].astype(bool).tolist()
+    return Answered(method, Answers.of_trials(levels, correct))

@@ -1,0 +1,179 @@
+"""Studies whose protocols are compared: what each one answers, and how long it takes.
+
+A study is compared by its first task that gives an exponent or a threshold. How many trials it has
+is set by one option of that task, so that a participant needs the minutes that are given; its
+other tasks stay as they are.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import tomlkit
+
+from analysis.reading.forced_choice import COMPARISON, FORCED_CHOICE
+from experiments.participants.bare import bare_run
+from experiments.protocols.base import load_protocol
+from experiments.protocols.magnitude_estimation import MagnitudeEstimation
+from experiments.protocols.steps import Present
+from experiments.running.pilot import pilot_plans
+from experiments.running.timeline import MINUTE_S, SETTLING_S
+from experiments.study.file import read_study
+from faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from experiments.participants.bare import BareStep
+    from experiments.participants.population import Population
+    from experiments.protocols.base import Options, Protocol
+    from experiments.study.run_plan import RunPlan
+
+#: Options that say how many trials a task has; the first that it has is set.
+AMOUNTS = ("repetitions", "most_trials")
+EXPONENT, DETECTION, DIFFERENCE = "exponent", "detection threshold", "difference threshold"
+#: People whose median tells a study's minutes.
+TIMED = 24
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProtocolStudy:
+    """A study, as far as protocols are compared.
+
+    Parameters
+    ----------
+    name : str
+        The file, or the shipped study's name.
+    text : str
+        Its file's text, with the amount set.
+    place : int
+        Which of its tasks answers, from 0.
+    task, title : str
+        That task's label, and its protocol's title.
+    quantity : str
+        What it answers.
+    marks : tuple of str or None
+        Level and answer in its table of choices; None for magnitude estimation.
+    amount : str
+        The option that says how many trials.
+    number : int
+        Its value.
+    """
+
+    name: str
+    text: str
+    place: int
+    task: str
+    title: str
+    quantity: str
+    marks: tuple[str, str] | None
+    amount: str
+    number: int
+
+    def with_number(self, number: int) -> ProtocolStudy:
+        """Return the study with another amount of trials."""
+        document = tomlkit.parse(self.text)
+        tasks = document["tasks"]
+        if not isinstance(tasks, list):
+            raise TypeError(type(tasks).__name__)
+        tasks[self.place][self.amount] = number
+        return replace(self, number=number, text=tomlkit.dumps(document))
+
+    def plans(self, participants: int, seed: int, population: Population) -> list[RunPlan]:
+        """Return the runs of one simulated study."""
+        plans = pilot_plans(
+            self.name, participants=participants, seed=seed, language=None, population=population
+        )
+        return [replace(plan, study_text=self.text) for plan in plans]
+
+    def minutes(self, population: Population) -> float:
+        """Return the median minutes of a participant, in all their runs."""
+        people: dict[str, float] = {}
+        for plan in self.plans(TIMED, seed_of(self.name, 0), population):
+            taken = minutes_of(bare_run(plan, population))
+            people[plan.participant] = people.get(plan.participant, 0.0) + taken
+        return float(np.median(list(people.values())))
+
+
+def protocol_study(name: str) -> ProtocolStudy:
+    """Return a study to be compared.
+
+    Raises
+    ------
+    UserError
+        None of its tasks answers a question that protocols are compared by, or the one that does
+        has no number of trials to be set.
+    """
+    study, text = read_study(name)
+    for place, options in enumerate(study.tasks):
+        protocol = load_protocol(options.protocol).for_task(options)
+        quantity, marks = _answers(protocol, options)
+        amount = next((key for key in AMOUNTS if hasattr(options, key)), None)
+        if quantity and amount:
+            return ProtocolStudy(
+                name=name,
+                text=text,
+                place=place,
+                task=protocol.task,
+                title=protocol.title,
+                quantity=quantity,
+                marks=marks,
+                amount=amount,
+                number=getattr(options, amount),
+            )
+    tasks = ", ".join(options.protocol for options in study.tasks)
+    raise UserError(
+        f"--protocols {name}: none of its tasks ({tasks}) gives an exponent or a threshold of "
+        "simulated people; expected magnitude estimation, forced choice or constant stimuli"
+    )
+
+
+def _answers(protocol: Protocol, options: Options) -> tuple[str | None, tuple[str, str] | None]:
+    """Return what a task answers and the columns that tell it; None if it answers nothing here."""
+    columns = {*protocol.design, *protocol.stimulus, *protocol.response}
+    if isinstance(options, MagnitudeEstimation):
+        return EXPONENT, None
+    for marks in (FORCED_CHOICE, COMPARISON):
+        if columns.issuperset(marks):
+            standard = getattr(options, "standard_um_pp", None)
+            return (f"{DIFFERENCE} at {standard:g} µm" if standard else DETECTION), marks
+    return None, None
+
+
+def filling(study: ProtocolStudy, minutes: float, population: Population) -> ProtocolStudy:
+    """Return the study with as many trials as fit into the minutes, in the median.
+
+    Raises
+    ------
+    UserError
+        Not even the least amount fits.
+    """
+    once = study.minutes(population)
+    twice = study.with_number(2 * study.number).minutes(population)
+    each = (twice - once) / study.number
+    number = study.number + math.floor((minutes - once) / each + 1e-9)
+    if number < 1:
+        least = once - (study.number - 1) * each
+        raise UserError(
+            f"--minutes {minutes:g}: {study.name} takes about {least:.1f} minutes with "
+            f"{study.amount} = 1; expected that or more"
+        )
+    return study.with_number(number)
+
+
+def minutes_of(steps: Iterable[BareStep]) -> float:
+    """Return how long a run takes."""
+    seconds = math.fsum(
+        done.duration_s + (SETTLING_S if isinstance(done.step, Present) else 0.0) for done in steps
+    )
+    return seconds / MINUTE_S
+
+
+def seed_of(*purpose: str | int) -> int:
+    """Return a seed for one purpose: SHA-256, so that all machines have the same."""
+    key = "\x1f".join(map(str, purpose))
+    return int.from_bytes(hashlib.sha256(key.encode()).digest()[:4], "big")

@@ -1,0 +1,148 @@
+"""Which protocol: the sessions' own answers, the analysis' own thresholds, the same minutes."""
+
+import csv
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+
+import slipscale
+from analysis.planning.protocol_answers import answers_of
+from analysis.planning.protocol_output import sentences
+from analysis.planning.protocol_precision import protocol_precision, thresholds_of
+from analysis.planning.protocol_studies import filling, protocol_study
+from analysis.reading.load import load
+from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.psychometrics.forced_choice import CURVE_OF
+from analysis.statistics.psychometrics.psychometric_function import Answers
+from analysis.statistics.psychometrics.thresholds import fit_threshold
+from experiments.participants.population import Population
+from experiments.running.pilot import pilot_plans, run_pilot
+from experiments.study.file import study_text
+from faults import UserError
+
+PEOPLE = Population()
+
+
+@cache
+def study(name):
+    return protocol_study(name)
+
+
+def two_sided(folder):
+    """Return a constant-stimuli study with comparisons below and above the standard."""
+    text = study_text("constant_stimuli")
+    for old, new in {
+        "[1.2, 1.23, 1.26, 1.32, 1.4, 1.6]": "[1.0, 1.1, 1.15, 1.2, 1.25, 1.3, 1.4]",
+        "[1.23, 1.26, 1.32, 1.4, 1.6]": "[1.0, 1.1, 1.15, 1.25, 1.3, 1.4]",
+        '"forced_choice"': '"yes_no"',
+        "repetitions = 20": "repetitions = 12",
+    }.items():
+        assert old in text
+        text = text.replace(old, new)
+    file = folder / "two_sided.toml"
+    file.write_text(text, encoding="utf-8")
+    return str(file)
+
+
+@pytest.mark.parametrize("name", ["difference_threshold", "two sided"])
+def test_thresholds_are_those_of_a_pilot_s_data_set(name, tmp_path):
+    """Everybody's, but for where the search stops: the same people, and the report's own function."""
+    name = two_sided(tmp_path) if name == "two sided" else name
+    plans = pilot_plans(name, participants=3, seed=4, language=None, population=PEOPLE)
+    run_pilot(tmp_path / "pilot", plans, spec="mock", tell=lambda _: None)
+    rows = load(tmp_path / "pilot").forced_choices
+    expected = []
+    for _, own in rows[~rows["catch"]].groupby("participant_id", observed=True):
+        method = own["method"].iloc[0]
+        answers = Answers.of_trials(own["level_um_pp"].tolist(), own["correct"].tolist())
+        fitted = fit_threshold(answers, method=method, curve=CURVE_OF.get(method, "weibull"))
+        if isinstance(fitted, NotComputed):
+            expected.append(np.nan)
+        elif method == "comparison":  # half the distance between 25 and 75 % of a normal curve
+            expected.append(0.6744897501960817 / fitted.slope.value)
+        else:
+            expected.append(fitted.threshold_um_pp.value)
+    answered = answers_of(protocol_study(name), 3, 4, PEOPLE).people
+    assert len(expected) == 3
+    assert thresholds_of(answered) == pytest.approx(expected, rel=1e-4, nan_ok=True)
+    assert np.isfinite(expected).any()
+
+
+def test_a_study_is_filled_up_to_the_minutes_and_not_beyond():
+    for name in ("biet2007", "detection_threshold"):
+        filled = filling(study(name), 8.0, PEOPLE)
+        more = filled.with_number(filled.number + 8)
+        assert filled.minutes(PEOPLE) == pytest.approx(8.0, rel=0.12)
+        assert more.minutes(PEOPLE) > 8.0
+        assert f"{filled.amount} = {filled.number}" in filled.text
+
+
+def test_what_a_study_answers_is_told_by_its_tasks():
+    assert study("biet2007").quantity == "exponent"
+    assert study("detection_threshold").quantity == "detection threshold"
+    assert study("constant_stimuli").quantity == "difference threshold at 1.2 µm"
+
+
+def test_more_people_and_more_minutes_are_more_precise():
+    short, long = (filling(study("biet2007"), minutes, PEOPLE) for minutes in (2.5, 10.0))
+    few, many = protocol_precision(short, [6, 24], studies=200, seed=1, population=PEOPLE)
+    (longer,) = protocol_precision(long, [6], studies=200, seed=1, population=PEOPLE)
+    assert many.half_width_percent < 0.6 * few.half_width_percent
+    assert longer.half_width_percent < few.half_width_percent
+    assert longer.trials > few.trials
+
+
+def test_a_study_in_which_nobody_answers_has_no_interval_and_that_is_said():
+    nobody = Population(habits={"dropout": 1.0})
+    (row,) = protocol_precision(
+        study("detection_threshold").with_number(4), [3], studies=2, seed=1, population=nobody
+    )
+    assert row.without == 1.0
+    assert np.isnan(row.half_width_percent)
+    assert "no study gives an interval" in " ".join(sentences([row], 5.0, "nobody"))
+
+
+def test_the_comparison_is_told_in_words_and_written(capsys, tmp_path):
+    words = ["power", "biet2007", "--protocols", "detection_threshold", "--minutes", "4"]
+    more = ["--studies", "2", "--participants", "4,3"]
+    assert slipscale.main([*words, *more, "--out", str(tmp_path)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "the same simulated people (population 'biet2007'), 4.0 minutes" in said
+    assert "exponent, 3 participants: biet2007 knows it to ±" in said
+    assert "answer different questions" in said
+    with (tmp_path / "protocols.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    told = json.loads((tmp_path / "protocols.json").read_text(encoding="utf-8"))["rows"]
+    assert [row["study"] for row in rows] == ["detection_threshold"] * 2 + ["biet2007"] * 2
+    assert float(rows[0]["half_width_percent"]) == told[0]["half_width_percent"]
+    assert (tmp_path / "protocols.svg").stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    "words, expected",
+    [
+        (["--protocols", "paired_comparison"], "paired_comparison: none of its tasks"),
+        (["--protocols", "matching"], "matching: none of its tasks"),
+        (["--protocols", "no-such-study"], "no-such-study"),
+        (["--protocols", "detection_threshold", "--minutes", "1"], "--minutes 1: "),
+        (["--protocols", "detection_threshold", "--minutes", "-3"], "--minutes -3"),
+        (["--protocols", "detection_threshold", "--minutes", "nan"], "--minutes nan"),
+        (["--minutes", "5"], "--minutes 5: expected --protocols beside it"),
+        (["--protocols", "detection_threshold", "--effect", "0.5"], "--effect says nothing"),
+        (["--protocols", "detection_threshold", "--looks", "3"], "--looks says nothing"),
+        (["--protocols", "detection_threshold", "--participants", "2"], "--participants 2"),
+    ],
+)
+def test_nonsense_is_refused_in_one_sentence(capsys, words, expected):
+    assert slipscale.main(["power", "biet2007", *words]) == 2
+    said = capsys.readouterr().err
+    assert expected in said
+    assert "expected" in said
+    assert said.count("\n") == 1
+
+
+def test_a_study_is_refused_by_its_name():
+    with pytest.raises(UserError, match="--protocols matching: none of its tasks"):
+        protocol_study("matching")
