@@ -63,6 +63,13 @@ def add_study(parser: ArgumentParser) -> Commands:
         help="simulated people behind the timeline (default: 200)",
     )
     show.add_argument(
+        "--population",
+        metavar="NAME",
+        help="who goes through the timeline: biet2007 (default), realistic (with people's habits), "
+        "or a TOML file",
+    )
+    show.add_argument("--json", action="store_true", help="print the timeline as JSON")
+    show.add_argument(
         "--figure", type=Path, metavar="FILE", help="draw the timeline: .svg, .png or .pdf"
     )
     validate = commands.add_parser(
@@ -91,6 +98,8 @@ def run_study(args: Namespace) -> int:
         say(here())
     if args.what == "show" and args.timeline:
         return _timeline(args)
+    if args.what == "show":
+        _refuse_without_timeline(args)
     actions = {
         "new": lambda: study_commands.new(args.path, args.template, *_title_and_authors(args)),
         "show": lambda: study_commands.show(args.study, args.participant, args.session, args.run),
@@ -115,15 +124,24 @@ def _title_and_authors(args: Namespace) -> tuple[str, tuple[str, ...]]:
     return title or args.path.stem, authors
 
 
+def _refuse_without_timeline(args: Namespace) -> None:
+    """Refuse options that only a timeline has."""
+    for name in ("figure", "population", "json"):
+        if getattr(args, name):
+            raise UserError(f"--{name}: expected --timeline beside it")
+
+
 def _timeline(args: Namespace) -> int:
     """Print what a participant goes through, and draw it."""
-    from experiments.running.timeline import lines, timeline  # noqa: PLC0415
+    from experiments.participants.population import read_population  # noqa: PLC0415
+    from experiments.running.timeline import as_json, lines, timeline  # noqa: PLC0415
 
     figure: Path | None = args.figure
     if figure and figure.suffix not in (".svg", ".png", ".pdf"):
         raise UserError(f"--figure {figure}: expected a name that ends in .svg, .png or .pdf")
-    found = timeline(args.study, people=args.people)
-    print(harmless("\n".join(lines(found))))
+    population = read_population(args.population) if args.population else None
+    found = timeline(args.study, people=args.people, population=population)
+    print(as_json(found) if args.json else harmless("\n".join(lines(found))))
     if figure:
         from experiments.running.timeline_figure import timeline_figure  # noqa: PLC0415
         from figure_style import save  # noqa: PLC0415
@@ -132,5 +150,6 @@ def _timeline(args: Namespace) -> int:
             save(timeline_figure(found), figure)
         except OSError as error:
             raise UserError(f"--figure {figure}: {error.strerror}") from None
-        print(f"figure  {figure}")
+        if not args.json:
+            print(f"figure  {figure}")
     return DONE

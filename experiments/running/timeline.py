@@ -6,8 +6,9 @@ where they ask, wait or are greeted; ``[cost]`` has a place for that.
 
 from __future__ import annotations
 
+import json
 from collections import defaultdict
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -231,6 +232,13 @@ def _part(step: Step, plan: RunPlan) -> str:
     titles = {protocol.task: protocol.title for protocol, _ in plan.tasks()}
     title = titles[trial.task]
     return f"{title}, practice" if trial.phase == "practice" else title
+
+
+def as_json(found: Timeline) -> str:
+    """Return a timeline as JSON."""
+    told = asdict(found)
+    told["parts"] = [{"part": part, **asdict(minutes)} for part, minutes in found.parts]
+    return json.dumps(told, indent=2, ensure_ascii=False)
 
 
 def lines(found: Timeline) -> list[str]:

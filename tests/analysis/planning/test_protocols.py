@@ -48,7 +48,7 @@ def two_sided(folder):
 
 @pytest.mark.parametrize("name", ["difference_threshold", "two sided"])
 def test_thresholds_are_those_of_a_pilot_s_data_set(name, tmp_path):
-    """Everybody's, but for where the search stops: the same people, and the report's own function."""
+    """Everybody's, but for where the search stops: the same people, the report's own function."""
     name = two_sided(tmp_path) if name == "two sided" else name
     plans = pilot_plans(name, participants=3, seed=4, language=None, population=PEOPLE)
     run_pilot(tmp_path / "pilot", plans, spec="mock", tell=lambda _: None)

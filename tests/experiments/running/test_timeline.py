@@ -1,6 +1,7 @@
 """The timeline is what full sessions take, and its plate-on time what the plate did."""
 
 import itertools
+import json
 
 import pytest
 
@@ -92,3 +93,33 @@ def test_nonsense_is_refused_in_a_sentence(capsys, words):
 def test_matching_has_a_timeline_too(capsys):
     assert slipscale.main(["study", "show", "matching", "--timeline", "--people", "1"]) == 0
     assert "Matching by adjustment" in capsys.readouterr().out
+
+
+def test_the_timeline_is_told_as_json_for_other_people_too(capsys):
+    words = ["study", "show", "biet2007", "--timeline", "--people", "12", "--json"]
+    assert slipscale.main(words) == 0
+    plain = json.loads(capsys.readouterr().out)
+    assert plain["parts"][-1]["part"] == "Magnitude estimation of slipperiness"
+    assert plain["parts"][-1]["p5"] <= plain["parts"][-1]["p95"]
+    assert plain["total_min"]["p50"] == timeline("biet2007", people=12).total_min.p50
+    assert plain["cost_each"] is None
+    assert slipscale.main([*words, "--population", "realistic"]) == 0
+    realistic = json.loads(capsys.readouterr().out)
+    # Who gives up goes through less; nobody goes through more.
+    assert realistic["total_min"]["p5"] <= plain["total_min"]["p5"]
+    assert realistic != plain
+
+
+@pytest.mark.parametrize(
+    "words, expected",
+    [
+        (["--json"], "--json: expected --timeline"),
+        (["--population", "realistic"], "--population: expected --timeline"),
+        (["--timeline", "--population", "nobody"], "'nobody'"),
+    ],
+)
+def test_options_of_the_timeline_are_refused_in_a_sentence(capsys, words, expected):
+    assert slipscale.main(["study", "show", "biet2007", *words]) == 2
+    said = capsys.readouterr().err
+    assert expected in said
+    assert said.count("\n") == 1
