@@ -65,8 +65,11 @@ def analyse(
         The data cannot be read, holds nothing to analyse, or does not allow the rule.
     """
     tell = progress or (lambda _: None)
-    tell("reading the data")
-    data = dataset if isinstance(dataset, Dataset) else load(dataset)
+    if isinstance(dataset, Dataset):
+        data = dataset
+    else:
+        tell("reading the data")
+        data = load(dataset)
     read = (
         *(data.estimates, data.differences, data.forced_choices),
         *(data.comparisons, data.matches),

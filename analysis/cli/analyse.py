@@ -65,6 +65,11 @@ def add_analyse(parser: ArgumentParser) -> None:
         help="hold data and analysis against a plan of slipscale study freeze, and report every "
         "deviation (exit status 1 where there is one)",
     )
+    parser.add_argument(
+        "--steps",
+        action="store_true",
+        help="say each step in a line of its own on standard error, for programs",
+    )
     add_mapping(parser)
 
 
@@ -176,7 +181,7 @@ def run_analyse(args: Namespace) -> int:
 
     say(here())
     bundle = read_bundle(args.plan) if args.plan else None
-    with telling() as progress:
+    with telling(lines=args.steps) as progress:
         analysis = analysed(args, progress)
         if bundle is not None:
             analysis = held_against(bundle, analysis, args)
@@ -184,11 +189,10 @@ def run_analyse(args: Namespace) -> int:
         out = Path(args.out) if args.out else default_folder(data, args.dataset)
         if args.in_session and not args.out:
             out /= f"ses-{args.in_session}"  # beside the results of all together
-        progress("writing tables, figures and the report")
         # Matplotlib takes a second to load: not before something is to be drawn.
         from analysis.reporting.files import write_analysis  # noqa: PLC0415
 
-        report = write_analysis(analysis, out)
+        report = write_analysis(analysis, out, progress)
     for sentence in analysis.problems:
         print(harmless(f"note: {in_own_words(sentence, data.quantity)}"), file=sys.stderr)
     if args.json:

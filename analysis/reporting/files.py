@@ -35,7 +35,7 @@ from analysis.statistics.run_all import Inference
 from faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from matplotlib.figure import Figure
@@ -46,16 +46,25 @@ XML = '<?xml version="1.0" encoding="utf-8"?>\n'
 SOFTWARE = ("slipscale", "numpy", "scipy", "pandas", "statsmodels", "pingouin", "matplotlib")
 
 
-def write_analysis(analysis: Analysis, out: Path) -> Path:
+def write_analysis(
+    analysis: Analysis, out: Path, progress: Callable[[str], None] | None = None
+) -> Path:
     """Write tables, figures and the report into a folder, made if need be; return the report.
+
+    Parameters
+    ----------
+    progress : callable, optional
+        Called with a few words on what comes next.
 
     Raises
     ------
     UserError
         A file cannot be written.
     """
+    tell = progress or (lambda _: None)
     quantity = analysis.dataset.quantity
     make_folder(out)
+    tell("writing tables")
     try:
         for name, table in tables(analysis).items():
             write_csv(own_columns(table, quantity), out / f"{name}.csv")
@@ -70,6 +79,7 @@ def write_analysis(analysis: Analysis, out: Path) -> Path:
             _write(out / f"{name}.json", json_form.text(own_keys(json_form.form(value), quantity)))
         if analysis.friction is not None:
             _write(out / "friction.json", json_form.text(analysis.friction))
+        tell("drawing figures")
         drawn = draw(analysis)
         svgs = {
             name: with_tips(figure_style.svg(figure, salt=name)) for name, figure in drawn.items()
@@ -77,6 +87,7 @@ def write_analysis(analysis: Analysis, out: Path) -> Path:
         for name, figure in drawn.items():
             _write(out / f"{name}.svg", f"{XML}{svgs[name]}\n")
             figure_style.save(figure, out / name, (".png", ".pdf"))
+        tell("writing the report")
         report = out / "report.html"
         _write(report, page.render(analysis, svgs, versions))
     except OSError as error:

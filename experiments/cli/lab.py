@@ -196,6 +196,8 @@ def run_participants(args: Namespace) -> int:
         console.print(table)
     begun = sum(person.state != "withdrew" for person in roster.people)
     print(f"{begun} of {roster.planned} planned have begun, {len(roster.of('done'))} are done")
+    for sentence in _exclusions(roster):
+        print(sentence)
     for person in roster.of("interrupted"):
         print(f"participant {person.label}: {_how_to_resume(person)}")
     for person in roster.of("returns"):
@@ -213,11 +215,28 @@ def _row(person: Person) -> list[str]:
     last = person.last_begun
     return [
         person.label,
-        person.state,
+        f"{person.state}, excluded" if person.excluded else person.state,
         str(person.place or ""),
         ", ".join(person.order),
         f"{over} of {planned}" if person.visits else "",
         last.started_utc.replace("T", " ")[:16] if last else "",
+    ]
+
+
+def _exclusions(roster: Roster) -> list[str]:
+    """Return who is excluded and by which rule, and whose rule it is."""
+    if not roster.exclusions and not roster.excluded:
+        return []
+    rules = f"the study's rules: {', '.join(roster.exclusions) or 'none now'}"
+    if not roster.analysed_utc:
+        return [f"who is excluded is known after slipscale analyse ({rules})"]
+    when = roster.analysed_utc.replace("T", " ")[:16]
+    if not roster.excluded:
+        return [f"nobody is excluded by the analysis of {when} UTC ({rules})"]
+    return [
+        f"participant {person.label} is excluded by {', '.join(person.excluded)} "
+        f"(analysis of {when} UTC; {rules})"
+        for person in roster.excluded
     ]
 
 

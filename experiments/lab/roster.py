@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
@@ -11,6 +11,7 @@ from experiments.dataset.runs import journals
 from experiments.dataset.withdrawal import replacement, withdrawn
 from experiments.journal.locks import is_being_written
 from experiments.journal.run_record import read_usable
+from experiments.lab.exclusions import read_exclusions
 from experiments.running.run_state import run_state
 from experiments.study.run_plan import RunPlan, journal_path
 from faults import UserError
@@ -62,12 +63,15 @@ class Person:
         In the counterbalancing, from 1; None for who withdrew.
     order : tuple of str
         The tasks in the order of the person's first run.
+    excluded : tuple of str
+        The study's rules that excluded the person from the last analysis.
     """
 
     label: str
     state: PersonState
     place: int | None = None
     order: tuple[str, ...] = ()
+    excluded: tuple[str, ...] = ()
     visits: tuple[Visit, ...] = ()
 
     @property
@@ -92,11 +96,17 @@ class Roster:
         How many the study plans.
     new : str or None
         The label of who comes next for the first time; None once all planned have begun.
+    exclusions : tuple of str
+        The study's rules that exclude; who is excluded is known after an analysis.
+    analysed_utc : str
+        When that was, in ISO 8601; empty without one.
     """
 
     people: tuple[Person, ...]
     planned: int
     new: str | None
+    exclusions: tuple[str, ...] = ()
+    analysed_utc: str = ""
 
     def of(self, state: PersonState) -> list[Person]:
         """Return those in a state."""
@@ -105,6 +115,11 @@ class Roster:
     def person(self, label: str) -> Person | None:
         """Return a participant, None where there is none of that label."""
         return next((person for person in self.people if person.label == label), None)
+
+    @property
+    def excluded(self) -> list[Person]:
+        """Those whom the last analysis left out."""
+        return [person for person in self.people if person.excluded]
 
     @property
     def running(self) -> Visit | None:
@@ -128,11 +143,15 @@ def read_roster(dataset: Path, study: Study, study_text: str) -> Roster:
     people = [_person(dataset, study, study_text, label, paths) for label, paths in begun.items()]
     people = [person for person in people if person.visits and person.label not in gone]
     people += [Person(label=label, state="withdrew") for label in gone]
+    found = read_exclusions(dataset)
+    people = [replace(each, excluded=found.flags.get(each.label, ())) for each in people]
     people.sort(key=lambda person: (_number(person.label), person.label))
     return Roster(
         people=tuple(people),
         planned=study.participants,
         new=_next_label([person.label for person in people], gone, study.participants),
+        exclusions=study.analysis.exclusions,
+        analysed_utc=found.analysed_utc,
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from experiments.dataset.rows_from_journal import gather
 from experiments.journal.run_record import elapsed_s, read_usable
@@ -29,6 +29,24 @@ class Event:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class PlateReading:
+    """What the plate told at a presentation.
+
+    Parameters
+    ----------
+    used_tolerance : float or None
+        How far the measured amplitude lay from what was commanded, as a share of what the plate's
+        limits allow; None where nothing was measured.
+    temperature_c : float or None
+        The plate's; None where it tells none.
+    """
+
+    time_s: float
+    used_tolerance: float | None
+    temperature_c: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class RunSummary:
     """A run, as far as it has come.
 
@@ -42,9 +60,8 @@ class RunSummary:
         Of the trials in order; of each task's answer.
     duration_s : float
         From the beginning to the last step.
-    used_tolerance : tuple of float
-        For each presentation with a measured readback, how far it lay from what was commanded, as
-        a share of what the plate's limits allow. It says nothing of the amplitude.
+    readings : tuple of PlateReading
+        One for each presentation.
     doing : str
         The step that was begun last: its type, and the name of a question after a colon.
     """
@@ -53,7 +70,7 @@ class RunSummary:
     flags: Mapping[str, int] = field(default_factory=dict)
     response_times_s: tuple[float, ...] = ()
     duration_s: float = 0.0
-    used_tolerance: tuple[float, ...] = ()
+    readings: tuple[PlateReading, ...] = ()
     events: tuple[Event, ...] = ()
     doing: str = ""
 
@@ -83,7 +100,7 @@ def _summary(path: Path, _inode: int, _changed_ns: int, _size: int) -> RunSummar
         flags=Counter(flag for trial in trials for flag in trial.flags),
         response_times_s=tuple(time for trial in trials for time in _response_times(trial)),
         duration_s=elapsed_s(records),
-        used_tolerance=tuple(_used_tolerance(records)),
+        readings=tuple(_readings(records)),
         events=tuple(
             Event(time_s=record.time_s, kind=record.kind, words=_words(record))
             for record in records
@@ -98,20 +115,28 @@ def _response_times(trial: TrialRecord) -> list[float]:
     return [float(time) for time in found if time is not None][:1]
 
 
-def _used_tolerance(records: list[Record]) -> list[float]:
+def _readings(records: list[Record]) -> list[PlateReading]:
     plates = [r.data["plate"] for r in records if r.kind in ("header", "resume")]
     limits = plates[-1].get("limits") or {} if plates else {}
-    share, least_um = limits.get("tolerance"), limits.get("tolerance_um")
-    if not isinstance(share, float) or not isinstance(least_um, float):
-        return []
-    answers = [record.data["answer"] or {} for record in records if record.kind == "done"]
+    answers = [(r.time_s, r.data["answer"] or {}) for r in records if r.kind == "done"]
     return [
-        abs(answer["readback_um_pp"] - answer["commanded_um_pp"])
-        / max(share * answer["commanded_um_pp"], least_um)
-        for answer in answers
-        if answer.get("type") == "Presented" and answer["readback_kind"] == "measured"
-        if answer["readback_um_pp"] is not None
+        PlateReading(
+            time_s=time_s,
+            used_tolerance=_used_tolerance(answer, limits),
+            temperature_c=answer.get("temperature_c"),
+        )
+        for time_s, answer in answers
+        if answer.get("type") == "Presented"
     ]
+
+
+def _used_tolerance(answer: Mapping[str, Any], limits: Mapping[str, Any]) -> float | None:
+    share, least_um = limits.get("tolerance"), limits.get("tolerance_um")
+    measured = answer["readback_um_pp"] if answer["readback_kind"] == "measured" else None
+    if measured is None or not isinstance(share, float) or not isinstance(least_um, float):
+        return None
+    commanded: float = answer["commanded_um_pp"]
+    return float(abs(measured - commanded) / max(share * commanded, least_um))
 
 
 def _words(record: Record) -> str:

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from hardware.driver import PlateDriver
 
 RECONNECT_WAIT_S = 0.5
+UNBLINDED = "unblinded: the operator is told the amplitude from here on"
 
 
 class _Paused(Exception):
@@ -50,8 +51,6 @@ class Interruptions:
         The session's.
     hold_text : str
         Asks the participant to wait.
-    unblind : bool
-        Whether the operator is told the amplitude.
     """
 
     def __init__(
@@ -67,7 +66,6 @@ class Interruptions:
         progress: Progress,
         markers: Markers,
         hold_text: str,
-        unblind: bool,
     ) -> None:
         self._plate = plate
         self._surface = surface
@@ -79,7 +77,6 @@ class Interruptions:
         self._progress = progress
         self._markers = markers
         self._hold_text = hold_text
-        self._unblind = unblind
         self._voids = _pending_voids(journal.records)
         self._questions: list[Ask] = []
 
@@ -114,6 +111,8 @@ class Interruptions:
             self._ask_again(request)
         elif request.what == "note":
             self._note(request)
+        elif request.what == "unblind":
+            self._unblind()
         elif request.what == "pause":
             raise _Paused
         elif request.what == "stop":
@@ -169,6 +168,12 @@ class Interruptions:
         self._journal.write("note", text=request.reason)
         self._progress.say("the note is in the journal")
 
+    def _unblind(self) -> None:
+        """Tell the operator the amplitude from now on, and write that down."""
+        if not self._progress.unblinded:
+            self._journal.write("note", text=UNBLINDED)
+            self._progress.unblind()
+
     def _voided(self) -> list[tuple[str, int]]:
         """Return all trials voided in this run, by task and number."""
         voids = [record.data for record in self._journal.records if record.kind == "void"]
@@ -193,7 +198,7 @@ class Interruptions:
             self._journal.write("fault", code=fault.code, message=fault.message)
             self._plate.close()
             self._clock.sleep(RECONNECT_WAIT_S)
-            told = fault if self._unblind else fault.blinded()
+            told = fault if self._progress.unblinded else fault.blinded()
             try:
                 self._wait_for("fault", "retry", str(told))
             except StopRequested as stopped:
@@ -221,6 +226,8 @@ class Interruptions:
                 self._ask_again(request)
             if request is not None and request.what == "note":
                 self._note(request)
+            if request is not None and request.what == "unblind":
+                self._unblind()
             return request is not None and request.what == wanted
 
         if not answered():

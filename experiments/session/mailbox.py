@@ -32,7 +32,7 @@ LOOK_S = 0.05
 LONGEST_REQUEST = 20_000
 STATUS, REQUESTS = "status.json", "requests"
 
-Asked = Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note"]
+Asked = Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note", "unblind"]
 
 
 class TrialName(BaseModel):
@@ -67,8 +67,10 @@ class LiveStatus(BaseModel):
     voided: int
     noise: str
     plate: str
+    temperature_c: float | None = None
     message: str
     amplitude_um_pp: float | None
+    unblinded: bool = False
     refused: str
 
 
@@ -185,8 +187,10 @@ class Mailbox:
             voided=status.voided,
             noise=status.noise,
             plate=status.plate,
+            temperature_c=status.temperature_c,
             message=status.message,
             amplitude_um_pp=status.amplitude_um_pp,
+            unblinded=status.unblinded,
             refused=self._refused,
         )
 

@@ -52,6 +52,8 @@ class SessionStatus:
         A fault's or a refusal's sentence.
     amplitude_um_pp : float or None
         Only unblinded.
+    unblinded : bool
+        Whether the operator is told amplitudes.
     """
 
     state: State
@@ -72,20 +74,22 @@ class SessionStatus:
     temperature_c: float | None = None
     message: str = ""
     amplitude_um_pp: float | None = None
+    unblinded: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Request:
     """What the operator asks for: to pause or go on, void a trial, ask again, retry, or stop.
 
-    "note" has the session write the operator's words, ``reason``, into the journal.
+    "note" has the session write the operator's words, ``reason``, into the journal. "unblind" has
+    it tell the amplitude from then on, which is written into the journal too.
 
     ``trial`` is the one to be voided, None the one that is `SessionStatus.voidable` now: while a
     reason is typed the session may have come to the next. ``question`` is the one to be asked
     again, of `SessionStatus.asked`.
     """
 
-    what: Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note"]
+    what: Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note", "unblind"]
     reason: str = ""
     trial: Trial | None = None
     question: Ask | None = None

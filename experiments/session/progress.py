@@ -32,6 +32,8 @@ class Progress:
         How many trials the whole session is expected to have.
     voided : int
         How many trials were voided before the session was resumed; each is repeated.
+    unblinded : bool
+        Whether the operator is told the amplitude from the beginning.
     """
 
     def __init__(
@@ -43,12 +45,15 @@ class Progress:
         surface: SurfaceState,
         planned: int,
         voided: int = 0,
+        unblinded: bool = False,
     ) -> None:
         self._operator = operator
         self._clock = clock
         self._noise = noise
         self._surface = surface
-        self._status = SessionStatus(state="showing", planned=planned + voided, voided=voided)
+        self._status = SessionStatus(
+            state="showing", planned=planned + voided, voided=voided, unblinded=unblinded
+        )
         self._begun_s = clock.now()
         self._away_s = 0.0  # faults and pauses
         self._done_before = 0
@@ -69,6 +74,16 @@ class Progress:
         """The trial before the one in progress, while the protocol can still repeat it."""
         before, now = self._before, self.voidable
         return before if before and now and before.task == now.task else None
+
+    @property
+    def unblinded(self) -> bool:
+        """Whether the operator is told amplitudes."""
+        return self._status.unblinded
+
+    def unblind(self) -> None:
+        """Tell the operator the amplitude, now and from here on."""
+        self._status = replace(self._status, unblinded=True)
+        self.tell(self._status.state, amplitude_um_pp=self._surface.amplitude_um_pp)
 
     def was_asked(self, question: Ask) -> bool:
         """Whether a question was asked, and can be asked again."""
@@ -127,7 +142,7 @@ class Progress:
     def tell(
         self, state: State, *, message: str = "", amplitude_um_pp: float | None = None
     ) -> None:
-        """Tell the operator the state."""
+        """Tell the operator the state; the amplitude only unblinded."""
         elapsed_s = self._clock.now() - self._begun_s - self._away_s
         done = self._status.done - self._done_before
         left = max(self._status.planned - self._status.done, 0)
@@ -142,6 +157,6 @@ class Progress:
             temperature_c=self._surface.temperature_c,
             elapsed_s=elapsed_s,
             time_left_s=elapsed_s / done * left if done else None,
-            amplitude_um_pp=amplitude_um_pp,
+            amplitude_um_pp=amplitude_um_pp if self.unblinded else None,
         )
         self._operator.tell(self._status)

@@ -113,7 +113,6 @@ class Session:
         self._noise = noise or NoNoise()
         self._markers = markers or Markers()
         self._markers.lost = self._marker_lost
-        self._unblind = unblind
         following = Following(plate, clock, place_known="position" in (sources or {}))
         self._surface = SurfaceState(plate, clock, self._feel, following)
         self._tracking = tracking
@@ -126,6 +125,7 @@ class Session:
             surface=self._surface,
             planned=planned,
             voided=voided,
+            unblinded=unblind,
         )
         journal.tell = self._progress.say
         self._interruptions = Interruptions(
@@ -139,7 +139,6 @@ class Session:
             progress=self._progress,
             markers=self._markers,
             hold_text=texts["session.hold"],
-            unblind=unblind,
         )
         self._rewinds = False  # the surface was lost because a pilot was interrupted
         self._actions: Mapping[type, Callable[[Any], Answer]] = {
@@ -303,8 +302,7 @@ class Session:
             self._restore(step)
         self._rewinds = False
         self._noise.start()
-        amplitude_um_pp = step.surface.amplitude_um_pp if self._unblind else None
-        self._progress.tell("presenting", amplitude_um_pp=amplitude_um_pp)
+        self._progress.tell("presenting", amplitude_um_pp=step.surface.amplitude_um_pp)
         if self._tracking and self._surface.state == "silent":
             self._tracking.before(step, self._journal, self._clock)
         self._markers.mark(Event.ONSET, step)
@@ -441,8 +439,7 @@ class Session:
 
     def _wait(self) -> None:
         """Tell the operator that the participant is at work."""
-        amplitude_um_pp = self._surface.amplitude_um_pp if self._unblind else None
-        self._progress.tell("waiting", amplitude_um_pp=amplitude_um_pp)
+        self._progress.tell("waiting", amplitude_um_pp=self._surface.amplitude_um_pp)
 
 
 def turned(amplitude_um_pp: float) -> VirtualSurface:

@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from experiments.dataset.bids import write_file
 from experiments.journal.run_record import is_mock
+from experiments.lab.console.state import ended_runs
 from experiments.lab.unblinding import unblind
 from experiments.running.run_state import studies
 from experiments.session.mailbox import LiveRequest, TrialName, post
@@ -59,8 +60,9 @@ class Ask(Form):
     """Ask the running session for what a key would."""
 
     token: Annotated[str, Field(pattern="^[0-9a-f]{1,64}$")]
-    what: Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note"]
+    what: Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note", "unblind"]
     reason: Words = ""
+    word: Words = ""
     task: Annotated[str, Field(max_length=100)] = ""
     trial: Annotated[int, Field(ge=0)] = 0
     question: Annotated[str, Field(max_length=100)] = ""
@@ -114,6 +116,7 @@ class Actions:
     def __init__(self, state: State, jobs: Jobs) -> None:
         self._state = state
         self._jobs = jobs
+        self._analysed: frozenset[tuple[Path, int]] = frozenset()
         self._table: dict[str, tuple[type[Form], Callable[[Any], str]]] = {
             "begin": (Begin, self._begin),
             "resume": (Resume, self._resume),
@@ -203,6 +206,8 @@ class Actions:
             raise UserError("that session is over")
         if asked.what in ("void", "note") and not asked.reason.strip():
             raise UserError("expected words: why, or what is to be noted")
+        if asked.what == "unblind":
+            _check_meant(asked.word)
         trial = TrialName(task=asked.task, number=asked.trial) if asked.what == "void" else None
         post(
             live.visit.path,
@@ -223,8 +228,7 @@ class Actions:
 
     def _unblind(self, asked: Unblind) -> str:
         found = self._now()
-        if asked.word.strip().casefold() not in CONFIRMING:
-            raise UserError(f"expected the word {' or '.join(sorted(CONFIRMING))}")
+        _check_meant(asked.word)
         if found.roster is None:
             raise UserError("there is nobody yet")
         unblind(found.defaults.data, found.roster)
@@ -239,13 +243,34 @@ class Actions:
         found = self._now()
         if not found.seen:
             raise UserError("results would unblind you: unblind first, or wait for all planned")
-        self._jobs.start("analysis", "the analysis", "analyse", str(found.defaults.data))
+        self._start_analysis(found)
         return "analysing"
+
+    def _start_analysis(self, found: Snapshot) -> None:
+        self._analysed = ended_runs(found)
+        self._jobs.start("analysis", "the analysis", "analyse", "--steps", str(found.defaults.data))
+
+    def renew(self) -> None:
+        """Analyse anew where runs have ended since, and results may be seen.
+
+        Not while a session runs: its frames come first, and it may be about to end. What has
+        failed is not tried again before another run has ended.
+        """
+        found = self._state.now()
+        job = self._jobs.last("analysis")
+        if not found.seen or found.live or (job and job.running):
+            return
+        ended = ended_runs(found)
+        newest_ns = max((changed_ns for _, changed_ns in ended), default=0)
+        # What another process analysed is known by the clock alone.
+        due = bool(self._analysed) or newest_ns > (found.results_ns or 0)
+        if ended and ended != self._analysed and due:
+            self._start_analysis(found)
 
     def _pilot(self, asked: Pilot) -> str:
         self._now()
         numbers = ("--participants", str(asked.participants), "--seed", str(asked.seed))
-        self._jobs.start("pilot", "the pilot", "pilot", *numbers)
+        self._jobs.start("pilot", "the pilot", "pilot", *numbers, parts=asked.participants)
         return "the pilot runs"
 
     def _validate(self, asked: Study) -> str:
@@ -286,6 +311,11 @@ class Actions:
 
 # What is typed to unblind, in the console's languages.
 CONFIRMING = frozenset({"unblind", "voir"})
+
+
+def _check_meant(word: str) -> None:
+    if word.strip().casefold() not in CONFIRMING:
+        raise UserError(f"expected the word {' or '.join(sorted(CONFIRMING))}")
 
 
 def why_not_edited(found: Snapshot) -> str:

@@ -7,6 +7,7 @@ from contextlib import asynccontextmanager
 from functools import partial
 from importlib.resources import files
 from io import BytesIO
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import anyio
@@ -19,7 +20,8 @@ from starlette.routing import Route
 
 from experiments.lab.console.actions import Actions
 from experiments.lab.console.jobs import KINDS
-from experiments.lab.console.pages import PAGES
+from experiments.lab.console.pages import PAGES, parts_done
+from experiments.lab.console.presence import Presence
 from experiments.lab.console.security import REPORT_POLICY, Guard
 from experiments.lab.console.state import RESULTS, State, pilots
 from experiments.lab.console.words import LANGUAGES, Words, preferred
@@ -27,7 +29,6 @@ from faults import UserError, harmless
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator
-    from pathlib import Path
 
     from starlette.requests import Request
 
@@ -53,6 +54,8 @@ class Console:
         self.jobs = jobs
         self.state = State()
         self.actions = Actions(self.state, jobs)
+        # A console that only shows is no second hand on the session.
+        self.presence = None if access.read_only else Presence(Path.cwd(), access.port)
         self.closing = anyio.Event()
         self._environment = Environment(
             loader=PackageLoader(PACKAGE),
@@ -80,8 +83,10 @@ class Console:
             "pages": tuple(PAGES),
             "other": next(code for code in LANGUAGES if code != t.language),
             "found": found,
+            "notices": self._notices(),
             "shown_state": status.state if status else "",
             "read_only": self.access.read_only,
+            "all_shown": "all" in request.query_params,
             **more,
         }
         if template == f"{name}.html":
@@ -108,8 +113,14 @@ class Console:
                 await self.closing.wait()
 
     def _version(self) -> str:
+        if self.presence and self.presence.first():
+            self.actions.renew()
         jobs = [self.jobs.last(kind) for kind in KINDS]
-        return self.state.version([(job.status, job.complained()) if job else None for job in jobs])
+        told = [(job.status, job.complained(), job.steps()) if job else None for job in jobs]
+        return self.state.version(told, parts_done(self.state.now(), self.jobs), self._notices())
+
+    def _notices(self) -> tuple[str, ...]:
+        return self.state.now().notices + (self.presence.notices() if self.presence else ())
 
     # Files: each is named here, none by the page ------------------------------------------------
 
@@ -192,8 +203,12 @@ def make_app(access: Access, jobs: Jobs) -> tuple[Starlette, Console]:
 
     @asynccontextmanager
     async def lifespan(_: Starlette) -> AsyncIterator[None]:
+        if console.presence:
+            console.presence.announce()
         yield
         console.closing.set()
+        if console.presence:
+            console.presence.close()
 
     paths = {name: "/" if name == "today" else f"/{name}" for name in PAGES}
     routes = [

@@ -11,6 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, get_args
@@ -20,6 +21,9 @@ from faults import UserError, harmless
 Kind = Literal["session", "check", "analysis", "pilot"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 LONGEST = 20_000  # characters of a job's output that are read
+STEP = "step: "  # how a command begins a line that says what it does now
+LEAST_URGENT = 19  # a session's frames come before what is computed beside it
+COMPUTING: frozenset[Kind] = frozenset({"analysis", "pilot"})
 
 
 @dataclass(slots=True, kw_only=True)
@@ -32,6 +36,8 @@ class Job:
         What it does: one of each kind runs at a time.
     about : str
         Whom or what it is about, in words.
+    parts : int
+        Of how many parts its work consists; 0 where that is not known.
     """
 
     kind: Kind
@@ -39,6 +45,7 @@ class Job:
     process: subprocess.Popen[bytes]
     output: Path
     errors: Path
+    parts: int = 0
     began_s: float = field(default_factory=time.time)
 
     @property
@@ -57,8 +64,15 @@ class Job:
 
     def complained(self) -> str:
         """Return the last line of what it wrote for people."""
-        lines = [line for line in _text(self.errors).splitlines() if line.strip()]
-        return lines[-1].strip() if lines else ""
+        lines = [line for line in self._lines() if not line.startswith(STEP)]
+        return lines[-1] if lines else ""
+
+    def steps(self) -> list[str]:
+        """Return the steps that it said it came to, in order."""
+        return [line.removeprefix(STEP) for line in self._lines() if line.startswith(STEP)]
+
+    def _lines(self) -> list[str]:
+        return [line.strip() for line in _text(self.errors).splitlines() if line.strip()]
 
 
 class Jobs:
@@ -78,8 +92,8 @@ class Jobs:
         """Return the last job of a kind."""
         return self._last.get(kind)
 
-    def start(self, kind: Kind, about: str, *words: str) -> Job:
-        """Start a slipscale command.
+    def start(self, kind: Kind, about: str, *words: str, parts: int = 0) -> Job:
+        """Start a slipscale command; one that computes gives way to a session.
 
         Raises
         ------
@@ -107,8 +121,11 @@ class Jobs:
                 f"{self._folder}: {error.strerror}; is the folder still there?"
             ) from None
         self._last[kind] = Job(
-            kind=kind, about=about, process=process, output=output, errors=errors
+            kind=kind, about=about, process=process, output=output, errors=errors, parts=parts
         )
+        if kind in COMPUTING and sys.platform != "win32":
+            with suppress(OSError):  # it has ended already
+                os.setpriority(os.PRIO_PROCESS, process.pid, LEAST_URGENT)
         return self._last[kind]
 
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from experiments.journal.run_record import is_mock
 from experiments.lab.console.actions import text_hash, why_not_edited
+from experiments.lab.console.history import deviations, history
 from experiments.lab.console.plots import scatter
 from experiments.lab.console.state import (
     RESULTS,
@@ -22,15 +24,17 @@ from experiments.study.file import study_text
 from experiments.study.run_plan import RunPlan
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from experiments.lab.console.jobs import Job, Jobs
     from experiments.lab.console.state import Live, Snapshot
     from experiments.lab.console.words import Words
-    from experiments.lab.roster import Visit
+    from experiments.lab.roster import Person, Visit
 
 MOST_EVENTS = 30
-FEWEST_PRESENTATIONS = 8  # before the largest deviation is told: of few it could tell an amplitude
+MOST_NOTES = 20
+MOST_BARS = 24
+MOST_PEOPLE = 60  # in a table, unless all are asked for
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +52,17 @@ class Row:
         return median(times) if times else None
 
 
-def today(found: Snapshot, jobs: Jobs, _: Words) -> dict[str, Any]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Note:
+    """The operator's words in a run."""
+
+    label: str
+    visit: Visit
+    time_s: float
+    words: str
+
+
+def today(found: Snapshot, jobs: Jobs, t: Words) -> dict[str, Any]:
     """Return what the page of the day shows."""
     check, people = jobs.last("check"), found.roster.people if found.roster else ()
     over = check is not None and not check.running
@@ -61,7 +75,44 @@ def today(found: Snapshot, jobs: Jobs, _: Words) -> dict[str, Any]:
         "found_checks": results,
         "check_failed": check.complained() if check and over and results is None else "",
         "ready": bool(results) and all(each["passed"] is not False for each in results or ()),
+        "notes": _notes(found),
+        "clock": clock_face,
+        "doing": _doing(found.live, t) if found.live else "",
+        "pressing": _pressing(people),
     }
+
+
+def _pressing(people: Sequence[Person]) -> list[Person]:
+    """Return whom a long table shows: who waits for something, then who began last."""
+    if len(people) <= MOST_PEOPLE:
+        return list(people)
+
+    def order(person: Person) -> tuple[bool, str]:
+        last = person.last_begun
+        return person.state not in ("done", "withdrew"), last.started_utc if last else ""
+
+    shown = sorted(people, key=order, reverse=True)[:MOST_PEOPLE]
+    return [person for person in people if person in shown]
+
+
+def _notes(found: Snapshot) -> list[Note]:
+    """Return the operators' newest notes, of rehearsals too."""
+    rosters = [roster for roster in (found.roster, found.rehearsals) if roster]
+    begun = [
+        (visit.started_utc, person.label, visit)
+        for roster in rosters
+        for person in roster.people
+        for visit in person.visits
+        if visit.state != "free"
+    ]
+    newest = sorted(begun, key=lambda each: each[0], reverse=True)[:MOST_NOTES]
+    notes = [
+        Note(label=label, visit=visit, time_s=event.time_s, words=event.words)
+        for _, label, visit in newest
+        for event in reversed(summary(visit.path).events)
+        if event.kind == "note"
+    ]
+    return notes[:MOST_NOTES]
 
 
 def live(found: Snapshot, jobs: Jobs, t: Words) -> dict[str, Any]:
@@ -69,7 +120,7 @@ def live(found: Snapshot, jobs: Jobs, t: Words) -> dict[str, Any]:
     shown: dict[str, Any] = {"session_failed": _failure(jobs.last("session"))}
     if found.live is None:
         return shown
-    used = found.live.summary.used_tolerance
+    groups = deviations(found.live.summary.readings)
     status = found.live.status
     # A pause takes the surface away, and it is presented again: nothing is wrong with the plate.
     held = status is not None and status.state == "paused" and status.plate == "lost"
@@ -78,7 +129,8 @@ def live(found: Snapshot, jobs: Jobs, t: Words) -> dict[str, Any]:
         "doing": _doing(found.live, t),
         "clock": clock_face,
         "events": found.live.summary.events[::-1][:MOST_EVENTS],
-        "tolerance": round(100 * max(used)) if len(used) >= FEWEST_PRESENTATIONS else None,
+        "tolerance": round(100 * max(g.largest for g in groups)) if groups else None,
+        "history": history(found.live.summary),
     }
 
 
@@ -148,21 +200,32 @@ def data(found: Snapshot, jobs: Jobs, _: Words) -> dict[str, Any]:
     whole = [row for row in rows if row.visit.state == "complete"]
     longest = max((row.summary.duration_s for row in whole), default=0.0) or 1.0
     analysis = jobs.last("analysis")
+    at_work = bool(analysis and analysis.running)
     figure = found.defaults.data / RESULTS / "fig15.svg"
     drawn = found.seen and figure.is_file()
     return {
-        "rows": rows,
+        "rows": rows[-MOST_PEOPLE:],
+        "all_rows": rows,
         "plot": scatter([row.summary.response_times_s for row in rows]),
         "durations": [
             (row.label, row.summary.duration_s / 60, row.summary.duration_s / longest)
-            for row in whole
+            for row in whole[-MOST_BARS:]
         ],
         "table3": table3(found.defaults.data) if found.seen else [],
         "figure": figure.stat().st_mtime_ns if drawn else None,
         "rounded": _rounded,
-        "analysing": bool(analysis and analysis.running),
+        "analysing": at_work,
+        "steps": analysis.steps() if analysis and at_work else [],
+        "results_of": _minute(found.results_ns),
         "analysis_failed": _failure(analysis),
     }
+
+
+def _minute(changed_ns: int | None) -> str:
+    """Return when a file changed, in UTC, to the minute; empty where there is none."""
+    if changed_ns is None:
+        return ""
+    return f"{datetime.fromtimestamp(changed_ns / 1e9, UTC):%Y-%m-%d %H:%M}"
 
 
 def _rounded(value: str) -> str:
@@ -179,12 +242,27 @@ def pilot(found: Snapshot, jobs: Jobs, _: Words) -> dict[str, Any]:
     job = jobs.last("pilot")
     return {
         "at_work": bool(job and job.running),
+        "parts_asked": job.parts if job else 0,
+        "parts_done": parts_done(found, jobs),
         "pilot_failed": _failure(job),
         "listed": [
             (folder.name, (folder / RESULTS / "report.html").is_file())
             for folder in pilots(found.defaults)
         ],
     }
+
+
+def parts_done(found: Snapshot, jobs: Jobs) -> int:
+    """Return how many simulated participants the pilot at work has come to."""
+    job = jobs.last("pilot")
+    if job is None or not job.running:
+        return 0
+    try:
+        newest = pilots(found.defaults)[0]
+        begun = newest.stat().st_mtime >= job.began_s - 1
+        return sum(1 for _ in (newest / "sourcedata").glob("sub-*")) if begun else 0
+    except (IndexError, OSError):
+        return 0  # its folder is not there yet
 
 
 def _failure(job: Job | None) -> str:

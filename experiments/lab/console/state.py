@@ -6,10 +6,12 @@ import hashlib
 import json
 import time
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING
 
+from experiments.lab.console.notices import notices
 from experiments.lab.defaults import Defaults, here
 from experiments.lab.roster import Roster, read_roster
 from experiments.lab.run_summary import RunSummary, summary
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 
 FRESH_S = 1.0
 RESULTS = Path("derivatives", "slipscale")
+TABLE3 = "table3.csv"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,6 +66,10 @@ class Snapshot:
         Whether means and figures may be shown.
     unblinded_utc : tuple of str
         When somebody asked to see them before the end.
+    results_ns : int or None
+        When the last analysis was written; None without one.
+    notices : tuple of str
+        What is odd and stops nothing: see `experiments.lab.console.notices`.
     """
 
     problem: str = ""
@@ -74,6 +81,8 @@ class Snapshot:
     live: Live | None = None
     seen: bool = False
     unblinded_utc: tuple[str, ...] = ()
+    results_ns: int | None = None
+    notices: tuple[str, ...] = ()
 
 
 class State:
@@ -95,8 +104,7 @@ class State:
     def version(self, *more: object) -> str:
         """Return a digest that changes when anything on a page may have changed."""
         found = self.now()
-        told = (found.problem, found.study_text, found.roster, found.rehearsals, found.live)
-        return hashlib.sha256(repr((told, found.seen, more)).encode()).hexdigest()[:16]
+        return hashlib.sha256(repr((found, more)).encode()).hexdigest()[:16]
 
 
 def take_snapshot() -> Snapshot:
@@ -121,6 +129,8 @@ def take_snapshot() -> Snapshot:
             live=_live(roster, pilot=False) or _live(rehearsals, pilot=True),
             seen=results_may_be_seen(defaults.data, roster),
             unblinded_utc=tuple(unblinded(defaults.data)),
+            results_ns=_changed_ns(defaults.data / RESULTS / TABLE3),
+            notices=notices(defaults, study, text, (roster, rehearsals), datetime.now(UTC)),
         )
     except UserError as error:
         return Snapshot(problem=harmless(str(error)), defaults=defaults)
@@ -160,6 +170,20 @@ def usual_duration_s(roster: Roster) -> float | None:
     return sum(took) / len(took) if took else None
 
 
+def _changed_ns(path: Path) -> int | None:
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return None
+
+
+def ended_runs(found: Snapshot) -> frozenset[tuple[Path, int]]:
+    """Return participants' runs that have come to their end, with when their journals changed."""
+    people = found.roster.people if found.roster else ()
+    paths = [v.path for person in people for v in person.visits if v.state == "complete"]
+    return frozenset((path, _changed_ns(path) or 0) for path in paths)
+
+
 def pilots(defaults: Defaults) -> list[Path]:
     """Return the folders of simulated pilots, the newest first."""
     found = [path for path in defaults.pilots.glob("[0-9]*") if path.name.isdigit()]
@@ -169,7 +193,7 @@ def pilots(defaults: Defaults) -> list[Path]:
 def table3(dataset: Path) -> list[list[str]]:
     """Return Table III as the last analysis wrote it, heading first; nothing without one."""
     try:
-        lines = (dataset / RESULTS / "table3.csv").read_text(encoding="utf-8").splitlines()
+        lines = (dataset / RESULTS / TABLE3).read_text(encoding="utf-8").splitlines()
     except OSError:
         return []
     return [line.split(",") for line in lines]

@@ -1,5 +1,7 @@
 """Who is done, who is next, who returns: as the journals have it."""
 
+import json
+
 import pytest
 
 from experiments.cli import sessions
@@ -78,6 +80,47 @@ def test_who_withdrew_is_replaced_first(recorded):
     found = roster(folder)
     assert [(p.label, p.state) for p in found.people] == [("01", "withdrew"), ("02", "done")]
     assert found.new == "R01"
+
+
+EXCLUDING = TEXT + '\n[analysis]\nexclusions = ["zeros", "faults"]\n'
+
+
+def excluded(folder, flags):
+    """Write what an analysis writes, as far as it tells who was excluded."""
+    results = folder / "derivatives/slipscale"
+    results.mkdir(parents=True, exist_ok=True)
+    (results / "results.json").write_text(json.dumps({"excluded": flags}))
+
+
+def test_who_the_analysis_excluded_is_told_with_the_rule(recorded, monkeypatch, capsys, tmp_path):
+    folder = recorded("01", "02")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.toml").write_text(EXCLUDING)
+    init(tmp_path, {"study": "mine.toml", "data": "."}, None)
+    said = []
+    for flags in (None, {}, {"sub-02": ["zeros"]}):
+        if flags is not None:
+            excluded(folder, flags)
+        assert main(["participants"]) == 0
+        said.append(capsys.readouterr().out)
+    assert "known after slipscale analyse (the study's rules: zeros, faults)" in said[0]
+    assert "nobody is excluded by the analysis of 20" in said[1]
+    assert "participant 02 is excluded by zeros (analysis of 20" in said[2]
+    assert main(["participants", "--json"]) == 0
+    people = json.loads(capsys.readouterr().out)["people"]
+    assert [(each["state"], each["excluded"]) for each in people] == [
+        ("done", []),
+        ("done", ["zeros"]),
+    ]
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"excluded": 1}', '{"excluded": {"01": 3}}'])
+def test_results_that_are_being_written_exclude_nobody(recorded, text):
+    folder = recorded("01")
+    excluded(folder, {})
+    (folder / "derivatives/slipscale/results.json").write_text(text)
+    found = roster(folder, EXCLUDING)
+    assert (found.excluded, found.analysed_utc, found.exclusions) == ([], "", ("zeros", "faults"))
 
 
 def test_numbers_go_on_as_they_were_written(recorded):

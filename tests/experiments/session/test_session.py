@@ -179,6 +179,20 @@ def test_a_fault_that_names_the_amplitude_is_told_without_it_unless_unblinded(la
         assert "2.3 µm p-p was commanded" in laboratory.records(kind="fault")[0].data["message"]
 
 
+def test_an_operator_who_unblinds_is_told_amplitudes_from_then_on_and_that_is_in_the_journal(
+    laboratory,
+):
+    operator = Planned({poll: Request(what="unblind") for poll in (60, 80)})
+    laboratory.run(operator=operator)
+    blind = [status for status in operator.told if not status.unblinded]
+    seeing = operator.told[len(blind) :]
+    assert blind == operator.told[: len(blind)]
+    assert not [status for status in blind if status.amplitude_um_pp is not None]
+    assert {0.5, 1.2, 2.3} <= {status.amplitude_um_pp for status in seeing}
+    [note] = laboratory.records(kind="note")
+    assert note.data["text"].startswith("unblinded")
+
+
 def test_a_rig_that_stays_dead_ends_the_session_resumable(laboratory):
     spec = "mock:fault=" + "+".join(f"lost@{n}" for n in range(30, 60))
     with pytest.raises((PlateFault, UserError)):

@@ -1,5 +1,6 @@
 """A laboratory folder with a console that is asked as a browser would."""
 
+import re
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -10,8 +11,10 @@ from experiments.journal.journal import Journal
 from experiments.lab.console.app import make_app
 from experiments.lab.console.security import Access
 from experiments.lab.folder import init
+from experiments.protocols.steps import Trial
 from experiments.session import mailbox as mailboxes
 from experiments.session.mailbox import Mailbox, mailbox_of
+from experiments.session.operator import SessionStatus
 from hardware.clock import VirtualClock
 
 ADDRESS = "http://127.0.0.1:8470"
@@ -22,14 +25,15 @@ class Noted:
     """In place of processes: what would have been started."""
 
     def __init__(self):
-        self.started = []
+        self.started, self.parts = [], []
         self.jobs = {}
 
     def last(self, kind):
         return self.jobs.get(kind)
 
-    def start(self, kind, _about, *words):
+    def start(self, kind, _about, *words, parts=0):
         self.started.append((kind, *words))
+        self.parts.append(parts)
 
 
 class Visitor:
@@ -57,6 +61,27 @@ def lab(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     init(tmp_path, {"plate": "serial:COM9"}, None)
     return tmp_path
+
+
+@pytest.fixture
+def words_of():
+    """Return a function that returns a page's text, without its elements."""
+    return lambda page: " ".join(re.sub(r"(?s)<script.*?</script>|<[^>]+>", " ", page).split())
+
+
+@pytest.fixture
+def status():
+    """Return what a session tells in the middle of a trial."""
+    return SessionStatus(
+        state="waiting",
+        task="magnitudeestimation",
+        trial=4,
+        total=8,
+        voidable=Trial(task="t", number=4, total=8),
+        done=7,
+        planned=12,
+        plate="as commanded",
+    )
 
 
 @pytest.fixture

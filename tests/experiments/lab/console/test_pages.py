@@ -12,7 +12,7 @@ from experiments.lab.console import state
 from experiments.lab.console.jobs import Jobs
 from experiments.lab.console.plots import scatter
 from experiments.lab.console.words import LANGUAGES, page_texts
-from experiments.lab.run_summary import RunSummary, summary
+from experiments.lab.run_summary import PlateReading, RunSummary, summary
 from experiments.lab.unblinding import unblinded
 from experiments.languages.texts import blanks
 from experiments.protocols.steps import Ask, NumberQuestion, Trial
@@ -79,68 +79,6 @@ def test_on_a_plate_that_nobody_feels_only_rehearsals_are_offered(visitor, recor
     assert visitor.ask("begin", participant="01", pilot=True)[0] == 200
 
 
-@pytest.mark.parametrize(
-    "break_it, sentence",
-    [
-        (lambda lab: (lab / "slipscale.toml").unlink(), "no slipscale.toml any more"),
-        (lambda lab: (lab / "slipscale.toml").write_text("study ="), "is not TOML"),
-        (lambda lab: (lab / "slipscale.toml").write_text('study = "s.toml"'), "No such file"),
-        (
-            lambda lab: (lab / "data/sourcedata/withdrawn.json").write_text("{"),
-            "withdrawn.json: cannot be read",
-        ),
-        (
-            lambda lab: (lab / "data/sourcedata/unblinded.json").write_text("{"),
-            "unblinded.json: cannot be read",
-        ),
-    ],
-)
-def test_what_is_wrong_with_the_folder_is_a_sentence_on_every_page(
-    visitor, recorded, lab, break_it, sentence
-):
-    visitor.see("/")
-    break_it(lab)
-    visitor.console.state.now(fresh=True)
-    for path in PAGES:
-        assert sentence in visitor.see(path)
-    status, said = visitor.ask("check")
-    assert (status, sentence in said) == (409, True)
-
-
-def test_a_folder_that_has_gone_is_told(visitor, recorded, lab, tmp_path_factory, monkeypatch):
-    gone = tmp_path_factory.mktemp("gone")
-    monkeypatch.chdir(gone)
-    gone.rmdir()
-    visitor.console.state.now(fresh=True)
-    assert "has gone" in visitor.see("/")
-    monkeypatch.chdir(lab)
-
-
-def test_a_damaged_journal_is_marked_and_costs_no_page(visitor, recorded):
-    path = next((recorded / "sourcedata/sub-02").glob("*_journal.jsonl"))
-    lines = path.read_bytes().splitlines(keepends=True)
-    path.write_bytes(b"".join([*lines[:5], b"rubbish\n", *lines[6:]]))
-    assert "damaged" in words_of(visitor.see("/"))
-    assert "damaged" in words_of(visitor.see("/data"))
-
-
-def test_a_clock_that_went_back_changes_nothing(visitor, recorded, monkeypatch):
-    visitor.see("/")
-    monkeypatch.setattr("time.time", lambda: 0.0)
-    assert "2 of 12" in words_of(visitor.see("/"))
-
-
-def test_five_hundred_participants_are_read_once(visitor, lab, whole_runs):
-    source = next(whole_runs.glob("sourcedata/sub-01/*.jsonl")).read_bytes().splitlines(True)
-    for number in range(1, 501):
-        folder = lab / f"data/sourcedata/sub-{number:03d}"
-        folder.mkdir(parents=True)
-        (folder / f"sub-{number:03d}_run-01_journal.jsonl").write_bytes(source[0])
-    page = visitor.see("/")
-    assert page.count('<th scope="row">') == 500
-    assert "500 of 12 planned have begun" in words_of(page)
-
-
 # The running session ------------------------------------------------------------------------------
 
 
@@ -164,15 +102,24 @@ def test_no_page_shows_an_amplitude_of_the_running_session(visitor, session, lab
 
 
 def test_a_session_that_was_told_to_unblind_shows_its_amplitude(visitor, session):
-    with session(replace(STATUS, amplitude_um_pp=1.2)):
+    with session(replace(STATUS, amplitude_um_pp=1.2, unblinded=True)):
         assert "1.2 µm p-p" in words_of(visitor.see("/live"))
+
+
+def read(*used, temperature_c=None):
+    """Return presentations, ten seconds apart."""
+    return tuple(
+        PlateReading(time_s=10.0 * n, used_tolerance=share, temperature_c=temperature_c)
+        for n, share in enumerate(used)
+    )
 
 
 def test_the_deviation_is_told_of_many_presentations_together(visitor, session, monkeypatch):
     """Of a single one it could tell which amplitude that was."""
     for count, told in ((7, False), (8, True)):
-        used = RunSummary(used_tolerance=(0.1,) * (count - 1) + (0.42,))
-        monkeypatch.setattr(state, "summary", lambda _, used=used: used)
+        readings = read(*(0.1,) * (count - 1), 0.42)
+        run = RunSummary(readings=readings)
+        monkeypatch.setattr(state, "summary", lambda _, run=run: run)
         with session(STATUS):
             visitor.console.state.now(fresh=True)
             assert ("42 % of what is allowed" in words_of(visitor.see("/live"))) is told
@@ -180,7 +127,7 @@ def test_the_deviation_is_told_of_many_presentations_together(visitor, session, 
 
 def test_the_deviation_is_a_share_of_what_the_plate_allows(recorded):
     path = next((recorded / "sourcedata/sub-01").glob("*_journal.jsonl"))
-    used = summary(path).used_tolerance
+    used = [reading.used_tolerance for reading in summary(path).readings]
     assert len(used) > 8
     assert all(0 <= share <= 1 for share in used)
     assert max(used) > 0
@@ -294,7 +241,7 @@ def test_results_are_kept_back_until_somebody_unblinds_and_that_is_written_down(
     assert "80.51" in visitor.see("/data")
     assert "80.512" in visitor.see("/data/report.html")
     assert visitor.ask("analyse")[0] == 200
-    assert visitor.jobs.started == [("analysis", "analyse", "data")]
+    assert visitor.jobs.started == [("analysis", "analyse", "--steps", "data")]
 
 
 def test_a_job_at_work_is_shown_and_one_that_failed_says_why(visitor, analysed, lab):

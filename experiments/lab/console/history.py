@@ -1,0 +1,131 @@
+"""How the plate did over a run: how far its readback was off, how warm it was, when it failed.
+
+Of a single presentation a deviation could tell which amplitude that was. So nothing is told of
+fewer than eight together: the largest and the median of each eight that are over.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import median
+from typing import TYPE_CHECKING
+
+from experiments.lab.console.plots import BOTTOM, HEIGHT, LEFT, TOP, WIDTH
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from experiments.lab.run_summary import PlateReading, RunSummary
+
+TOGETHER = 8
+RIGHT = 10
+LEAST_SPAN_C = 2.0  # of the temperature's axis: noise must not look like a rise
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Deviation:
+    """Of eight presentations in a row: how much of the allowed deviation the readback used."""
+
+    begin_s: float
+    end_s: float
+    largest: float
+    median: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bar:
+    """A group of presentations in the SVG's units."""
+
+    x: float
+    width: float
+    top: float
+    middle: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class History:
+    """What is drawn, in the SVG's units.
+
+    Parameters
+    ----------
+    bars : tuple of Bar
+        Deviations.
+    limit : float
+        Where the allowed deviation is.
+    warmth : tuple of (float, float)
+        Temperature over time; empty where the plate tells none.
+    warmth_ticks : tuple of (float, str)
+        Its axis, in °C.
+    faults : tuple of float
+        When there were faults.
+    minutes : float
+        Where the axis of time ends.
+    """
+
+    bars: tuple[Bar, ...]
+    limit: float
+    warmth: tuple[tuple[float, float], ...]
+    warmth_ticks: tuple[tuple[float, str], ...]
+    faults: tuple[float, ...]
+    minutes: float
+
+
+def deviations(readings: Sequence[PlateReading]) -> list[Deviation]:
+    """Return the deviations of each eight presentations that are over, in order."""
+    measured = [
+        (reading.time_s, reading.used_tolerance)
+        for reading in readings
+        if reading.used_tolerance is not None
+    ]
+    ends = range(TOGETHER, len(measured) + 1, TOGETHER)
+    whole = [measured[end - TOGETHER : end] for end in ends]
+    return [
+        Deviation(
+            begin_s=group[0][0],
+            end_s=group[-1][0],
+            largest=max(used for _, used in group),
+            median=median(used for _, used in group),
+        )
+        for group in whole
+    ]
+
+
+def history(run: RunSummary) -> History | None:
+    """Return how the plate did over a run; None before there is anything to draw."""
+    groups = deviations(run.readings)
+    warm = [(r.time_s, r.temperature_c) for r in run.readings if r.temperature_c is not None]
+    faults_s = [event.time_s for event in run.events if event.kind == "fault"]
+    if not groups and len(warm) < 2 and not faults_s:  # noqa: PLR2004 - one point is no line
+        return None
+    end_s = max(run.duration_s, *(time_s for time_s, _ in warm), *faults_s, 60.0)
+    top = max(1.15, *(group.largest for group in groups)) if groups else 1.15
+    middle_c = sum(c for _, c in warm) / len(warm) if warm else 0.0
+    low_c = min((c for _, c in warm), default=0.0)
+    high_c = max((c for _, c in warm), default=0.0)
+    if high_c - low_c < LEAST_SPAN_C:
+        low_c, high_c = middle_c - LEAST_SPAN_C / 2, middle_c + LEAST_SPAN_C / 2
+
+    def x(time_s: float) -> float:
+        return round(LEFT + (WIDTH - LEFT - RIGHT) * time_s / end_s, 1)
+
+    def y(share: float) -> float:
+        return round(HEIGHT - BOTTOM - (HEIGHT - BOTTOM - TOP) * share, 1)
+
+    return History(
+        bars=tuple(
+            Bar(
+                x=x(group.begin_s),
+                width=max(x(group.end_s) - x(group.begin_s) - 2, 2.0),
+                top=y(group.largest / top),
+                middle=y(group.median / top),
+            )
+            for group in groups
+        ),
+        limit=y(1 / top),
+        warmth=tuple((x(time_s), y((c - low_c) / (high_c - low_c))) for time_s, c in warm),
+        warmth_ticks=tuple(
+            (y(share), f"{low_c + share * (high_c - low_c):.1f}") for share in (0.0, 1.0)
+        ),
+        faults=tuple(x(time_s) for time_s in faults_s),
+        minutes=round(end_s / 60, 1),
+    )

@@ -1,0 +1,144 @@
+"""What is odd about the laboratory folder and stops nothing: a sentence each, on every page.
+
+The rule: what somebody at this computer should know before they begin the next session, and could
+not see from the table of participants.
+"""
+
+from __future__ import annotations
+
+from datetime import datetime
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from experiments.journal.run_record import read_usable
+from faults import UserError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from experiments.lab.defaults import Defaults
+    from experiments.lab.roster import Roster, Visit
+    from experiments.study.model import Study
+
+AHEAD_S = 120.0  # two computers' clocks may differ by as much
+MOST_NAMED = 5
+
+
+def notices(
+    defaults: Defaults, study: Study, text: str, rosters: tuple[Roster, Roster], now: datetime
+) -> tuple[str, ...]:
+    """Return what is odd, of participants and of rehearsals.
+
+    Parameters
+    ----------
+    text : str
+        The study file's, as it is now.
+    rosters : tuple of Roster
+        Of participants, then of rehearsals.
+    now : datetime
+        In UTC.
+    """
+    begun = [
+        (person.label, visit)
+        for roster in rosters
+        for person in roster.people
+        for visit in person.visits
+        if visit.state != "free"
+    ]
+    theirs = [
+        (person.label, visit)
+        for person in rosters[0].people
+        for visit in person.visits
+        if visit.state != "free"
+    ]
+    found = (
+        _running(begun),
+        *(_damaged(label, visit) for label, visit in begun if visit.state == "damaged"),
+        _still_to_come(begun, now),
+        _edited(theirs, defaults.study, study.name, text),
+    )
+    return tuple(sentence for sentence in found if sentence)
+
+
+def _running(begun: list[tuple[str, Visit]]) -> str:
+    """Tell of two sessions at once: each has its plate and its window."""
+    names = [f"participant {label} ({v})" for label, v in begun if v.state == "running now"]
+    if len(names) < 2:  # noqa: PLR2004
+        return ""
+    return (
+        f"{len(names)} sessions run at once: {', '.join(names)}. These pages show and steer the "
+        "first; the others are steered in their own terminals"
+    )
+
+
+def _damaged(label: str, visit: Visit) -> str:
+    return (
+        f"the journal of participant {label} ({visit}) is damaged{_where(visit.path)}: "
+        f"{visit.path}; slipscale data verify says what; what is whole of it is used"
+    )
+
+
+def _where(path: Path) -> str:
+    try:
+        stat = path.stat()
+        line = _first_damage(path, stat.st_ino, stat.st_mtime_ns, stat.st_size)
+    except (OSError, UserError):
+        return ""
+    return f" at line {line}" if line else ""
+
+
+@lru_cache(maxsize=256)
+def _first_damage(path: Path, _inode: int, _changed_ns: int, _size: int) -> int | None:
+    damage = read_usable(path)[1].damage
+    return damage[0].line if damage else None
+
+
+def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
+    """Tell of a run that began later than now: the clock was set back, or it was wrong then."""
+    last = max(begun, key=lambda each: each[1].started_utc, default=None)
+    if last is None or not last[1].started_utc:
+        return ""
+    label, visit = last
+    began = datetime.fromisoformat(visit.started_utc)
+    if (began - now).total_seconds() < AHEAD_S:
+        return ""
+    return (
+        f"the clock of this computer was changed: it says {now:%Y-%m-%d %H:%M} UTC, and "
+        f"participant {label} ({visit}) began at {began:%Y-%m-%d %H:%M} UTC. Set it right before "
+        "the next session; answers and response times are not touched by it"
+    )
+
+
+def _edited(theirs: list[tuple[str, Visit]], file: str, name: str, text: str) -> str:
+    """Tell that the study was edited after a run: that run's journal has the text it had."""
+    other = [label for label, visit in theirs if _has_another_text(visit.path, name, text)]
+    if not other:
+        return ""
+    people = ", ".join([*dict.fromkeys(other)][:MOST_NAMED])
+    more = ", ..." if len(other) > MOST_NAMED else ""
+    return (
+        f"{file} was edited after participants were run with it ({people}{more}): their journals "
+        "keep what they had, and whoever comes next has what it says now. Bring it back as it was, "
+        "or give the changed study another name and another folder for its data"
+    )
+
+
+def _has_another_text(path: Path, name: str, text: str) -> bool:
+    try:
+        stat = path.stat()
+        ran_with = _study_text(path, stat.st_ino)
+    except (OSError, UserError):
+        return False
+    return ran_with is not None and ran_with[0] == name and ran_with[1] != _plain(text)
+
+
+@lru_cache(maxsize=4096)
+def _study_text(path: Path, _inode: int) -> tuple[str, str] | None:
+    plan, _ = read_usable(path, most=1)
+    if plan is None:
+        raise UserError(f"{path}: no header")  # not kept: it may be being written
+    return plan.study.name, _plain(plan.study_text)
+
+
+def _plain(text: str) -> str:
+    return text.replace("\r\n", "\n")

@@ -1,0 +1,96 @@
+"""Which consoles are open on this folder: each holds a locked file while it is.
+
+The lock goes with the process: a console that was killed leaves a file that nobody holds.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import portalocker
+
+if TYPE_CHECKING:
+    from typing import IO
+
+
+class Presence:
+    """A console among those that are open on the same folder.
+
+    Parameters
+    ----------
+    folder : Path
+        The laboratory folder.
+    port : int
+        Where this console listens.
+    """
+
+    def __init__(self, folder: Path, port: int) -> None:
+        key = hashlib.sha256(str(folder.resolve()).encode()).hexdigest()[:16]
+        self._prefix = f"slipscale-console-{key}-"
+        self._place = Path(tempfile.gettempdir())
+        self._own = self._place / f"{self._prefix}{time.time_ns()}-{port}"
+        self._held: IO[bytes] | None = None
+
+    def announce(self) -> None:
+        """Tell the others that this console is open, until it is closed."""
+        with suppress(OSError, portalocker.LockException):  # then nobody knows of it, no more
+            self._held = self._own.open("wb")
+            portalocker.lock(self._held, portalocker.LOCK_EX | portalocker.LOCK_NB)
+
+    def others(self) -> list[int]:
+        """Return the ports of the other consoles."""
+        return [_port(path) for path in self._open() if path != self._own]
+
+    def first(self) -> bool:
+        """Whether none was open before this one: what one console does for all, the first does."""
+        return next((path == self._own for path in self._open()), True)
+
+    def notices(self) -> tuple[str, ...]:
+        """Return the sentence that tells of other consoles, if there are any."""
+        ports = ", ".join(str(port) for port in self.others())
+        if not ports:
+            return ()
+        sentence = (
+            f"another console of this folder is open (port {ports}): all show and steer the same, "
+            "and whoever asks first is heard"
+        )
+        return (sentence,)
+
+    def close(self) -> None:
+        """Tell the others no more."""
+        if self._held:
+            self._held.close()
+            self._held = None
+            with suppress(OSError):
+                self._own.unlink()
+
+    def _open(self) -> list[Path]:
+        """Return the files that are held, the longest open first; remove what was left behind."""
+        held = []
+        for path in sorted(self._place.glob(f"{self._prefix}*")):
+            if (path == self._own and self._held) or _is_held(path):
+                held.append(path)
+            else:
+                with suppress(OSError):
+                    path.unlink()
+        return held
+
+
+def _is_held(path: Path) -> bool:
+    try:
+        with path.open("rb") as stream:
+            portalocker.lock(stream, portalocker.LOCK_SH | portalocker.LOCK_NB)
+    except portalocker.LockException:
+        return True
+    except OSError:
+        return False
+    return False
+
+
+def _port(path: Path) -> int:
+    return int(path.name.rpartition("-")[2])
