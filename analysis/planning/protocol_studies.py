@@ -17,8 +17,8 @@ import tomlkit
 
 from analysis.reading.forced_choice import COMPARISON, FORCED_CHOICE
 from experiments.participants.bare import bare_run
-from experiments.protocols.base import load_protocol
 from experiments.protocols.magnitude_estimation import MagnitudeEstimation
+from experiments.protocols.registry import load_protocol
 from experiments.protocols.steps import Present
 from experiments.running.pilot import pilot_plans
 from experiments.running.timeline import MINUTE_S, SETTLING_S
