@@ -209,6 +209,7 @@ class Interruptions:
             except PlateFault as again:
                 fault = again
             else:
+                self._journal.write("retry")
                 return
 
     def _wait_for(self, state: State, wanted: str, message: str = "") -> None:

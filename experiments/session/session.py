@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from contextlib import contextmanager
 from functools import partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from experiments.journal.serialisation import answer_from, answer_record, same_step, step_record
 from experiments.participants.base import StopRequested, Unfinished
@@ -60,6 +60,16 @@ if TYPE_CHECKING:
     from hardware.driver import PlateDriver
 
 RunOutcome = Literal["complete", "stopped"]
+# After these a step is carried out once more, from its beginning.
+BEGUN_ANEW = ("go_on", "retry")
+
+
+class Past(NamedTuple):
+    """A step that is over: its first record, when the try began that succeeded, and its answer."""
+
+    begun: Record
+    began_s: float
+    done: Record
 
 
 class Session:
@@ -197,7 +207,7 @@ class Session:
             except StopIteration:
                 return
             if number < len(past):
-                answer = self._replay(step, *past[number])
+                answer = self._replay(step, past[number])
             else:
                 if number == len(past) > 0:
                     self._take_up(step)
@@ -211,17 +221,17 @@ class Session:
 
     # From the journal -----------------------------------------------------------------------
 
-    def _replay(self, step: Step, begun: Record, done: Record) -> Answer:
+    def _replay(self, step: Step, past: Past) -> Answer:
         """Take a step's answer from the journal; note which surface must be on the plate."""
-        if not same_step(begun.data["what"], step_record(step)):
+        if not same_step(past.begun.data["what"], step_record(step)):
             raise UserError(
-                f"journal {self._journal.path}, line {done.number + 1}: the protocol now takes "
-                "another step than the one recorded; resume with the version of Slipscale that "
-                "began the run (it is named in the journal's first line)"
+                f"journal {self._journal.path}, line {past.done.number + 1}: the protocol now "
+                "takes another step than the one recorded; resume with the version of Slipscale "
+                "that began the run (it is named in the journal's first line)"
             )
-        answer = answer_from(done.data["answer"])
+        answer = answer_from(past.done.data["answer"])
         if isinstance(step, Present):
-            self._surface.presented(step, begun.time_s)
+            self._surface.presented(step, past.began_s)
         elif isinstance(step, Explore):
             self._surface.explored(step)
         elif isinstance(step, Silence):
@@ -255,9 +265,9 @@ class Session:
         now_s = clock.now()
         try:
             yield clock.set
-        finally:
+        finally:  # a fault would come again for ever if its time did
             clock.set(now_s)
-        self._rewinds = False
+            self._rewinds = False
 
     # Live -----------------------------------------------------------------------------------
 
@@ -459,7 +469,14 @@ def last_unfinished(records: list[Record], step: Ask) -> Unfinished:
     return Unfinished()
 
 
-def _past(records: list[Record]) -> list[tuple[Record, Record]]:
-    """Return the steps that are over: the records of their beginning and of their answer."""
-    begun = {r.data["step"]: r for r in records if r.kind == "begin"}
-    return [(begun[r.data["step"]], r) for r in records if r.kind == "done"]
+def _past(records: list[Record]) -> list[Past]:
+    """Return the steps that are over."""
+    past: list[Past] = []
+    for record in records:
+        if record.kind == "begin":
+            begun, began_s = record, record.time_s
+        elif record.kind in BEGUN_ANEW:
+            began_s = record.time_s
+        elif record.kind == "done":
+            past.append(Past(begun=begun, began_s=began_s, done=record))
+    return past

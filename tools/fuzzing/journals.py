@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 KINDS = (
     *("header", "begin", "done", "void", "end", "resume", "fault", "pause", "go_on", "stop"),
-    *("standard_again", "take_up", "discarded", "given_up", "markers", "note", "nothing"),
+    *("standard_again", "take_up", "discarded", "retry", "given_up", "markers", "note", "nothing"),
 )
 CHANGES = ("set", "set", "set", "remove", "rename", "kind", "number", "time", "drop", "again")
 DEEPEST = 3

@@ -7,6 +7,8 @@ import pytest
 from experiments.journal.run_record import read_plan
 from experiments.running.pilot import pilot_plans, run_simulated
 from faults import UserError
+from tools.board_sessions import STUDY
+from tools.torture.pilots import content
 
 
 @pytest.fixture
@@ -52,3 +54,26 @@ def test_a_pilot_begun_by_a_version_with_other_people_is_not_gone_on_with(labora
     path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:20]))
     with pytest.raises(UserError, match="begin the pilot anew"):
         run_simulated(laboratory.folder, plan(), "mock")
+
+
+def test_a_pilot_whose_plate_missed_its_amplitude_by_chance_is_gone_on_with_anywhere(tmp_path):
+    """A surface is made again at the time of the try that succeeded, not of one that failed."""
+    study = tmp_path / "narrow.toml"
+    narrow = "[plate]\ntolerance = 0.001\ntolerance_um_pp = 0.01\n\n[[tasks]]"
+    text = STUDY.replace("repetitions = 1", "repetitions = 4")
+    study.write_text(text.replace("[[tasks]]", narrow, 1))
+    (plan,) = pilot_plans(str(study), participants=1, seed=10, language="en")
+    whole, scatters = tmp_path / "whole", "mock:noise=0.005"
+    run_simulated(whole, plan, scatters, synced=False)
+    expected = content(whole)
+    lines = plan.journal_path(whole).read_bytes().splitlines(keepends=True)
+    kinds = [record.kind for record in read_plan(plan.journal_path(whole))[1]]
+    assert "retry" in kinds
+    for kept in range(1, len(lines), 2):
+        if kinds[kept - 1] in ("fault", "retry"):  # the try that failed is not made again
+            continue
+        path = plan.journal_path(tmp_path / f"cut{kept}")
+        path.parent.mkdir(parents=True)
+        path.write_bytes(b"".join(lines[:kept]))
+        run_simulated(tmp_path / f"cut{kept}", plan, scatters, synced=False)
+        assert content(tmp_path / f"cut{kept}") == expected, f"cut after {kinds[kept - 1]} {kept}"
