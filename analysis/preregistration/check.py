@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from analysis.plan_check import Deviation, PlanCheck
 from analysis.preprocessing.sessions import sessions_of
-from analysis.preregistration.words import fields_with_results
-from analysis.reporting.files import software
+from analysis.preregistration.words import results_of, versions, with_results
 from analysis.statistics.not_computed import NotComputed
 from experiments.dataset.schema import SIDECAR
 from experiments.study.file import study_hash
@@ -182,18 +181,18 @@ def _of_rule(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _of_tests(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
-    done = fields_with_results(analysis.inference)
+    done, results = with_results(analysis), results_of(analysis)
     for name in bundle.manifest.tests:
-        if name not in done:
-            result = getattr(analysis.inference, name, NotComputed("this Slipscale has it not"))
+        result = results.get(name, NotComputed("it is not installed here"))
+        if isinstance(result, NotComputed):
             yield f"{name} was planned and has no result: {result.reason}."
     for name in done:
         if name not in bundle.manifest.tests:
             yield f"{name} was computed and not planned."
 
 
-def _of_versions(bundle: Bundle, _: Analysis) -> Iterator[str]:
-    planned, here = bundle.manifest.software, software()
+def _of_versions(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
+    planned, here = bundle.manifest.software, versions(analysis)
     for name in sorted(planned.keys() | here.keys()):
         if planned.get(name) != here.get(name):
             yield f"{name} {here.get(name, 'is missing')}; planned: {planned.get(name, 'none')}."

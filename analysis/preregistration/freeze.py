@@ -14,8 +14,7 @@ from analysis.preregistration.bundle import sha256
 from analysis.preregistration.manifest import MANIFEST, STUDY, FrozenFile, Manifest, Role
 from analysis.preregistration.named_files import named_files
 from analysis.preregistration.page import PAGE, render
-from analysis.preregistration.words import fields_with_results
-from analysis.reporting.files import software
+from analysis.preregistration.words import versions, with_results
 from experiments.running.bare_dataset import why_sessions, write_simulated
 from experiments.running.dry_run import check_answered
 from experiments.running.pilot import pilot_plans
@@ -107,8 +106,8 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
         choices=study.analysis,
         chosen=tuple(sorted(study.analysis.model_fields_set)),
         normalisation=analysis.rule,
-        tests=fields_with_results(analysis.inference),
-        software=software(),
+        tests=with_results(analysis),
+        software=versions(analysis),
         files=_listed(files),
     )
     page = render(

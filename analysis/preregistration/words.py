@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from analysis.preprocessing import normalisation
 from analysis.preprocessing.data_quality import MEANINGS
 from analysis.reporting import html, methods_text
+from analysis.reporting.files import software
 from analysis.reporting.primary import FAMILIES
 from analysis.statistics.multiplicity import multiplicity
 from analysis.statistics.not_computed import NotComputed
@@ -47,10 +48,22 @@ TESTS: Mapping[str, str] = {
 NO_TEST = ("normalisation",)
 
 
-def fields_with_results(inference: Inference) -> tuple[str, ...]:
-    """Return the tests that have a result, in inference.json's order."""
-    names = [name for name in Inference.__dataclass_fields__ if name not in NO_TEST]
-    return tuple(name for name in names if not isinstance(getattr(inference, name), NotComputed))
+def results_of(analysis: Analysis) -> dict[str, object]:
+    """Return every test's result or `NotComputed`, in inference.json's order, outside ones last."""
+    fields = (name for name in Inference.__dataclass_fields__ if name not in NO_TEST)
+    own = {f"own_analyses.{each.name}": each.found for each in analysis.own}
+    return {name: getattr(analysis.inference, name) for name in fields} | own
+
+
+def with_results(analysis: Analysis) -> tuple[str, ...]:
+    """Return the tests that have a result."""
+    found = results_of(analysis)
+    return tuple(name for name, result in found.items() if not isinstance(result, NotComputed))
+
+
+def versions(analysis: Analysis) -> dict[str, str]:
+    """Return the versions of what computes, packages of outside analyses among it."""
+    return software() | {each.package: each.version for each in analysis.own}
 
 
 def plan_blocks(analysis: Analysis, software: Mapping[str, str]) -> list[Markup]:
@@ -99,7 +112,8 @@ def _limits(flag: QualityFlag, thresholds: Thresholds) -> str:
 
 
 def _tests(analysis: Analysis) -> Markup:
-    rows = [(name, TESTS[name]) for name in fields_with_results(analysis.inference)]
+    own = {f"own_analyses.{each.name}": f"{each.title} ({each.package})" for each in analysis.own}
+    rows = [(name, {**TESTS, **own}[name]) for name in with_results(analysis)]
     columns = [html.TableColumn(title="Key", left=True), html.TableColumn(title="What", left=True)]
     return html.table(columns, rows, "What is computed, in the order of inference.json.")
 

@@ -49,6 +49,10 @@ if TYPE_CHECKING:
     from experiments.journal.record import Record
 
 MOCK = "mock"  # the plate without faults
+# The mock's readings scatter by less than this part of what a study lets a plate deviate: further,
+# and now and then a pilot would end with a fault of a plate that has none.
+PART_OF_TOLERANCE = 1 / 6
+MOCK_NOISE_UM = 0.005  # what they scatter by if nothing is said
 FRAME_S = 0.01  # how often a finger that is measured is looked at
 
 
@@ -212,7 +216,7 @@ def run_simulated(
     if synced is None:
         synced = spec != MOCK
     contact = contact or simulated(of_study(plan.study))
-    spec = with_plate_file(spec, plan.study.plate.file)
+    spec = with_plate_file(_steady(spec, plan), plan.study.plate.file)
     path = plan.journal_path(folder)
     population = (
         Population.model_validate_json(plan.population) if plan.population else Population()
@@ -269,6 +273,14 @@ def run_simulated(
             sources=open_sources(contact, surroundings, stack),
             steps=person.attend(plan.steps()),
         )
+
+
+def _steady(spec: str, plan: RunPlan) -> str:
+    """Return a mock that holds what the study asks of a plate; one with options stays as it is."""
+    wanted_um = plan.study.plate.tolerance_um_pp
+    if spec != MOCK or wanted_um is None or wanted_um * PART_OF_TOLERANCE >= MOCK_NOISE_UM:
+        return spec
+    return f"{MOCK}:noise={wanted_um * PART_OF_TOLERANCE:g}"
 
 
 def gave_up(records: list[Record]) -> bool:

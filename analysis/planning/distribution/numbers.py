@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from analysis.reporting import json_form
+from analysis.reporting.files import inference
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -70,7 +71,7 @@ def findings(analysis: Analysis) -> Findings:
             for name, value in zip(analysis.table3.columns[1:], values, strict=True):
                 numbers[f"{TABLE3}.{amplitude:g}.{name}"] = float(value)
     level = round(1 - analysis.dataset.choices.confidence, 12)
-    for name, value in _leaves(json_form.record(analysis.inference)):
+    for name, value in _leaves(json_form.form(inference(analysis))):
         last = name.rpartition(".")[2]
         if isinstance(value, bool):
             if last not in OF_A_COMPUTATION:

@@ -4,13 +4,17 @@ import json
 import re
 import shutil
 import zipfile
+from dataclasses import replace
 
 import pytest
 
 import slipscale
+from analysis.own.declaration import OwnFinding, OwnResult
 from analysis.pipeline import analyse
-from analysis.preregistration import check
+from analysis.preregistration import check, words
 from analysis.preregistration.bundle import read_bundle
+from analysis.reporting.files import software
+from analysis.statistics.not_computed import NotComputed
 
 
 def analysed(root, *options, plan="plan"):
@@ -206,11 +210,26 @@ def test_options_of_the_command_are_deviations(copied, capsys):
 
 
 def test_other_versions_are_deviations(copied, monkeypatch):
-    versions = {**check.software(), "numpy": "9.9"}
-    monkeypatch.setattr(check, "software", lambda: versions)
+    monkeypatch.setattr(words, "software", lambda: {**software(), "numpy": "9.9"})
     ((kind, what),) = deviations(copied)
     assert kind == "versions"
     assert re.fullmatch(r"numpy 9\.9; planned: .+\.", what)
+
+
+def with_own(root, found):
+    """Return the deviations of an analysis to which a laboratory's own is added."""
+    analysis = analyse(root / "data")
+    own = OwnFinding(name="drift", title="Drift", package="lab", version="2", found=found)
+    plan = check.check_plan(read_bundle(root / "plan"), replace(analysis, own=(own,)))
+    return [(each.kind, each.what) for each in plan.deviations]
+
+
+def test_an_analysis_of_the_laboratory_s_own_is_one_more_test(frozen):
+    assert with_own(frozen, OwnResult(sentences=("It drifts.",), numbers={})) == [
+        ("tests", "own_analyses.drift was computed and not planned."),
+        ("versions", "lab 2; planned: none."),
+    ]
+    assert ("versions", "lab 2; planned: none.") in with_own(frozen, NotComputed("no data"))
 
 
 def test_the_report_lists_the_deviations(copied):

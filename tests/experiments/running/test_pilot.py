@@ -4,8 +4,8 @@ import os
 
 import pytest
 
-from experiments.journal.run_record import read_plan
-from experiments.running.pilot import pilot_plans, run_simulated
+from experiments.journal.run_record import last_plate, read_plan
+from experiments.running.pilot import pilot_plans, run_pilot, run_simulated
 from faults import UserError
 from tools.board_sessions import STUDY
 from tools.torture.pilots import content
@@ -77,3 +77,19 @@ def test_a_pilot_whose_plate_missed_its_amplitude_by_chance_is_gone_on_with_anyw
         path.write_bytes(b"".join(lines[:kept]))
         run_simulated(tmp_path / f"cut{kept}", plan, scatters, synced=False)
         assert content(tmp_path / f"cut{kept}") == expected, f"cut after {kinds[kept - 1]} {kept}"
+
+
+def test_the_mock_s_own_scatter_is_no_fault_of_a_plate_that_must_be_held_narrowly(tmp_path):
+    """One reading in some hundred would lie beyond: trials are repeated, and a pilot may end."""
+    plans = pilot_plans("matching", participants=2, seed=7, language=None)
+    run_pilot(tmp_path, plans, tell=lambda _: None)
+    for plan in plans:
+        kinds = {record.kind for record in read_plan(plan.journal_path(tmp_path))[1]}
+        assert "end" in kinds
+        assert "fault" not in kinds
+
+
+def test_a_mock_that_was_asked_for_scatters_as_asked(tmp_path):
+    (plan,) = pilot_plans("matching", participants=1, seed=7, language=None)
+    run_pilot(tmp_path, [plan], spec="mock:noise=0.004", tell=lambda _: None)
+    assert last_plate(read_plan(plan.journal_path(tmp_path))[1]) == "mock:noise=0.004"
