@@ -5,7 +5,7 @@
 # make torture  the campaign of kills and disk faults (minutes)
 # make sbom    what the environment holds: versions and licences, for an audit
 # make audit   known vulnerabilities of the pinned versions (network)
-# make fuzz     many thousand texts of every kind that we read: make fuzz TEXTS=100000
+# make fuzz     10,000 texts of every kind that we read: make fuzz TEXTS=100000 ARGS=--write
 # make soak     an eight-hour day in one process, in short: make soak ARGS="--hours 8"
 # make reliability  every line of docs/reliability.md
 # make setup   only the environment, in .venv
@@ -47,11 +47,10 @@ docs: setup
 torture: setup
 	$(BIN)/python -m tools.torture $(ARGS)
 
-# Study files, journals, data sets, tables, calibrations, code books: so many of each.
+# So many texts of each kind of file, each used or refused in a sentence; docs/reliability.md.
 TEXTS = 10000
-FUZZED = tests/experiments/journal/test_record_shapes.py $(wildcard tests/*/*/test_fuzz_*.py tests/*/*/*/test_fuzz_*.py)
 fuzz: setup
-	SLIPSCALE_FUZZ=$(TEXTS) $(BIN)/python -m pytest -q $(FUZZED) $(ARGS)
+	$(BIN)/python -m tools.fuzzing --texts $(TEXTS) $(ARGS)
 
 # Sessions over the emulated board, one after another in one process.
 soak: setup
@@ -59,7 +58,7 @@ soak: setup
 
 # Every line of docs/reliability.md, by the command that stands there.
 reliability: setup
-	$(BIN)/python -m tools.reliability
+	$(BIN)/python -m tools.reliability $(ARGS)
 
 # Pins with hashes for every platform and Python; no index addresses in the file.
 requirements:

@@ -4,7 +4,7 @@ import shlex
 
 import pytest
 
-from tools import reliability
+from tools import page_figures, reliability
 
 PROMISES = reliability.promises()
 
@@ -32,10 +32,52 @@ def test_a_promises_command_finds_what_it_names(promise):
         assert any(word in name for word in wanted for name in names), path
 
 
-def test_a_promise_that_does_not_hold_is_told(monkeypatch, capsys):
-    lines = [reliability.Promise("kept", "true"), reliability.Promise("broken", "false")]
-    monkeypatch.setattr(reliability, "promises", lambda: lines)
-    assert reliability.main() == 1
+@pytest.fixture
+def lines(monkeypatch, tmp_path):
+    """Put other promises into the page's place; return the page."""
+
+    def put(*commands):
+        made = [reliability.Promise(f"promise {command}", command) for command in commands]
+        monkeypatch.setattr(reliability, "promises", lambda: made)
+        page = tmp_path / "page.md"
+        page.write_text("a\n<!-- figures: make reliability -->\nold\n<!-- end of figures -->\nb\n")
+        monkeypatch.setattr(page_figures, "PAGE", page)
+        return page
+
+    return put
+
+
+def test_a_promise_that_does_not_hold_is_told(lines, capsys):
+    page = lines("true", "false")
+    assert reliability.main(["--write"]) == 1
     said = capsys.readouterr().out
-    assert "holds" in said.splitlines()[0]
-    assert "FAILS" in said.splitlines()[2]
+    assert "promise true\n      true\n      holds" in said
+    assert "promise false\n      false\n      FAILS" in said
+    assert "1 of 2 promises hold" in said
+    text = page.read_text()
+    assert text.startswith("a\n<!-- figures: make reliability -->\nLast run (")
+    assert "Does not hold: promise false\n<!-- end of figures -->\nb\n" in text
+
+
+def test_promises_that_all_hold_are_counted_with_their_tests(lines, capsys):
+    lines("echo 3 passed", "echo 4 passed in 2 s")
+    assert reliability.main([]) == 0
+    assert "2 of 2 promises hold: 7 tests" in capsys.readouterr().out
+
+
+def test_tests_that_were_all_left_out_show_nothing(lines):
+    lines("echo pytest 2 skipped")
+    assert reliability.main([]) == 1
+
+
+def test_one_promise_can_be_run_by_its_number_and_all_be_listed(lines, capsys):
+    lines("true", "false")
+    assert reliability.main(["--line", "1"]) == 0
+    assert reliability.main(["--list"]) == 0
+    assert capsys.readouterr().out.count("FAILS") == 0
+
+
+def test_figures_that_have_no_place_on_the_page_are_told(lines):
+    lines()
+    with pytest.raises(LookupError, match="no place for the figures of make tea"):
+        page_figures.put("make tea", "none")

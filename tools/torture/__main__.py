@@ -24,6 +24,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tools.page_figures import put
 from tools.torture.pilots import Outcome, disk_campaign, looked_up_once, plans_of, studies
 from tools.torture.system_calls import kill_campaign
 from tools.torture.writers import writer_campaign
@@ -31,8 +32,6 @@ from tools.torture.writers import writer_campaign
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-PAGE = Path(__file__).parents[2] / "docs" / "reliability.md"
-BEGIN, END = "<!-- figures: make torture -->\n", "<!-- end of figures -->\n"
 ROUNDS = 10  # of writers, for each place
 
 
@@ -57,14 +56,6 @@ def figures(outcome: Outcome, words: str) -> str:
         f"{outcome.counts.total():,} cases, {len(outcome.bad)} with other data."
     )
     return "\n".join([said, "", *table(outcome), ""])
-
-
-def write(text: str) -> None:
-    """Put the figures into the page."""
-    page = PAGE.read_text(encoding="utf-8")
-    before, _, rest = page.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    PAGE.write_text(f"{before}{BEGIN}{text}{END}{after}", encoding="utf-8")
 
 
 def campaign(names: Sequence[str], places: int, participants: int, outcome: Outcome) -> None:
@@ -103,7 +94,7 @@ def main(words: list[str] | None = None) -> int:
     for _, sentence in outcome.bad:
         print(sentence, file=sys.stderr)
     if args.write:
-        write(text)
+        put("make torture", text)
     return 1 if outcome.bad else 0
 
 
