@@ -74,21 +74,27 @@ def test_what_grows_over_a_day_is_named():
         files=9,
         threads=2,
         cpu_s=1,
+        relative=10,
         median_s=1,
         longest_s=2,
     )
     small = replace(flat, memory_mib=60)
     assert (
-        soak.grown([small, flat, flat, replace(flat, memory_mib=103, cpu_s=1.2, median_s=9)]) == []
+        soak.grown(
+            [small, flat, flat, replace(flat, memory_mib=103, cpu_s=2, relative=12, median_s=9)]
+        )
+        == []
     )
-    worse = replace(flat, memory_mib=110, board_mib=90, files=10, threads=3, cpu_s=1.3)
+    worse = replace(flat, memory_mib=110, board_mib=90, files=10, threads=3, relative=13)
     assert len(soak.grown([small, flat, worse])) == 5
 
 
 def test_a_session_of_the_soak_is_a_whole_one(tmp_path):
     with EmulatorProcess("--noise", "0") as board:
         plan = pilots.plans_of("biet2007", 1)[0]
-        assert min(soak.session(tmp_path, plan, board.port)) > 0
-        level = soak.level(1, board.process_id, [(1.0, 0.5)])
+        took = soak.session(tmp_path, plan, board.port)
+        level = soak.level(1, board.process_id, [took])
+    assert took.whole_s > 0
+    assert level.relative == took.cpu_s / took.same_work_s > 0
     assert (tmp_path / "participants.tsv").exists()
     assert min(level.memory_mib, level.board_mib, level.files, level.threads) > 0
