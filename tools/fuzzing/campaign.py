@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 KINDS = (
     *("study_files", "journals", "data_sets", "tables_by_hand", "calibrations", "plate_files"),
-    *("published_tables", "code_books", "laboratory_files"),
+    *("published_tables", "code_books", "laboratory_files", "column_meanings"),
 )
 # The first texts load what is loaded late; then memory is limited.
 WARMING = 40
