@@ -71,6 +71,7 @@ def today(found: Snapshot, jobs: Jobs, t: Words) -> dict[str, Any]:
         "mock": is_mock(found.defaults.plate),
         "begun": sum(person.state != "withdrew" for person in people),
         "session_failed": _failure(jobs.last("session")),
+        "between": _between(found, jobs.last("session")),
         "checking": bool(check and check.running),
         "found_checks": results,
         "check_failed": check.complained() if check and over and results is None else "",
@@ -80,6 +81,11 @@ def today(found: Snapshot, jobs: Jobs, t: Words) -> dict[str, Any]:
         "doing": _doing(found.live, t) if found.live else "",
         "pressing": _pressing(people),
     }
+
+
+def _between(found: Snapshot, job: Job | None) -> str:
+    """Return whose session begins or ends: its process is there, its journal is not written."""
+    return job.about if job and job.running and not found.live else ""
 
 
 def _pressing(people: Sequence[Person]) -> list[Person]:

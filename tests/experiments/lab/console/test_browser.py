@@ -1,11 +1,17 @@
-"""A short day in a real browser beside a real PsychoPy window, where there is a Chromium."""
+"""A day in a real browser beside a real PsychoPy window, where there is a Chromium.
+
+The short day is part of every test run. The whole day, some three minutes, is asked for:
+SLIPSCALE_WHOLE_DAY=1 python -m pytest tests/experiments/lab/console/test_browser.py -k whole
+"""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
 import time
+import zipfile
 from contextlib import contextmanager
 
 import pytest
@@ -13,7 +19,9 @@ import pytest
 from experiments.journal.locks import is_being_written
 from experiments.journal.run_record import read_plan
 from experiments.lab.folder import init
+from experiments.lab.roster import read_roster
 from experiments.session.mailbox import read_status
+from experiments.study.file import read_study
 
 sync_api = pytest.importorskip("playwright.sync_api")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -157,4 +165,197 @@ def test_a_short_day(page, tmp_path):
     )
     assert page.complaints == []
     assert {url.partition("/")[0] for url in page.requested} == {"http:"}
+    assert {url.split("/")[2].partition(":")[0] for url in page.requested} == {"127.0.0.1"}
+
+
+# The whole day ------------------------------------------------------------------------------------
+
+DAY = """
+name = "day"
+title = "A day in the laboratory"
+participants = 3
+amplitudes_um_pp = [0, 1, 2]
+[[tasks]]
+protocol = "magnitude_estimation"
+practice = 0
+"""
+# A plate that counts as real: people's answers on a mock plate would be a pilot's.
+BENCH = """
+from hardware.backends.mock import MockPlate
+class Bench(MockPlate):
+    name = "bench"
+    simulated = False
+def open_plate(address, *, clock, seed):
+    return Bench(clock=clock)
+"""
+
+
+@pytest.fixture
+def bench(tmp_path, monkeypatch):
+    """Install a backend of the name bench, for every process that is started here."""
+    site = tmp_path / "site"
+    info = site / "bench-1.0.dist-info"
+    info.mkdir(parents=True)
+    (site / "bench_plate.py").write_text(BENCH)
+    (info / "METADATA").write_text("Name: bench\nVersion: 1.0\n")
+    points = "[slipscale.backends]\nbench = bench_plate:open_plate\n"
+    (info / "entry_points.txt").write_text(points)
+    monkeypatch.setenv("PYTHONPATH", str(site))
+
+
+def command(folder, *words):
+    """Run a slipscale command in the folder; return what it says."""
+    ran = subprocess.run(
+        [sys.executable, "-P", "-m", "slipscale", *words],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    return ran.stdout
+
+
+def answer_until(page, reached):
+    """Be the participant, until the page says what is waited for: go on, type a number, send it."""
+    for press in range(30 * LOADED):
+        if reached():
+            return
+        key = ("space", str(1 + press % 9), "Return")[press % 3]
+        subprocess.run(["xdotool", "key", key], check=True)
+        page.wait_for_timeout(250)
+    pytest.fail(f"the page never came so far: {page.inner_text('main')}")
+
+
+def begin_session(page):
+    page.bring_to_front()
+    to_page(page, "Today")
+    page.get_by_role("button", name="Begin the session").click()
+    confirm(page)
+    to_live(page, "See it")
+    page.get_by_text("Before the first trial").wait_for()
+
+
+def to_page(page, name):
+    page.get_by_role("link", name=name, exact=True).click()
+    page.wait_for_load_state()
+
+
+def shows(page, text):
+    return lambda: page.get_by_text(text).count() > 0
+
+
+def wait_until(page, reached):
+    """Wait for what only Python can look at: the page allows no script but its own."""
+    for _ in range(int(PATIENCE_MS / 100)):
+        if reached():
+            return
+        page.wait_for_timeout(100)
+    pytest.fail(f"the page never came so far: {page.inner_text('main')}")
+
+
+def counts(page):
+    """Return how many people each amplitude of Table III has."""
+    return page.locator("#results tbody tr td:nth-child(2)").all_inner_texts()
+
+
+def a_note_a_pause_and_a_void(page):
+    begin_session(page)
+    answer_until(page, shows(page, "Trial 2 of 3"))
+    page.keyboard.press("n")
+    confirm(page, "the heating came on")
+    page.get_by_text("the heating came on").wait_for()
+    page.keyboard.press("p")
+    page.locator(".state-paused").wait_for()
+    page.keyboard.press("p")
+    page.locator(".state-paused").wait_for(state="detached")
+    page.keyboard.press("v")
+    confirm(page, "coughed")
+    page.get_by_text("coughed").wait_for()
+    answer_until(page, shows(page, "No session runs now"))
+    to_page(page, "Today")
+    page.get_by_text("1 of 3 planned have begun, 1 are done").wait_for()
+    page.get_by_text("the heating came on").wait_for()
+
+
+def a_killed_session_goes_on(page, journal):
+    to_page(page, "Live")
+    page.get_by_text(re.compile("Trial [23] of 3")).wait_for()
+    os.kill(read_status(journal).process, signal.SIGKILL)
+    page.get_by_text("No session runs now").wait_for()
+    to_page(page, "Today")
+    page.get_by_role("button", name="Go on").click()
+    confirm(page)
+    to_live(page, "See it")
+    page.get_by_role("button", name="Stop").wait_for()
+    answer_until(page, shows(page, "No session runs now"))
+
+
+def results_grow(page, watching):
+    """Unblind after two of three: results come by themselves, and grow with the third."""
+    watching.get_by_role("button", name="Unblind").click()
+    confirm(watching, "unblind")
+    wait_until(watching, lambda: counts(watching) == ["2"] * 3)
+    wait_until(watching, lambda: watching.locator(".paper img").count() == 1)
+    figure = watching.locator(".paper img").get_attribute("src")
+    watching.evaluate("window.stays = true")
+    begin_session(page)
+    answer_until(page, shows(page, "No session runs now"))
+    wait_until(watching, lambda: counts(watching) == ["3"] * 3)
+    renewed = watching.locator(".paper img")
+    wait_until(watching, lambda: renewed.count() and renewed.get_attribute("src") != figure)
+    assert watching.evaluate("window.stays")  # without a reload
+
+
+def analysed_at_a_press(watching):
+    watching.get_by_role("button", name="Analyse").wait_for()
+    watching.get_by_role("button", name="Analyse").click()
+    watching.locator(".steps li").first.wait_for()
+    watching.get_by_role("button", name="Analyse").wait_for()
+    with watching.expect_download() as download:
+        watching.get_by_role("link", name="Download the data set").click()
+    watching.get_by_role("link", name="The report").click()
+    report = watching.frame_locator("iframe.report")
+    report.get_by_role("heading", name="A day in the laboratory").first.wait_for()
+    with zipfile.ZipFile(download.value.path()) as archive:
+        return archive.namelist()
+
+
+@pytest.mark.skipif(
+    not os.environ.get("SLIPSCALE_WHOLE_DAY"), reason="minutes; set SLIPSCALE_WHOLE_DAY=1"
+)
+def test_a_whole_day(page, tmp_path, bench):
+    lab = tmp_path / "lab"
+    lab.mkdir()
+    (lab / "day.toml").write_text(DAY)
+    command(lab, "lab", "init", "--study", "day.toml", "--plate", "bench:", "--windowed")
+    names = [f"sub-{label}/sub-{label}_run-01_journal.jsonl" for label in ("01", "02", "03")]
+    one, two, three = journals = [lab / "data/sourcedata" / name for name in names]
+    with console(lab) as (first, address):
+        page.goto(address)
+        page.get_by_role("button", name="Check everything").click()
+        page.get_by_text("Ready.").wait_for()
+        a_note_a_pause_and_a_void(page)
+        begin_session(page)
+        answer_until(page, shows(page, "Trial 2 of 3"))
+        first.kill()
+        page.get_by_text("The console does not answer").wait_for()
+    assert is_being_written(two)
+    with console(lab) as (_, address):
+        page.goto(address)
+        a_killed_session_goes_on(page, two)
+        watching = page.context.new_page()
+        watching.goto(address.partition("/?")[0] + "/data")
+        results_grow(page, watching)
+        assert f"data/sourcedata/{names[2]}" in analysed_at_a_press(watching)
+
+    study, text = read_study(str(lab / "day.toml"))
+    people = read_roster(lab / "data", study, text).people
+    assert [person.state for person in people] == ["done"] * 3
+    assert {read_plan(path)[0].mode for path in journals} == {"participant"}
+    kinds = [[record.kind for record in read_plan(path)[1]] for path in (one, two, three)]
+    assert [kinds[0].count(kind) for kind in ("note", "pause", "go_on", "void")] == [1] * 4
+    assert [each.count("resume") for each in kinds] == [0, 1, 0]
+    assert "agrees with its journals (3)" in command(lab, "data", "verify")
+    assert page.complaints == []
     assert {url.split("/")[2].partition(":")[0] for url in page.requested} == {"127.0.0.1"}

@@ -5,11 +5,12 @@ import shutil
 import zipfile
 from dataclasses import replace
 from io import BytesIO
+from types import SimpleNamespace
 
 import pytest
 
 from experiments.lab.console import state
-from experiments.lab.console.jobs import Jobs
+from experiments.lab.console.jobs import Job, Jobs
 from experiments.lab.console.plots import scatter
 from experiments.lab.console.words import LANGUAGES, page_texts
 from experiments.lab.run_summary import PlateReading, RunSummary, summary
@@ -205,6 +206,19 @@ def test_a_session_begins_as_slipscale_next_would(visitor, recorded):
     assert visitor.jobs.started == [("session", "next", "--yes", "--participant", "03")]
     status, said = visitor.ask("begin", participant="07")
     assert (status, "is not next any more" in said) == (409, True)
+
+
+def test_while_a_session_begins_or_ends_no_other_is_offered(visitor, recorded):
+    """Its process is there, and nobody writes its journal: a press would be refused."""
+    process = SimpleNamespace(poll=lambda: None)
+    path = recorded / "nothing.txt"
+    job = Job(kind="session", about="participant 03", process=process, output=path, errors=path)
+    visitor.jobs.jobs["session"] = job
+    page = visitor.see("/")
+    assert "participant 03: the session begins or ends" in words_of(page)
+    assert "data-do=" not in page
+    status, said = visitor.ask("begin", participant="03")
+    assert (status, "still at work" in said) == (409, True)
 
 
 def test_an_interrupted_run_goes_on_as_slipscale_resume_would(visitor, recorded):
