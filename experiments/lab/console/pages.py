@@ -80,6 +80,7 @@ def today(found: Snapshot, jobs: Jobs, t: Words) -> dict[str, Any]:
         "clock": clock_face,
         "doing": _doing(found.live, t) if found.live else "",
         "pressing": _pressing(people),
+        "titles": _titles(found),
     }
 
 
@@ -160,6 +161,7 @@ def study(found: Snapshot, _: Jobs, __: Words) -> dict[str, Any]:
         "timeline": [],
         "orders": [],
         "minutes": None,
+        "most_people": MOST_PEOPLE,
     }
     if found.study is None:
         return shown
@@ -173,11 +175,18 @@ def study(found: Snapshot, _: Jobs, __: Words) -> dict[str, Any]:
             for protocol, options in plans[0].tasks()
         ],
         "orders": [
-            (plan.participant, plan.row + 1, [protocol.task for protocol, _ in plan.tasks()])
+            (plan.participant, plan.row + 1, [protocol.title for protocol, _ in plan.tasks()])
             for plan in plans
         ],
         "minutes": round(duration_s / 60) or 1 if duration_s else None,
     }
+
+
+def _titles(found: Snapshot) -> dict[str, str]:
+    """Return the titles of the study's tasks, by their labels."""
+    if found.study is None:
+        return {}
+    return {protocol.task: protocol.title for protocol, _ in _plan(found, "01").tasks()}
 
 
 def _plan(found: Snapshot, participant: str) -> RunPlan:

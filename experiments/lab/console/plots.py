@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 WIDTH, HEIGHT = 640, 180
-LEFT, BOTTOM, TOP = 44, 28, 10
+LEFT, BOTTOM, TOP = 56, 28, 10
 MOST_POINTS = 2000  # of the newest runs; more would only be a band
 
 

@@ -1,0 +1,265 @@
+"""Take pictures of every page of the console, in both themes, at two widths; run axe-core on them.
+
+Usage: python tools/console_pages.py FOLDER [--axe axe.min.js] [--only NAME ...]
+
+Without --axe, npm fetches axe-core into a temporary folder. Exit status 1 where axe-core finds
+something serious or critical. Needs a Chromium; no display.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tarfile
+import tempfile
+import time
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from playwright.sync_api import sync_playwright
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from playwright.sync_api import Browser, Page
+
+AXE = "axe-core@4.14.1"
+WIDTHS = {"wide": 1400, "phone": 400}
+THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
+GRAVE = ("serious", "critical")
+FRESH_S = 1.2  # the console reads its folder once a second
+COMMAND = [sys.executable, "-P", "-m", "slipscale"]
+
+# A session's mailbox without a session: it tells what it is told to, and holds the journal.
+SESSION = """
+import json, sys
+from pathlib import Path
+from experiments.journal.journal import Journal
+from experiments.journal.run_record import latest_s, read_plan
+from experiments.protocols.steps import Trial
+from experiments.session.mailbox import Mailbox, mailbox_of
+from experiments.session.operator import SessionStatus
+from hardware.clock import SystemClock
+path = Path(sys.argv[1])
+heading = ("participant 08, run 01", "study mine", "plate serial:/dev/ttyACM0")
+usual = {"state": "waiting", "task": "t", "trial": 5, "total": 8, "done": 9, "planned": 12,
+    "elapsed_s": 412.0, "time_left_s": 138.0, "plate": "as commanded", "noise": "playing",
+    "temperature_c": 23.4, "voidable": Trial(task="t", number=5, total=8),
+    "answered": Trial(task="t", number=4, total=8)}
+clock = SystemClock(latest_s(read_plan(path)[1]))
+with Journal.reopen(path, clock) as journal, Mailbox(mailbox_of(path), heading) as box:
+    journal.write("note", text="the heating came on; a door slammed twice in the corridor")
+    for line in sys.stdin:
+        box.tell(SessionStatus(**usual | json.loads(line)))
+        print("told", flush=True)
+"""
+
+
+def journals(folder: Path) -> list[Path]:
+    """Return the journals of a laboratory folder's participants, in order."""
+    return sorted((folder / "data/sourcedata").glob("sub-*/*_journal.jsonl"))
+
+
+def cut(journal: Path, lines: int) -> None:
+    """Interrupt a run after so many records."""
+    journal.write_bytes(b"".join(journal.read_bytes().splitlines(keepends=True)[:lines]))
+
+
+def laboratory(folder: Path) -> None:
+    """Fill a laboratory folder: eight participants, the last interrupted, and an analysis."""
+    folder.mkdir()
+    slipscale(folder, "study", "new", "mine.toml", "--title", "Slipperiness", "--author", "A. B.")
+    with (folder / "mine.toml").open("a") as file:
+        file.write('\n[analysis]\nexclusions = ["non_monotone", "zeros"]\n')
+    plate = "serial:/dev/ttyACM0,calibration=plate.toml"
+    slipscale(folder, "lab", "init", ".", "--study", "mine.toml", "--plate", plate)
+    slipscale(folder, "pilot", "--participants", "8", "--seed", "1", "--out", "data")
+    slipscale(folder, "pilot", "--participants", "3", "--seed", "2")
+    last = journals(folder)[-1]
+    lines = last.read_bytes().splitlines(keepends=True)
+    last.write_bytes(b"".join(lines[: len(lines) * 3 // 4]))
+
+
+def slipscale(folder: Path, *words: str) -> None:
+    """Run a command in a folder."""
+    quiet = subprocess.DEVNULL
+    subprocess.run([*COMMAND, *words], cwd=folder, check=True, stdout=quiet, stderr=quiet)
+
+
+class Stage:
+    """A laboratory folder with its console, and what can be done to them between two pictures."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._session: subprocess.Popen[str] | None = None
+
+    def tell(self, **changes: Any) -> None:
+        """Have a session run that tells this."""
+        if self._session is None:
+            self._session = subprocess.Popen(
+                [*COMMAND[:-2], "-c", SESSION, journals(self.folder)[-1]],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+            )
+        if self._session.stdin is None or self._session.stdout is None:
+            raise RuntimeError("the session has no pipes")
+        self._session.stdin.write(json.dumps(changes) + "\n")
+        self._session.stdin.flush()
+        self._session.stdout.readline()
+
+    def end(self) -> None:
+        """End the session that runs."""
+        if self._session and self._session.stdin:
+            self._session.stdin.close()
+            self._session.wait()
+        self._session = None
+
+    def unblind(self) -> None:
+        """End the session; somebody has asked for results."""
+        self.end()
+        record = [{"unblinded_utc": "2026-11-20T09:00:00+00:00", "done": 7, "planned": 12}]
+        (self.folder / "data/sourcedata/unblinded.json").write_text(json.dumps(record))
+
+    def damage(self) -> None:
+        """Damage a journal, and edit the study."""
+        lines = journals(self.folder)[2].read_bytes().splitlines(keepends=True)
+        journals(self.folder)[2].write_bytes(b"".join([*lines[:9], b"rubbish\n", *lines[10:]]))
+        study = self.folder / "mine.toml"
+        study.write_text(study.read_text().replace("seed = 2007", "seed = 2008"))
+
+    def lose(self) -> None:
+        """Have the study be gone."""
+        (self.folder / "mine.toml").unlink()
+
+
+def nothing(_: Stage) -> None:
+    """Change nothing."""
+
+
+# Name of a picture: what is done before, the page, and what is pressed on it. In this order.
+SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
+    "today": (nothing, "", ""),
+    "today-asks": (nothing, "", "Begin the session"),
+    "live-nothing": (nothing, "live", ""),
+    "study": (nothing, "study", ""),
+    "data-blind": (nothing, "data", ""),
+    "pilot": (nothing, "pilot", ""),
+    "pilot-report": (nothing, "pilot/001/report", ""),
+    "live": (lambda stage: stage.tell(), "live", ""),
+    "today-live": (nothing, "", ""),
+    "live-void": (nothing, "live", "Void trial 5"),
+    "live-paused": (lambda stage: stage.tell(state="paused", plate="lost"), "live", ""),
+    "live-fault": (
+        lambda stage: stage.tell(
+            state="fault", plate="lost", faults=2, voided=1, message="the line to the plate is lost"
+        ),
+        "live",
+        "",
+    ),
+    "live-unblinded": (lambda stage: stage.tell(unblinded=True, amplitude_um_pp=1.2), "live", ""),
+    "data": (Stage.unblind, "data", ""),
+    "data-report": (nothing, "data/report", ""),
+    "today-odd": (Stage.damage, "", ""),
+    "study-gone": (Stage.lose, "", ""),
+}
+
+
+@contextmanager
+def console(folder: Path) -> Iterator[str]:
+    """Open a console; yield its address."""
+    words = [*COMMAND, "lab", "--no-browser", "--port", "0"]
+    process = subprocess.Popen(words, cwd=folder, stdout=subprocess.PIPE, text=True)
+    with process:
+        try:
+            if process.stdout is None:
+                raise RuntimeError("the console has no pipe")
+            yield process.stdout.readline().split()[-1]
+        finally:
+            process.terminate()
+
+
+def axe_source(given: Path | None, place: Path) -> str:
+    """Return axe-core's script: of a file, or of the package that npm fetches."""
+    if given:
+        return given.read_text(encoding="utf-8")
+    npm = shutil.which("npm")
+    if not npm:
+        raise SystemExit("no npm to fetch axe-core with: name its axe.min.js with --axe")
+    subprocess.run([npm, "pack", "--silent", AXE], cwd=place, check=True, stdout=subprocess.DEVNULL)
+    [archive] = place.glob("axe-core-*.tgz")
+    with tarfile.open(archive) as files:
+        member = files.extractfile("package/axe.min.js")
+        return member.read().decode() if member else ""
+
+
+def faults(page: Page, source: str) -> list[str]:
+    """Return what axe-core finds on a page: how bad, which rule, where."""
+    page.evaluate(source)
+    found = page.evaluate("axe.run(document, {resultTypes: ['violations'], iframes: false})")
+    return [
+        f"{each['impact']}: {each['id']}: {', '.join(node['target'][0] for node in each['nodes'])}"
+        for each in found["violations"]
+    ]
+
+
+def look(browser: Browser, address: str, out: Path, name: str, source: str) -> list[str]:
+    """Take a scene's pictures; return axe-core's findings, each with its picture."""
+    _, path, press = SCENES[name]
+    told = []
+    for theme in THEMES:
+        for width_name, width in WIDTHS.items():
+            context = browser.new_context(
+                color_scheme=theme, viewport={"width": width, "height": 900}, locale="en"
+            )
+            page = context.new_page()
+            page.goto(address)
+            page.goto(address.partition("?")[0] + path)
+            if press:
+                page.get_by_role("button", name=press).first.click()
+            picture = f"{name}-{theme}-{width_name}"
+            page.screenshot(path=out / f"{picture}.png", full_page=not press)
+            told += [f"{picture}: {each}" for each in faults(page, source)]
+            overflow = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+            if overflow > 0:
+                told.append(f"{picture}: serious: wider than the window by {overflow} px")
+            context.close()
+    return told
+
+
+def main() -> int:
+    """Take all pictures; print what axe-core finds; 1 where something is grave."""
+    parser = argparse.ArgumentParser(description="Look at every page of the console.")
+    parser.add_argument("folder", type=Path, help="for the pictures")
+    parser.add_argument("--axe", type=Path, help="axe.min.js of the npm package axe-core")
+    parser.add_argument("--only", nargs="+", metavar="NAME", choices=SCENES, help="these alone")
+    options = parser.parse_args()
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    options.folder.mkdir(parents=True, exist_ok=True)
+    told: list[str] = []
+    with tempfile.TemporaryDirectory() as place, sync_playwright() as play:
+        source = axe_source(options.axe, Path(place))
+        laboratory(Path(place, "lab"))
+        stage = Stage(Path(place, "lab"))
+        rights = ["--no-sandbox"] if os.geteuid() == 0 else []
+        browser = play.chromium.launch(executable_path=chromium, args=rights)
+        with console(stage.folder) as address:
+            for name, (prepare, _, _) in SCENES.items():
+                prepare(stage)
+                if options.only and name not in options.only:
+                    continue
+                time.sleep(FRESH_S)
+                told += look(browser, address, options.folder, name, source)
+            stage.end()
+        browser.close()
+    print("\n".join(told) or "axe-core: nothing")
+    return 1 if any(f": {impact}: " in line for line in told for impact in GRAVE) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
