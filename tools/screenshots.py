@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -154,6 +155,7 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
         "touch-list": typed(screen_for(country, touched), "7"),
         "touch-explore": screen_for(pages["explore"], touched),
         "touch-rest": screen_for(pages["rest"], touched),
+        "spoken": screen_for(replace(number, by="operator", time_limit_s=20.0), texts),
         "touch-welcome": screen_for(pages["welcome"], touched),
     }
     return {name: screen.scene(3.4) for name, screen in screens.items()} | {

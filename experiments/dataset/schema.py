@@ -249,6 +249,8 @@ def _common(protocol: Protocol) -> dict[str, Column]:
             levels={
                 "ptb": "the key event's own time stamp",
                 "window": "when the window was told of the key",
+                "operator": "when the operator, who typed what the participant said, handed it "
+                "in: the response time holds their hearing and typing",
                 "simulated": "drawn by a simulated participant",
                 "scripted": "set by a script",
             },

@@ -29,13 +29,15 @@ WORDS = ("text", "title", "question")
 def step_record(step: Step) -> dict[str, Any]:
     """Return a step as plain data, with its type, as it reads back from a journal.
 
-    A step outside intervals does not name one: its record is that of the versions without them,
-    whose journals are gone on with.
+    A step outside intervals does not name one, and an answer that the participant enters does not
+    say so: their records are those of the versions without, whose journals are gone on with.
     """
     record: dict[str, Any] = json.loads(json.dumps(asdict(step)))
     for part in (record, *(record.get("lead_in") or ())):
         if part.get("interval", 0) is None:
             del part["interval"]
+    if record.get("by") == "participant":
+        del record["by"]
     return {"type": type(step).__name__, **record}
 
 

@@ -52,6 +52,7 @@ ROOMS: tuple[tuple[str, Room], ...] = (
     ("window.key_*", KEY_NAME),
     ("window.go_on", KEY_NAME),
     ("window.decimal", LETTER_KEY),
+    ("window.say_number", WORD),
     ("window.pilot", BANNER),
     ("window.yes", UNDER_KEY),
     ("window.no", UNDER_KEY),

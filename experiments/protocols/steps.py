@@ -212,7 +212,8 @@ class Ask:
     """A question; ``name`` is the data set's column for the answer.
 
     Outside a trial, ``task`` says of which task's run the answer is a part; without a task it is
-    about the participant.
+    about the participant. ``by`` says who enters the answer: the operator types what the
+    participant says, or decides.
     """
 
     name: str
@@ -220,6 +221,7 @@ class Ask:
     trial: Trial | None = None
     task: str = ""
     time_limit_s: float | None = None
+    by: Literal["participant", "operator"] = "participant"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -323,7 +325,8 @@ class Reply:
         From the screen to the key that completed the answer; None where the time ran out.
     time_source : str
         Where the time was taken: "ptb" (the key event's own time stamp), "window" (when the
-        window was told of it), "simulated", "scripted".
+        window was told of it), "operator" (when the operator handed the answer in), "simulated",
+        "scripted".
     timed_out : bool
         The time limit ran out first.
     rejected : tuple of str

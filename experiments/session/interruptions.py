@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from experiments.session.markers import Markers
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator, Request, State
+    from experiments.session.operator_answers import OperatorAnswers
     from experiments.session.progress import Progress
     from experiments.session.surface_state import SurfaceState
     from hardware.clock import Clock
@@ -47,7 +48,7 @@ class Interruptions:
 
     Parameters
     ----------
-    plate, surface, participant, journal, clock, operator, noise, progress, markers
+    plate, surface, participant, journal, clock, operator, noise, progress, markers, answers
         The session's.
     hold_text : str
         Asks the participant to wait.
@@ -65,6 +66,7 @@ class Interruptions:
         noise: Noise,
         progress: Progress,
         markers: Markers,
+        answers: OperatorAnswers,
         hold_text: str,
     ) -> None:
         self._plate = plate
@@ -76,6 +78,7 @@ class Interruptions:
         self._noise = noise
         self._progress = progress
         self._markers = markers
+        self._answers = answers
         self._hold_text = hold_text
         self._voids = _pending_voids(journal.records)
         self._questions: list[Ask] = []
@@ -113,6 +116,8 @@ class Interruptions:
             self._note(request)
         elif request.what == "unblind":
             self._unblind()
+        elif request.what == "answer":
+            self._answers.take(request.reason)
         elif request.what == "pause":
             raise _Paused
         elif request.what == "stop":

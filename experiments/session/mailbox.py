@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from experiments.journal.locks import writer
-from experiments.session.operator import Request, SessionStatus, State
+from experiments.session.operator import Request, SessionStatus, State, answer_wanted
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ LOOK_S = 0.05
 LONGEST_REQUEST = 20_000
 STATUS, REQUESTS = "status.json", "requests"
 
-Asked = Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note", "unblind"]
+Asked = Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note", "answer", "unblind"]
 
 
 class TrialName(BaseModel):
@@ -59,6 +59,7 @@ class LiveStatus(BaseModel):
     voidable: TrialName | None
     answered: TrialName | None
     asked: tuple[str, ...]
+    answering: str = ""
     done: int
     planned: int
     elapsed_s: float
@@ -147,12 +148,20 @@ class Mailbox:
         question = self._question(asked.question)
         if asked.what == "void" and trial is None:
             self._refuse("that trial can no longer be voided")
+        elif asked.what == "answer" and not self._waits_for(asked.trial):
+            self._refuse("that question is over")
         elif asked.what == "ask_again" and question is None:
             self._refuse("that question was not asked in this run")
         else:
             self._refused = ""
             return Request(what=asked.what, reason=asked.reason, trial=trial, question=question)
         return None
+
+    def _waits_for(self, wanted: TrialName | None) -> bool:
+        """Return whether an answer of the operator's to this trial's question is waited for."""
+        status = self._status
+        now = TrialName(task=status.task, number=status.trial)
+        return status.answering is not None and wanted == now
 
     def _trial(self, wanted: TrialName | None) -> Trial | None:
         """Return the trial that is meant: while somebody typed, the session may have gone on."""
@@ -179,6 +188,7 @@ class Mailbox:
             voidable=_name(status.voidable),
             answered=_name(status.answered),
             asked=tuple(ask.name for ask in status.asked),
+            answering=answer_wanted(status.answering) if status.answering else "",
             done=status.done,
             planned=status.planned,
             elapsed_s=status.elapsed_s,

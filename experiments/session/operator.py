@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Protocol
 
+from experiments.protocols.steps import ChoiceQuestion
+
 if TYPE_CHECKING:
     from experiments.protocols.steps import Ask, Trial
     from experiments.session.masking import NoiseState
@@ -33,6 +35,8 @@ class SessionStatus:
         when the answer is given, and the next surface is there already).
     asked : tuple of Ask
         The questions about the run and the participant so far: each can be asked again.
+    answering : Ask or None
+        The question that the operator answers now: what the participant says, or a decision.
     done, planned : int
         Trials over and planned in the whole session.
     elapsed_s : float
@@ -63,6 +67,7 @@ class SessionStatus:
     voidable: Trial | None = None
     answered: Trial | None = None
     asked: tuple[Ask, ...] = ()
+    answering: Ask | None = None
     done: int = 0
     planned: int = 0
     elapsed_s: float = 0.0
@@ -83,13 +88,16 @@ class Request:
 
     "note" has the session write the operator's words, ``reason``, into the journal. "unblind" has
     it tell the amplitude from then on, which is written into the journal too.
+    "answer" hands in what they typed, ``reason``, as the answer to `SessionStatus.answering`.
 
     ``trial`` is the one to be voided, None the one that is `SessionStatus.voidable` now: while a
     reason is typed the session may have come to the next. ``question`` is the one to be asked
     again, of `SessionStatus.asked`.
     """
 
-    what: Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note", "unblind"]
+    what: Literal[
+        "pause", "go_on", "void", "ask_again", "retry", "stop", "note", "answer", "unblind"
+    ]
     reason: str = ""
     trial: Trial | None = None
     question: Ask | None = None
@@ -107,6 +115,21 @@ class Operator(Protocol):
 
     def poll(self) -> Request | None:
         """Return what the operator asks for now, if anything. Never waits."""
+
+
+def answer_wanted(ask: Ask) -> str:
+    """Return a question that the operator answers, with the numbers of its answers if it has some.
+
+    >>> from experiments.protocols.steps import Ask, ChoiceQuestion
+    >>> options = (("again", "test again"), ("on", "go on"))
+    >>> answer_wanted(Ask(name="x", question=ChoiceQuestion(prompt="Failed.", options=options)))
+    'Failed. 1 test again, 2 go on'
+    """
+    question = ask.question
+    if not isinstance(question, ChoiceQuestion):
+        return question.prompt
+    listed = ", ".join(f"{n} {words}" for n, (_, words) in enumerate(question.options, start=1))
+    return f"{question.prompt} {listed}"
 
 
 class Operators:

@@ -135,6 +135,11 @@ class Progress:
         status = self._status
         self._status = replace(status, voided=status.voided + 1, planned=status.planned + 1)
 
+    def asks_operator(self, question: Ask | None) -> None:
+        """Tell the operator which question is theirs to answer, or that none is any more."""
+        self._status = replace(self._status, answering=question)
+        self._operator.tell(self._status)
+
     def say(self, message: str) -> None:
         """Tell the operator something; the state stays as it is."""
         self.tell(self._status.state, message=message)

@@ -37,6 +37,7 @@ from experiments.session.following import Following
 from experiments.session.interruptions import Interruptions
 from experiments.session.markers import Event, Markers
 from experiments.session.masking import NoNoise
+from experiments.session.operator_answers import OperatorAnswers
 from experiments.session.progress import Progress
 from experiments.session.surface_state import SurfaceState
 from faults import UserError
@@ -138,6 +139,7 @@ class Session:
             unblinded=unblind,
         )
         journal.tell = self._progress.say
+        self._operator_answers = OperatorAnswers(self._progress, clock)
         self._interruptions = Interruptions(
             plate=plate,
             surface=self._surface,
@@ -148,6 +150,7 @@ class Session:
             noise=self._noise,
             progress=self._progress,
             markers=self._markers,
+            answers=self._operator_answers,
             hold_text=texts["session.hold"],
         )
         self._rewinds = False  # the surface was lost because a pilot was interrupted
@@ -389,7 +392,10 @@ class Session:
         self._participant.unfinished = begun
         try:
             with self._contact.measured(step, self._interruptions.watch) as watch:
-                reply = self._participant.perform(step, watch)
+                if step.by == "operator":
+                    reply = self._operator_answers.await_answer(step, self._participant, watch)
+                else:
+                    reply = self._participant.perform(step, watch)
         except UserError:
             raise  # the journal itself, as a rule: there is nowhere to write
         except BaseException:

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, NamedTuple, Self, TextIO
 from rich.live import Live
 from rich.text import Text
 
-from experiments.session.operator import Request, SessionStatus
+from experiments.session.operator import Request, SessionStatus, answer_wanted
 from faults import harmless
 
 if TYPE_CHECKING:
@@ -103,6 +103,14 @@ def question_prompt(asked: tuple[Ask, ...]) -> Prompt:
     return Prompt(f"ask again (number and Enter, Esc for none): {listed}", request)
 
 
+def answer_prompt(ask: Ask) -> Prompt:
+    """Return the prompt for what the participant says, or for a decision."""
+    return Prompt(
+        f"{answer_wanted(ask)} (Enter to hand it in; Esc for the other keys, n to come back)",
+        lambda typed: Request(what="answer", reason=typed) if typed else None,
+    )
+
+
 def clock_face(seconds: float | None) -> str:
     """Return a duration as minutes and seconds.
 
@@ -142,6 +150,7 @@ PROMPTS: Mapping[str, PromptKey] = {
         IN_STEPS, lambda s: question_prompt(s.asked) if s.asked else None, Request(what="ask_again")
     ),
     "s": PromptKey((*IN_STEPS, "fault"), lambda _: stop_prompt()),
+    "n": PromptKey(("waiting",), lambda s: answer_prompt(s.answering) if s.answering else None),
 }
 
 
@@ -173,6 +182,7 @@ class TerminalOperator:
         self._heading = heading
         self._status = SessionStatus(state="showing")
         self._prompt: Prompt | None = None  # being typed
+        self._answer: Prompt | None = None  # of these, the one that opens by itself
         self._live = Live(console=console, auto_refresh=False, transient=False)
 
     @property
@@ -184,6 +194,12 @@ class TerminalOperator:
         """Show the state; a fault rings the bell, once."""
         if self._console.is_terminal and status.state == "fault" != self._status.state:
             self._console.bell()
+        if status.answering is not self._status.answering:
+            # What is being typed about something else is not taken away.
+            if self._prompt is self._answer:
+                self._prompt = None
+            self._answer = answer_prompt(status.answering) if status.answering else None
+            self._prompt = self._prompt or self._answer
         self._status = status
         self._draw()
 
@@ -198,6 +214,8 @@ class TerminalOperator:
             return Request(what="retry")
         if key in PROMPTS and state in PROMPTS[key].states:
             self._prompt = PROMPTS[key].open(self._status)
+            if key == "n":
+                self._answer = self._prompt
             if self._prompt is None:
                 return PROMPTS[key].without
             self._draw()
@@ -210,7 +228,10 @@ class TerminalOperator:
             return None
         if key in ENTER:
             request = prompt.request(prompt.typed.strip())
-            self._prompt = None if request else prompt
+            if prompt is self._answer:
+                prompt.typed = ""  # it closes with its question: what was typed may be refused
+            elif request:
+                self._prompt = None
             return request
         if key == ESCAPE:
             self._prompt = None

@@ -6,7 +6,7 @@ screen. Numbers and choices need nothing here: their keys are digits, and Enter 
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
@@ -30,6 +30,11 @@ class ParticipantKeys(BaseModel):
         description="Character of the key for yes; left out, as no: the language's own letter.",
     )
     no: Key = Field(default="", description="Character of the key for no.")
+    numbers: Literal["typed", "spoken"] = Field(
+        default="typed",
+        description="typed: the participant enters numbers. spoken: they say them aloud, and the "
+        "operator types them, at the terminal or in the console.",
+    )
     touch: Switch = Field(
         default=False,
         description="Whether the participant answers on a touch screen, or with a mouse: keys for "

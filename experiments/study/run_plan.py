@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Literal
 from experiments.languages.texts import load_texts
 from experiments.protocols.base import ORDER_VERSION, Context, protocol_texts
 from experiments.protocols.registry import load_protocol
-from experiments.protocols.steps import CONSENT, Ask, ChoiceQuestion, Instruct, Reply, Steps
+from experiments.protocols.steps import (
+    CONSENT,
+    Ask,
+    ChoiceQuestion,
+    Instruct,
+    NumberQuestion,
+    Reply,
+    Steps,
+    WholeNumberQuestion,
+)
 from experiments.study.file import parse_study
 from faults import UserError
 
@@ -20,6 +29,7 @@ if TYPE_CHECKING:
     from experiments.languages.texts import Texts
     from experiments.protocols.base import Options, Protocol
     from experiments.protocols.simulation import SimulatedAnswer
+    from experiments.protocols.steps import Answer
     from experiments.study.model import Study
 
 Mode = Literal["participant", "pilot"]
@@ -237,6 +247,9 @@ class RunPlan:
 
     def steps(self) -> Steps:
         """Yield all steps of the run."""
+        return _spoken(self._steps()) if self.study.keys.numbers == "spoken" else self._steps()
+
+    def _steps(self) -> Steps:
         texts, context = self.texts(), self.context()
         yield Instruct(title=texts["session.welcome_title"], text=texts["session.welcome"])
         if self.study.informed_consent:
@@ -253,6 +266,21 @@ class RunPlan:
         for questionnaire in self.study.questionnaires:
             if questionnaire.when == when:
                 yield from questionnaire.steps(self.language, self.texts())
+
+
+def _spoken(steps: Steps) -> Steps:
+    """Yield the steps, with the operator to type each number that is asked for."""
+    answer: Answer = None
+    while True:
+        try:
+            step = steps.send(answer)
+        except StopIteration:
+            return
+        if isinstance(step, Ask) and isinstance(
+            step.question, NumberQuestion | WholeNumberQuestion
+        ):
+            step = replace(step, by="operator")
+        answer = yield step
 
 
 def _consent(texts: Texts) -> Steps:

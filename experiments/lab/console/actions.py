@@ -60,7 +60,9 @@ class Ask(Form):
     """Ask the running session for what a key would."""
 
     token: Annotated[str, Field(pattern="^[0-9a-f]{1,64}$")]
-    what: Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note", "unblind"]
+    what: Literal[
+        "pause", "go_on", "void", "ask_again", "retry", "stop", "note", "answer", "unblind"
+    ]
     reason: Words = ""
     word: Words = ""
     task: Annotated[str, Field(max_length=100)] = ""
@@ -204,11 +206,12 @@ class Actions:
         live = self._now().live
         if live is None or live.status is None or live.status.token != asked.token:
             raise UserError("that session is over")
-        if asked.what in ("void", "note") and not asked.reason.strip():
-            raise UserError("expected words: why, or what is to be noted")
+        if asked.what in ("void", "note", "answer") and not asked.reason.strip():
+            raise UserError("expected words: why, what is to be noted, or the answer")
         if asked.what == "unblind":
             _check_meant(asked.word)
-        trial = TrialName(task=asked.task, number=asked.trial) if asked.what == "void" else None
+        about_trial = asked.what in ("void", "answer")
+        trial = TrialName(task=asked.task, number=asked.trial) if about_trial else None
         post(
             live.visit.path,
             LiveRequest(

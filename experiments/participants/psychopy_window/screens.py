@@ -226,6 +226,30 @@ class Telling(Waiting):
         return ScreenResult() if elapsed_s >= self._step.duration_s else None
 
 
+class Listening(Waiting):
+    """The participant says a number, which the operator types; or the operator decides."""
+
+    def __init__(self, step: Ask, texts: Texts) -> None:
+        super().__init__(texts, maximum_s=step.time_limit_s)
+        self._texts = texts
+        said = isinstance(step.question, NumberQuestion | WholeNumberQuestion)
+        self._prompt = step.question.prompt.strip() if said else ""
+
+    def scene(self, elapsed_s: float) -> Scene:
+        """Return the question and that it is answered aloud; a decision is not shown."""
+        if not self._prompt:
+            return scene.message(self._texts["session.hold"])
+        return (
+            Text(content=self._prompt, y=0.28, size=0.06, width=1.2, height=0.17),
+            Text(content=self._texts["window.say_number"], y=0.02, size=0.06, colour="accent"),
+            *remaining(self._maximum_s, elapsed_s, self._texts, y=0.415),
+        )
+
+    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:  # noqa: ARG002
+        """Take no key."""
+        return None
+
+
 class Adjusting(Waiting):
     """The participant turns the plate, by arrow keys or the wheel."""
 
@@ -402,6 +426,8 @@ SCREENS: dict[type, Callable[..., Screen]] = {
 
 def screen_for(step: ParticipantStep | Adjust, texts: Texts) -> Screen:
     """Return a fresh screen for a step."""
+    if isinstance(step, Ask) and step.by == "operator":
+        return Listening(step, texts)
     if isinstance(step, Ask) and isinstance(step.question, VisualAnalogueQuestion):
         return Marking(step, step.question, texts)
     return SCREENS[type(step)](step, texts)

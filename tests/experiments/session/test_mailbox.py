@@ -4,6 +4,7 @@ import json
 import os
 import stat
 import sys
+from dataclasses import replace
 
 import pytest
 
@@ -178,3 +179,18 @@ def test_notes_go_into_the_journal_with_the_trial_untouched(laboratory, tmp_path
     sidecar = next(laboratory.folder.glob("sub-01/beh/*.json"))
     notes = json.loads(sidecar.read_text(encoding="utf-8"))["Slipscale"]["notes"]
     assert [note["text"] for note in notes] == ["the finger is wet", "a door slammed"]
+
+
+SAID = Ask(name="estimate", question=NumberQuestion(prompt="How slippery?"), by="operator")
+
+
+def test_an_answer_is_taken_for_the_question_it_was_typed_for_and_for_no_other(mailbox, journal):
+    ask(journal, "answer", reason="12", trial=TrialName(task="t", number=4))
+    assert mailbox.poll() is None
+    assert read_status(journal).refused == "that question is over"
+    mailbox.tell(replace(STATUS, answering=SAID))
+    assert read_status(journal).answering == "How slippery?"
+    ask(journal, "answer", reason="12", trial=TrialName(task="t", number=3))
+    assert mailbox.poll() is None
+    ask(journal, "answer", reason="13", trial=TrialName(task="t", number=4))
+    assert mailbox.poll() == Request(what="answer", reason="13", trial=FOURTH)

@@ -143,6 +143,43 @@ def test_the_questions_that_can_be_asked_again_are_listed():
     assert "1 age_years, 2 scale_top" in who.lines().plain
 
 
+SAID = Ask(name="estimate", question=NumberQuestion(prompt="How slippery?"), by="operator")
+ASKING = SessionStatus(state="waiting", voidable=THIRD, answering=SAID)
+
+
+def test_what_the_participant_says_is_typed_and_enter_hands_it_in():
+    who, _ = operator(*"12.5", "\r", "7", "\r")
+    who.tell(ASKING)
+    assert "How slippery? (Enter to hand it in" in str(who.lines())
+    requests = [request for _ in range(8) if (request := who.poll())]
+    assert requests == [Request(what="answer", reason="12.5"), Request(what="answer", reason="7")]
+    who.tell(SessionStatus(state="waiting"))
+    assert "How slippery?" not in str(who.lines())
+    assert not who.busy
+
+
+def test_escape_leaves_the_answer_for_the_other_keys_and_n_comes_back_to_it():
+    who, _ = operator("1", "\x1b", "p", "n", "3", "\r")
+    who.tell(ASKING)
+    requests = [request for _ in range(7) if (request := who.poll())]
+    assert requests == [Request(what="pause"), Request(what="answer", reason="3")]
+
+
+def test_a_reason_being_typed_is_not_taken_away_by_a_question():
+    who, _ = operator("v", "x", "\r", "n", "4", "\r")
+    who.tell(SessionStatus(state="waiting", voidable=THIRD))
+    who.poll()
+    who.tell(ASKING)
+    requests = [request for _ in range(6) if (request := who.poll())]
+    assert [request.what for request in requests] == ["void", "answer"]
+
+
+def test_an_empty_answer_is_none():
+    who, _ = operator("\r", " ", "\r")
+    who.tell(ASKING)
+    assert [who.poll() for _ in range(4)] == [None] * 4
+
+
 def test_a_fault_rings_the_bell_once_and_only_in_a_terminal():
     for terminal, rings in ((True, 1), (False, 0)):
         who, shown = operator(terminal=terminal)

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 
 import pytest
 
@@ -238,6 +239,15 @@ def test_a_number_is_entered_on_the_pad_by_the_mouse(window, monkeypatch):
     assert reply.time_source == "window"
     read = Instruct(text="Lisez.")
     assert window.perform(read, Hand(*clicks(window, read, " "))).value is None
+
+
+def test_what_the_operator_types_is_no_key_of_the_participants(window):
+    step = replace(NUMBER, by="operator", time_limit_s=1.5)
+    hand = Hand("key 5 Return", "key Escape", "key n")
+    reply = window.perform(step, hand)
+    assert (reply.value, reply.timed_out) == (None, True)
+    shown = [item.content for item in window.display._shown if hasattr(item, "content")]
+    assert "Dites votre nombre à voix haute." in shown
 
 
 def test_one_of_many_answers_is_clicked_or_reached_by_arrow_keys_or_number(window):

@@ -1,0 +1,78 @@
+"""Questions that the operator answers: what the participant said aloud, or the operator's decision.
+
+The participant's screen shows the question meanwhile. What the operator types is judged as what a
+participant types would be.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from experiments.languages.texts import ENGLISH, shipped_texts
+from experiments.participants.psychopy_window.entry import ENTER, Accepted, Refused, entry_for
+from experiments.protocols.steps import Reply
+
+if TYPE_CHECKING:
+    from experiments.participants.base import Participant, Watch
+    from experiments.protocols.steps import Ask, Value
+    from experiments.session.progress import Progress
+    from hardware.clock import Clock
+
+
+class _Given(Exception):
+    """The operator's answer: it ends the participant's screen."""
+
+    def __init__(self, value: Value) -> None:
+        super().__init__()
+        self.value = value
+
+
+class OperatorAnswers:
+    """Takes the operator's answers to a session's questions.
+
+    Parameters
+    ----------
+    progress, clock
+        The session's.
+    """
+
+    def __init__(self, progress: Progress, clock: Clock) -> None:
+        self._progress = progress
+        self._clock = clock
+        self._question: Ask | None = None
+        self._rejected: list[str] = []
+
+    def await_answer(self, step: Ask, participant: Participant, watch: Watch) -> Reply:
+        """Have a question answered; who is simulated answers it without an operator."""
+        self._question, self._rejected = step, []
+        self._progress.asks_operator(step)
+        onset_s = self._clock.now()
+        try:
+            return participant.perform(step, watch)
+        except _Given as given:
+            return Reply(
+                value=given.value,
+                onset_s=onset_s,
+                response_time_s=self._clock.now() - onset_s,
+                time_source="operator",
+                rejected=tuple(self._rejected),
+            )
+        finally:
+            self._question = None
+            self._progress.asks_operator(None)
+
+    def take(self, typed: str) -> None:
+        """Take what the operator typed; say why where that is no answer."""
+        if self._question is None:
+            self._progress.say("no answer is waited for now")
+            return
+        texts = shipped_texts(ENGLISH)  # the operator's language
+        entry = entry_for(self._question.question, texts)
+        for character in (*typed.strip(), ENTER):
+            verdict = entry.press(character)
+            if isinstance(verdict, Accepted):
+                raise _Given(verdict.value)
+            if isinstance(verdict, Refused):
+                self._rejected.append(typed)
+                self._progress.say(texts[verdict.reason].format(**verdict.blanks))
+                return
