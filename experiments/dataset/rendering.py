@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
+from experiments.dataset.headphones import headphone_result
 from experiments.dataset.phenotype import phenotype
 from experiments.dataset.runs import Problem
 from experiments.dataset.schema import (
@@ -152,6 +153,11 @@ def _run_files(
         "complete": run.complete,
         "answered_by": first["answered_by"],
         "masking_noise": first["masking_noise"],
+        **(
+            {"headphone_test": headphone_result(records, plan.study.headphone_test)}
+            if plan.study.headphone_test
+            else {}
+        ),
         "plate_spec": first["plate_spec"],
         "plate": first["plate"],
         "contact": first.get("contact", MISSING),

@@ -64,6 +64,9 @@ NOTES: Mapping[str, str] = {
     "complete": "whether the run came to its end",
     "answered_by": "person, simulated or scripted; what plate it was is another entry",
     "masking_noise": "on, or absent",
+    "headphone_test": "what came of the headphone test: passed, failed, not done (and why), broken "
+    "off; how many tones were right, in which ear each noise was heard, what the operator decided; "
+    "left out where the study has none",
     "plate_spec": "the plate as it was named on the command line",
     "plate": "what the plate says of itself, its calibration included",
     "contact": "what measured the finger's place and forces, and how textures were made; n/a "

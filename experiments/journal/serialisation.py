@@ -29,8 +29,9 @@ WORDS = ("text", "title", "question")
 def step_record(step: Step) -> dict[str, Any]:
     """Return a step as plain data, with its type, as it reads back from a journal.
 
-    A step outside intervals does not name one, and an answer that the participant enters does not
-    say so: their records are those of the versions without, whose journals are gone on with.
+    A step outside intervals does not name one, and a question without a sound, whose answer the
+    participant enters, does not say so: their records are those of the versions without these,
+    whose journals are gone on with.
     """
     record: dict[str, Any] = json.loads(json.dumps(asdict(step)))
     for part in (record, *(record.get("lead_in") or ())):
@@ -38,6 +39,8 @@ def step_record(step: Step) -> dict[str, Any]:
             del part["interval"]
     if record.get("by") == "participant":
         del record["by"]
+    if record.get("played", 0) is None:
+        del record["played"]
     return {"type": type(step).__name__, **record}
 
 

@@ -70,7 +70,9 @@ def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[Ba
             answer = run.answers[type(step)](step)
             taken = person.read(step.screen) if isinstance(step, EndBlock) else answer
             duration_s = taken.response_time_s if isinstance(taken, Reply) else None
-            yield BareStep(step, answer, duration_s or 0.0)
+            played = step.played if isinstance(step, Ask) else None
+            heard_s = played.sound.duration_s if played else 0.0
+            yield BareStep(step, answer, (duration_s or 0.0) + heard_s)
             person.over(step, answer)
             step = steps.send(answer)
     except StopIteration:

@@ -33,12 +33,15 @@ from typing import TYPE_CHECKING, Literal
 from experiments.protocols.adaptive.track import rounded
 
 if TYPE_CHECKING:
+    from stimuli.headphone_sounds import HeadphoneSound
     from stimuli.surface import Surface
 
 Phase = Literal["practice", "main"]
 Value = str | float | bool | None
 # The name of the question whether the participant agrees to take part: "yes" or "no".
 CONSENT = "informed_consent"
+# The reply to a question about a sound that could not be played.
+NO_SOUND = "no_sound"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -170,6 +173,14 @@ Question = (
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Played:
+    """A sound that is heard before a question, and what is read meanwhile."""
+
+    sound: HeadphoneSound
+    text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Instruct:
     """A text, read at the participant's own pace. ``last`` marks the thank-you."""
 
@@ -213,7 +224,8 @@ class Ask:
 
     Outside a trial, ``task`` says of which task's run the answer is a part; without a task it is
     about the participant. ``by`` says who enters the answer: the operator types what the
-    participant says, or decides.
+    participant says, or decides. What is ``played`` is heard first; where there is nothing to hear
+    it with, the reply is `NO_SOUND`.
     """
 
     name: str
@@ -222,6 +234,7 @@ class Ask:
     task: str = ""
     time_limit_s: float | None = None
     by: Literal["participant", "operator"] = "participant"
+    played: Played | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -96,9 +96,10 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
                 "most that it says it has: a rule that never stops needs a cap"
             )
         yield step
-        # Consent is given: without it nothing else would come.
-        own = isinstance(step, Ask) and not step.task and step.trial is None
-        answer = _answer(step, FIRST(asked) if own else way(asked))
+        # Consent is given: without it nothing else would come. The operator decides to go on.
+        own = isinstance(step, Ask) and step.trial is None and not step.task
+        decided = isinstance(step, Ask) and step.by == "operator" and bool(step.task)
+        answer = _answer(step, FIRST(asked) if own or decided else way(asked))
 
 
 def _answer(step: Step, place: float) -> Answer:

@@ -47,6 +47,8 @@ from experiments.session.mailbox import Mailbox, mailbox_of
 from experiments.session.marker_outputs import open_markers
 from experiments.session.masking_output import MaskingNoise, check_device
 from experiments.session.operator import Operators
+from experiments.session.sound_output import SoundOutput
+from experiments.session.sounds import NoSounds
 from experiments.session.terminal import Keys, TerminalOperator
 from experiments.session.tracking import ResonanceTracking
 from experiments.study.file import read_study
@@ -65,6 +67,7 @@ if TYPE_CHECKING:
 
     from experiments.journal.record import Record
     from experiments.session.session import RunOutcome
+    from experiments.session.sounds import Sounds
     from hardware.driver import PlateDriver
 
 
@@ -278,6 +281,7 @@ def _conduct(
             clock=clock,
             operator=Operators(terminal, mailbox),
             noise=noise,
+            sounds=_sounds(plan),
             markers=markers,
             unblind=setting.unblind,
             sources=sources,
@@ -348,6 +352,12 @@ def _leave(
             print(harmless(f"NO BACKUP of this run: {fault}"), file=sys.stderr)
     if error is not None:
         print(f"All answers until now are kept. {how_to_resume(journal.path)}", file=sys.stderr)
+
+
+def _sounds(plan: RunPlan) -> Sounds:
+    """Return what plays the headphone test, or why nothing does."""
+    missing = check_device() if plan.study.headphone_test else "the study plays none"
+    return NoSounds(missing) if missing else SoundOutput()
 
 
 def _noise(plan: RunPlan, *, required: bool) -> MaskingNoise | None:

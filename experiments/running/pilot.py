@@ -34,6 +34,7 @@ from experiments.running.contact import (
 from experiments.running.dry_run import check_answered, check_supported
 from experiments.running.run import plate_for, run_plan
 from experiments.session.operator import UnattendedOperator
+from experiments.session.sounds import ImaginedSounds
 from experiments.study.file import read_study
 from experiments.study.run_plan import RunPlan
 from faults import UserError
@@ -270,6 +271,7 @@ def run_simulated(
             journal=journal,
             clock=clock,
             operator=UnattendedOperator(),
+            sounds=ImaginedSounds(),
             sources=open_sources(contact, surroundings, stack),
             steps=person.attend(plan.steps()),
         )

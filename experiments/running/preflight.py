@@ -346,7 +346,14 @@ def check_sound(planned: PlannedSession) -> Finding:
     study, _ = read_study(planned.study)
     noise = study.masking_noise
     if noise is None:
-        return Finding(name="sound", passed=True, detail="the study has no masking noise")
+        missing = check_device() if study.headphone_test else None
+        return Finding(
+            name="sound",
+            passed=None if missing else True,
+            detail="the study has no masking noise"
+            + ("; no audio device: the headphone test is left out" if missing else ""),
+            remedy=missing or "",
+        )
     # Raises where its peaks would clip: the very noise that a session plays.
     MaskingNoise(level_db=noise.level_db, fade_s=noise.fade_s, seed=study.seed)
     remedy = check_device()
@@ -357,6 +364,7 @@ def check_sound(planned: PlannedSession) -> Finding:
         name="sound",
         passed=False if required else None,
         detail="no audio device"
+        + ("; the headphone test is left out" if study.headphone_test else "")
         + ("" if required else "; the study allows a session without masking noise"),
         remedy=remedy,
     )

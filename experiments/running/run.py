@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator
     from experiments.session.session import RunOutcome
+    from experiments.session.sounds import Sounds
     from experiments.session.tracking import ResonanceTracking
     from experiments.study.run_plan import RunPlan
     from hardware.clock import Clock
@@ -47,6 +48,7 @@ def run_plan(
     clock: Clock,
     operator: Operator,
     noise: Noise | None = None,
+    sounds: Sounds | None = None,
     markers: Markers | None = None,
     unblind: bool = False,
     sources: Mapping[Kind, NamedSource] | None = None,
@@ -86,6 +88,7 @@ def run_plan(
         texts=plan.texts(),
         planned=plan.planned_trials(),
         noise=noise,
+        sounds=sounds,
         markers=markers,
         unblind=unblind,
         sources={kind: each.source for kind, each in (sources or {}).items()},

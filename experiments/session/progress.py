@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from experiments.protocols.steps import Ask, EndBlock, EndTrial, Present
+from experiments.protocols.steps import Ask, ChoiceQuestion, EndBlock, EndTrial, Present
 from experiments.session.operator import SessionStatus
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ class Progress:
         """Note what is over with a step."""
         self.begins(step)
         self._closing = False
-        if isinstance(step, Ask) and not step.trial and not self.was_asked(step):
+        if isinstance(step, Ask) and _is_lasting(step) and not self.was_asked(step):
             self._status = replace(self._status, asked=(*self._status.asked, step))
         elif isinstance(step, Present) and step.trial:
             self._before = self._trial if self._over else None
@@ -165,3 +165,9 @@ class Progress:
             amplitude_um_pp=amplitude_um_pp if self.unblinded else None,
         )
         self._operator.tell(self._status)
+
+
+def _is_lasting(step: Ask) -> bool:
+    """Return whether a question can be asked again later: none of a trial, a sound, a decision."""
+    decision = step.by == "operator" and isinstance(step.question, ChoiceQuestion)
+    return not (step.trial or step.played or decision)

@@ -16,6 +16,7 @@ from experiments.participants.base import StopRequested, Unfinished
 from experiments.protocols.adaptive.track import DECIMALS
 from experiments.protocols.steps import (
     CONSENT,
+    NO_SOUND,
     Adjust,
     Adjusted,
     Answer,
@@ -39,6 +40,7 @@ from experiments.session.markers import Event, Markers
 from experiments.session.masking import NoNoise
 from experiments.session.operator_answers import OperatorAnswers
 from experiments.session.progress import Progress
+from experiments.session.sounds import NoSounds
 from experiments.session.surface_state import SurfaceState
 from faults import UserError
 from hardware.clock import VirtualClock
@@ -51,10 +53,11 @@ if TYPE_CHECKING:
     from experiments.journal.journal import Journal
     from experiments.journal.record import Record
     from experiments.languages.texts import Texts
-    from experiments.participants.base import Participant
-    from experiments.protocols.steps import Step, Steps
+    from experiments.participants.base import Participant, Watch
+    from experiments.protocols.steps import Played, Step, Steps
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator
+    from experiments.session.sounds import Sounds
     from experiments.session.tracking import ResonanceTracking
     from hardware.clock import Clock
     from hardware.contact.source import ContactSource, Kind
@@ -89,6 +92,8 @@ class Session:
         How many trials the whole session is expected to have.
     noise : Noise, optional
         Masking noise; plays from the first surface of a block to the next text or rest.
+    sounds : Sounds, optional
+        Play the sounds of the headphone test.
     markers : Markers, optional
         Tell recorders outside what happens.
     unblind : bool
@@ -112,6 +117,7 @@ class Session:
         texts: Texts,
         planned: int = 0,
         noise: Noise | None = None,
+        sounds: Sounds | None = None,
         markers: Markers | None = None,
         unblind: bool = False,
         sources: Mapping[Kind, ContactSource] | None = None,
@@ -122,6 +128,7 @@ class Session:
         self._journal = journal
         self._clock = clock
         self._noise = noise or NoNoise()
+        self._sounds = sounds or NoSounds("this session has no sound output")
         self._markers = markers or Markers()
         self._markers.lost = self._marker_lost
         following = Following(plate, clock, place_known="position" in (sources or {}))
@@ -392,6 +399,8 @@ class Session:
         self._participant.unfinished = begun
         try:
             with self._contact.measured(step, self._interruptions.watch) as watch:
+                if step.played and not self._hear(step, step.played, watch):
+                    return Reply(value=NO_SOUND, onset_s=self._clock.now())
                 if step.by == "operator":
                     reply = self._operator_answers.await_answer(step, self._participant, watch)
                 else:
@@ -412,6 +421,20 @@ class Session:
             raise
         self._markers.mark(Event.ANSWER, step)
         return reply
+
+    def _hear(self, step: Ask, played: Played, watch: Watch) -> bool:
+        """Play a sound while the participant listens; return whether it could be."""
+        if self._sounds.missing:
+            self._journal.write(NO_SOUND, name=step.name, reason=self._sounds.missing)
+            self._progress.say(f"no headphone test: {self._sounds.missing}")
+            return False
+        self._sounds.start(played.sound)
+        try:
+            listening = Feedback(text=played.text, duration_s=played.sound.duration_s)
+            self._participant.perform(listening, watch)
+        finally:
+            self._sounds.stop()
+        return True
 
     def _marker_lost(self, name: str, reason: str) -> None:
         """Tell and write down that a recorder gets no markers any more."""

@@ -37,6 +37,7 @@ from experiments.protocols.base import (
 )
 from experiments.protocols.registry import load_protocol, protocol_names
 from experiments.study.analysis_choices import AnalysisChoices
+from experiments.study.headphone_test import HEADPHONES, HeadphoneTest
 from experiments.study.participant_keys import ParticipantKeys
 from experiments.study.person_questions import PersonQuestion, unanswerable
 from experiments.study.questionnaires import Questionnaire, unusable
@@ -269,6 +270,11 @@ class Study(BaseModel):
         description="Questionnaires of many items, asked before or after the tasks; each has a "
         "table of its own.",
     )
+    headphone_test: HeadphoneTest | None = Field(
+        default=None,
+        description="A test before the tasks whether headphones are worn, and whether the masking "
+        "noise is heard in both ears; left out: none.",
+    )
     masking_noise: MaskingNoise | None = Field(
         default=None,
         description="Pink noise in the headphones while the plate may sound; left out: none.",
@@ -450,7 +456,10 @@ def _unspoken(texts: dict[str, dict[str, Any]], info: ValidationInfo) -> Iterato
     elif language is not None:
         yield from unanswerable(asked, language, known)
         tasks = [load_protocol(t.protocol).for_task(t).task for t in info.data.get("tasks", ())]
-        taken = [*tasks, *(question.name for question in asked)]
+        if info.data.get("headphone_test") and HEADPHONES in tasks:
+            said = {"msg": f"expected another label: '{HEADPHONES}' is the headphone test's"}
+            yield ("tasks", tasks.index(HEADPHONES), "label"), said
+        taken = [HEADPHONES, *tasks, *(question.name for question in asked)]
         yield from unusable(info.data.get("questionnaires", ()), language, known, taken)
 
 

@@ -21,7 +21,9 @@ from experiments.protocols.steps import (
     WholeNumberQuestion,
 )
 from experiments.study.file import parse_study
+from experiments.study.headphone_test import HEADPHONES
 from faults import UserError
+from stimuli.headphone_sounds import NoiseInEar
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -228,6 +230,8 @@ class RunPlan:
         }
         for questionnaire in self.study.questionnaires:
             answers |= questionnaire.simulated()
+        if self.study.headphone_test:
+            answers |= self.study.headphone_test.simulated()
         return answers
 
     def person_questions(self) -> list[Ask]:
@@ -257,10 +261,22 @@ class RunPlan:
         for question in self.person_questions():  # noqa: UP028  a list takes no answers
             yield question
         yield from self._questionnaires("before")
+        yield from self._headphone_test()
         for protocol, options in self.tasks():
             yield from protocol.steps(options, replace(context, task=protocol.task))
         yield from self._questionnaires("after")
         yield Instruct(title=texts["session.thanks_title"], text=texts["session.thanks"], last=True)
+
+    def _headphone_test(self) -> Steps:
+        study = self.study
+        if study.headphone_test is None:
+            return
+        noise = None
+        if study.masking_noise:
+            level_db = study.masking_noise.level_db
+            noise = NoiseInEar(ear="both", level_db=level_db, seed=study.seed)
+        context = self.context(HEADPHONES)
+        yield from study.headphone_test.steps(context, context.texts, noise)
 
     def _questionnaires(self, when: str) -> Steps:
         for questionnaire in self.study.questionnaires:

@@ -11,6 +11,7 @@ from experiments.participants.population import Population
 from experiments.participants.simulated import SimulatedParticipant
 from experiments.running.run import run_plan
 from experiments.session.operator import UnattendedOperator
+from experiments.session.sounds import ImaginedSounds
 from experiments.study.file import study_text
 from experiments.study.run_plan import RunPlan
 from hardware.clock import VirtualClock
@@ -45,7 +46,7 @@ class Laboratory:
     def run(self, plan=None, *, person=None, operator=None, spec=None, unblind=False, **heard):
         """Begin the plan's run, or go on with it where its journal exists.
 
-        ``heard`` holds the masking noise and the markers.
+        ``heard`` holds the masking noise, the sounds and the markers.
         """
         plan = plan or make_plan()
         path = plan.journal_path(self.folder)
@@ -68,7 +69,7 @@ class Laboratory:
                 clock=self.clock,
                 operator=operator or UnattendedOperator(),
                 unblind=unblind,
-                **heard,
+                **({"sounds": ImaginedSounds()} | heard),
                 steps=self.person.attend(plan.steps()) if simulated else None,
             )
 

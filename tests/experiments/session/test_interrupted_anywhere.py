@@ -82,6 +82,10 @@ when = "after"
 options = ["1", "2", "3", "4", "5", "6", "7", "8", "9", "10"]
 items = [{ name = "e01", prompt = "How hard was it?" }]
 
+[headphone_test]
+trials = 2
+needed = 1
+
 [masking_noise]
 level_db = -30.0
 """

@@ -1,0 +1,56 @@
+"""What came of a run's headphone test, from its journal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from experiments.protocols.steps import NO_SOUND
+from experiments.study.headphone_test import AGAIN, DECISION, HEADPHONES, NOISE, TONE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from experiments.journal.record import Record
+    from experiments.study.headphone_test import HeadphoneTest
+
+
+def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, Any]:
+    """Return the result of the last attempt, and what the operator decided.
+
+    ``result`` is passed, failed, not done (with the reason) or broken off.
+    """
+    reasons = [record.data["reason"] for record in records if record.kind == NO_SOUND]
+    attempts: list[dict[str, Any]] = [{}]
+    right: dict[int, int] = {}
+    for step, value in _answers(records):
+        name, attempt = step["name"], len(attempts)
+        attempts[-1][name] = value
+        if name.startswith(TONE):
+            right[attempt] = right.get(attempt, 0) + (value == step["played"]["sound"]["quiet"])
+        if name == DECISION and value == AGAIN:
+            attempts.append({})
+    last = attempts[-1]
+    if NO_SOUND in last.values():
+        return {"result": "not done", "reason": reasons[-1], "attempts": len(attempts)}
+    told = {name: value for name, value in last.items() if not name.startswith(TONE)}
+    heard, correct = len(last) - len(told), right.get(len(attempts), 0)
+    ears = all(told.get(f"{NOISE}_{ear}", ear) == ear for ear in ("left", "right"))
+    result = "passed" if correct >= test.needed and ears else "failed"
+    return {
+        "result": result if heard == test.trials else "broken off",
+        "attempts": len(attempts),
+        "right": correct,
+        "trials": heard,
+        "needed": test.needed,
+        **told,
+    }
+
+
+def _answers(records: list[Record]) -> Iterator[tuple[dict[str, Any], Any]]:
+    """Yield the test's questions and what was answered."""
+    step: dict[str, Any] = {}
+    for record in records:
+        if record.kind == "begin":
+            step = record.data["what"]
+        elif record.kind == "done" and step.get("task") == HEADPHONES:
+            yield step, record.data["answer"]["value"]

@@ -1,0 +1,190 @@
+"""The headphone test before the tasks: whether headphones are worn, and noise heard in both ears.
+
+Why these tones: docs/decisions/0333. Whoever fails is not turned away: the operator decides.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from experiments.protocols.steps import (
+    NO_SOUND,
+    Ask,
+    ChoiceQuestion,
+    ComparisonQuestion,
+    Instruct,
+    Played,
+    Reply,
+)
+from stimuli.headphone_sounds import EARS, TONES, NoiseInEar, Tones
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from experiments.languages.texts import Texts
+    from experiments.protocols.base import Context
+    from experiments.protocols.simulation import SimulatedAnswer, SimulatedPerson
+    from experiments.protocols.steps import Answer, Steps, Value
+    from stimuli.headphone_sounds import Ears
+
+HEADPHONES = "headphones"
+DECISION, AGAIN, GO_ON = "decision", "again", "go_on"
+NOISE, LEVEL, TONE = "noise", "noise_level", "tones"
+MOST_TRIALS = 60
+LEVELS = ("comfortable", "too_loud", "not_heard")
+# Of simulated people: how often a tone is misheard.
+MISHEARD = 0.02
+
+
+class HeadphoneTest(BaseModel):
+    """Three tones: which one is the quietest? From loudspeakers another one seems to be."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    level_db: Annotated[float, Field(strict=True, le=0, ge=-60)] = Field(
+        default=-20.0,
+        description="Level of the tones relative to full scale.",
+        json_schema_extra={"unit": "dB re full scale"},
+    )
+    trials: Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)] = Field(
+        default=6,
+        description="How often three tones are heard.",
+        json_schema_extra={"unit": "trials"},
+    )
+    needed: Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)] = Field(
+        default=5,
+        description="How many must be right to pass.",
+        json_schema_extra={"unit": "trials"},
+    )
+
+    @model_validator(mode="after")
+    def _passable(self) -> HeadphoneTest:
+        if self.needed > self.trials:
+            raise ValueError("expected needed to be no more than trials")
+        return self
+
+    def steps(self, context: Context, texts: Texts, noise: NoiseInEar | None) -> Steps:
+        """Yield the test, as often as the operator has it repeated.
+
+        Parameters
+        ----------
+        context : Context
+            Of the run: what is quiet when follows from it.
+        texts : Mapping
+        noise : NoiseInEar or None
+            The study's masking noise in both ears; None where it has none.
+        """
+        yield Instruct(title=texts["headphones.title"], text=texts["headphones.instructions"])
+        attempt = 0
+        while True:
+            attempt += 1
+            wrong_ears = yield from self._ears(attempt, context, texts, noise)
+            right = 0 if wrong_ears is None else (yield from self._tones(attempt, context, texts))
+            if wrong_ears is None or right is None:
+                return  # there is nothing to hear: the journal says why
+            if right >= self.needed and not wrong_ears:
+                return
+            reply = yield self._decision(right, wrong_ears)
+            if not isinstance(reply, Reply) or reply.value != AGAIN:
+                return
+            yield Instruct(text=texts["headphones.again"])
+
+    def _ears(
+        self, attempt: int, context: Context, texts: Texts, noise: NoiseInEar | None
+    ) -> Generator[Ask, Answer, list[str] | None]:
+        """Yield where the noise is heard; return the ears that were wrong, None without sound."""
+        if noise is None:
+            return []
+        wrong = []
+        options = tuple((code, texts[f"headphones.ear_{code}"]) for code in (*EARS, "none"))
+        first = context.stream(HEADPHONES, "ears", attempt).shuffled(["left", "right"])
+        for ear in first:
+            reply = yield Ask(
+                name=f"{NOISE}_{ear}",
+                question=ChoiceQuestion(prompt=texts["headphones.which_ear"], options=options),
+                task=HEADPHONES,
+                played=Played(
+                    sound=NoiseInEar(ear=_ear(ear), level_db=noise.level_db, seed=noise.seed),
+                    text=texts["headphones.listen"],
+                ),
+            )
+            if isinstance(reply, Reply) and reply.value == NO_SOUND:
+                return None
+            if isinstance(reply, Reply) and reply.value != ear:
+                wrong.append(ear)
+        levels = tuple((code, texts[f"headphones.level_{code}"]) for code in LEVELS)
+        yield Ask(
+            name=LEVEL,
+            question=ChoiceQuestion(prompt=texts["headphones.level"], options=levels),
+            task=HEADPHONES,
+            played=Played(sound=noise, text=texts["headphones.listen"]),
+        )
+        return wrong
+
+    def _tones(
+        self, attempt: int, context: Context, texts: Texts
+    ) -> Generator[Ask, Answer, int | None]:
+        """Yield the tones; return how many were answered rightly, None without sound."""
+        right = 0
+        words = tuple(part.strip() for part in texts["headphones.tones"].split("|"))
+        question = ComparisonQuestion(
+            prompt=texts["headphones.quietest"], options=words, seeks="least"
+        )
+        for number in range(1, self.trials + 1):
+            order = context.stream(HEADPHONES, attempt, number).shuffled(range(1, TONES + 1))
+            tones = Tones(quiet=order[0], antiphase=order[1], level_db=self.level_db)
+            reply = yield Ask(
+                name=f"{TONE}_{number}",
+                question=question,
+                task=HEADPHONES,
+                played=Played(sound=tones, text=texts["headphones.listen"]),
+            )
+            if isinstance(reply, Reply) and reply.value == NO_SOUND:
+                return None
+            right += isinstance(reply, Reply) and reply.value == tones.quiet
+        return right
+
+    def _decision(self, right: int, wrong_ears: list[str]) -> Ask:
+        """Return what the operator is asked; it is the operator's language."""
+        ears = f"; the noise in the {' and the '.join(wrong_ears)} ear" if wrong_ears else ""
+        elsewhere = " was heard elsewhere" if wrong_ears else ""
+        prompt = (
+            f"headphone test not passed: {right} of {self.trials} right, {self.needed} needed"
+            f"{ears}{elsewhere}."
+        )
+        return Ask(
+            name=DECISION,
+            question=ChoiceQuestion(
+                prompt=prompt, options=((GO_ON, "go on as it is"), (AGAIN, "test again"))
+            ),
+            task=HEADPHONES,
+            by="operator",
+        )
+
+    def simulated(self) -> dict[tuple[str, str], SimulatedAnswer]:
+        """Return who answers in a pilot: people with headphones on."""
+        named = [f"{NOISE}_{ear}" for ear in EARS]
+        tones = [f"{TONE}_{number}" for number in range(1, self.trials + 1)]
+        return {
+            **{(HEADPHONES, name): _hears for name in (*named, *tones)},
+            (HEADPHONES, LEVEL): lambda _step, _person: LEVELS[0],
+            (HEADPHONES, DECISION): lambda _step, _person: GO_ON,
+        }
+
+
+def _ear(name: str) -> Ears:
+    return next(ear for ear in EARS if ear == name)
+
+
+def _hears(step: Ask, person: SimulatedPerson) -> Value:
+    """Answer what somebody with headphones on hears, but for a slip now and then."""
+    sound = step.played.sound if step.played else None
+    if isinstance(sound, NoiseInEar):
+        return sound.ear
+    if not isinstance(sound, Tones):
+        return None
+    stream = person.stream(step.name, "hears")
+    slip = stream.uniform() < MISHEARD
+    return float(1 + stream.below(TONES) if slip else sound.quiet)

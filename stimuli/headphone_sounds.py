@@ -1,0 +1,109 @@
+"""Sounds that tell whether headphones are worn and play in both ears.
+
+Three tones, one of which is quieter; one of the two loud ones has opposite phase in the two ears.
+In headphones that changes little; from loudspeakers the two channels cancel in the air, and the
+tone in antiphase seems the quietest: Woods, Siegel, Traer and McDermott (2017), Headphone screening
+to facilitate web-based auditory experiments, Attention, Perception, & Psychophysics 79, 2064-2072,
+doi:10.3758/s13414-017-1361-2, "Method".
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from faults import UserError
+from stimuli.masking_noise import pink_noise
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+Ears = Literal["left", "right", "both"]
+EARS: tuple[Ears, ...] = ("left", "right", "both")
+# Woods et al. (2017): 200 Hz cancels over a wide area in front of two loudspeakers.
+TONE_HZ, TONE_S, RAMP_S, GAP_S = 200.0, 1.0, 0.1, 0.5
+QUIETER_DB = 6.0
+TONES = 3
+NOISE_S = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tones:
+    """Three tones, one after the other.
+
+    Parameters
+    ----------
+    quiet, antiphase : int
+        Which of them is quieter, and which of the loud ones is in antiphase: 1, 2 or 3.
+    level_db : float
+        Of the loud ones, re a full-scale sine.
+    """
+
+    quiet: int
+    antiphase: int
+    level_db: float
+
+    def __post_init__(self) -> None:
+        places = range(1, TONES + 1)
+        if self.quiet == self.antiphase or not {self.quiet, self.antiphase} <= set(places):
+            raise UserError(
+                f"headphone test: tone {self.quiet} quiet and tone {self.antiphase} in antiphase; "
+                "expected two different ones of 1, 2, 3"
+            )
+
+    @property
+    def duration_s(self) -> float:
+        """How long they last together."""
+        return TONES * TONE_S + (TONES - 1) * GAP_S
+
+    def samples(self, sample_rate_hz: float) -> NDArray[np.float32]:
+        """Return both channels, shape (n, 2), full scale -1 to 1."""
+        time_s = np.arange(round(TONE_S * sample_rate_hz)) / sample_rate_hz
+        rising = np.sin(math.pi / 2 * np.clip(time_s / RAMP_S, 0, 1)) ** 2
+        tone = np.sin(2 * math.pi * TONE_HZ * time_s) * rising * rising[::-1]
+        gap = np.zeros((round(GAP_S * sample_rate_hz), 2))
+        parts = []
+        for number in range(1, TONES + 1):
+            down_db = QUIETER_DB if number == self.quiet else 0.0
+            left = tone * 10 ** ((self.level_db - down_db) / 20)
+            right = -left if number == self.antiphase else left
+            parts += [np.column_stack((left, right)), gap]
+        return np.concatenate(parts[:-1]).astype(np.float32)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseInEar:
+    """The masking noise for a while, in one ear or both.
+
+    Parameters
+    ----------
+    ear : {"left", "right", "both"}
+    level_db : float
+        As of the study's masking noise.
+    seed : int
+        As of the study's masking noise.
+    """
+
+    ear: Ears
+    level_db: float
+    seed: int
+
+    @property
+    def duration_s(self) -> float:
+        """How long it lasts."""
+        return NOISE_S
+
+    def samples(self, sample_rate_hz: float) -> NDArray[np.float32]:
+        """Return both channels, shape (n, 2), full scale -1 to 1."""
+        noise = pink_noise(level_db=self.level_db, seed=self.seed, sample_rate_hz=sample_rate_hz)
+        noise = noise[: round(NOISE_S * sample_rate_hz)]
+        time_s = np.arange(noise.size) / sample_rate_hz
+        ends = np.clip(np.minimum(time_s, time_s[::-1]) / RAMP_S, 0, 1)
+        heard = (self.ear in ("left", "both"), self.ear in ("right", "both"))
+        return np.column_stack([noise * ends * on for on in heard]).astype(np.float32)
+
+
+HeadphoneSound = Tones | NoiseInEar
