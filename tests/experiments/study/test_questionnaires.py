@@ -10,6 +10,7 @@ from experiments.dataset.verification import verify
 from experiments.dataset.withdrawal import withdraw
 from experiments.participants.scripted import ScriptedParticipant
 from experiments.protocols.steps import CONSENT, Ask, Instruct
+from experiments.running.dry_run import WAYS, dry_run
 from experiments.running.lab_session import Setting, go_on
 from experiments.session.operator import Request, UnattendedOperator
 from experiments.study.file import parse_study
@@ -259,3 +260,12 @@ def test_who_takes_consent_back_ends_the_run_for_good(plan, laboratory):
     assert "\tno\t" in (laboratory.folder / "participants.tsv").read_text()
     with pytest.raises(UserError, match=r"took their consent back.*slipscale data withdraw"):
         go_on(made.journal_path(laboratory.folder), Setting(plate="serial:/dev/null"))
+
+
+def test_a_pilot_has_questionnaires_and_headphone_test_too(plan):
+    """The dry run goes every way through a study before a pilot begins; some fail the test."""
+    made = plan(text_of(3, more="informed_consent = true") + "\n[headphone_test]\n", language="en")
+    for way in WAYS.values():
+        names = [getattr(step, "name", "") for step in dry_run(made, way)]
+        assert {"q01", "e2", "tones_1", "tones_6"} <= set(names)
+    assert any(getattr(step, "name", "") == "decision" for step in dry_run(made))

@@ -159,6 +159,19 @@ def test_what_is_asked_on_the_page_reaches_the_session(visitor, session):
     assert (status, said) == (409, "that session is over")
 
 
+def test_what_a_participant_says_is_entered_on_the_page(visitor, session):
+    asking = Ask(name="x", question=NumberQuestion(prompt="How <slippery>?"), by="operator")
+    with session(replace(STATUS, answering=asking)) as (box, _):
+        page = visitor.see("/live")
+        assert "Enter the answer" in page
+        assert "How &lt;slippery&gt;?" in page
+        given = {"token": box._token, "what": "answer", "task": STATUS.task, "trial": STATUS.trial}
+        assert visitor.ask("ask", **given, reason="")[0] == 409
+        assert visitor.ask("ask", **given, reason="12.5")[0] == 200
+        assert (request := box.poll())
+        assert (request.what, request.reason) == ("answer", "12.5")
+
+
 def test_two_consoles_see_the_same_session_and_both_may_ask(visitor, session, make_visitor):
     other = make_visitor(replace(visitor.access, port=8471))
     other.client.cookies.set(other.access.cookie, other.access.token)
