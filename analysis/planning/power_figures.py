@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from analysis.planning.answers import varying
+from analysis.planning.yes_no_steps import CATCH_WIDTH, D_PRIME_LOW
 from figure_style import CYCLE, DASHES, GREY, PALE, canvas, styled
 
 if TYPE_CHECKING:
@@ -54,6 +55,45 @@ def power_figure(found: Sequence[Row], target: float) -> Figure:
         figure.legend(loc="outside upper left", ncols=2, handlelength=3.5)
     if len(curves) > CURVES:
         axes.set_title(f"the first {CURVES} of {len(curves)} conditions", fontsize=8.5)
+    return figure
+
+
+@styled
+def catch_figure(found: Sequence[Row]) -> Figure:
+    """Return what catch steps tell against their number, a curve for each number of people."""
+    figure, panels = canvas(1, 2, size=(6.6, 3.2), sharex=True)
+    first = found[0].condition
+    axes_left = [axis for axis in varying(found) if axis not in ("participants", "catch_steps")]
+    same = [
+        row
+        for row in found
+        if all(getattr(row.condition, axis) == getattr(first, axis) for axis in axes_left)
+    ]
+    sizes = sorted({row.condition.participants for row in same})[:CURVES]
+    titles = {
+        CATCH_WIDTH: 'Half-width of the interval of\nthe share of "yes" at catch steps',
+        D_PRIME_LOW: "Lower bound of d'",
+    }
+    for axes, (name, title) in zip(panels, titles.items(), strict=True):
+        for number, size in enumerate(sizes):
+            own = [row for row in same if row.condition.participants == size]
+            values = np.array([row.steps[name].mean for row in own])
+            errors = 1.96 * np.array([row.steps[name].error for row in own])
+            steps = [row.condition.catch_steps for row in own]
+            colour = CYCLE[number % len(CYCLE)]
+            dash = DASHES[number // len(CYCLE) % len(DASHES)]
+            axes.fill_between(
+                steps, values - errors, values + errors, color=colour, alpha=0.18, linewidth=0
+            )
+            axes.plot(
+                steps, values, dash, marker="o", markersize=4, color=colour,
+                label=f"{size} participants",
+            )  # fmt: skip
+        axes.set(xlabel="Catch steps in each series", ylabel=title, ylim=(0, None))
+        axes.set_xticks(sorted({row.condition.catch_steps or 0 for row in same}))
+    if len(sizes) > 1:
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper left", ncols=min(len(sizes), 4))
     return figure
 
 

@@ -13,7 +13,7 @@ from markupsafe import Markup
 
 from analysis.planning.answers import as_json, varying
 from analysis.planning.grid import AXES
-from analysis.planning.power_figures import power_figure, precision_figure
+from analysis.planning.power_figures import catch_figure, power_figure, precision_figure
 from analysis.planning.terminal import summary
 from analysis.reporting import html
 from faults import UserError
@@ -41,6 +41,8 @@ def write_power(folder: Path, design: Design, found: Sequence[Row], target: floa
         The folder cannot be written.
     """
     figures = {"power": power_figure(found, target), "precision": precision_figure(found)}
+    if found[0].steps:
+        figures["catch_steps"] = catch_figure(found)
     try:
         folder.mkdir(parents=True, exist_ok=True)
         told = json.dumps(as_json(design, found, target), indent=2)
@@ -62,6 +64,7 @@ def write_power(folder: Path, design: Design, found: Sequence[Row], target: floa
 def _csv(found: Sequence[Row]) -> list[list[str]]:
     """Return a line for each condition and test, in the long form."""
     head = [*AXES, "test", "power", "low", "high", "false_alarms", "exponent_half_width", "studies"]
+    head += ["catch_yes_half_width", "d_prime_lower_bound"] if found[0].steps else []
     lines = [head]
     for row in found:
         axes = [row.condition.told(axis) for axis in AXES]
@@ -77,6 +80,7 @@ def _csv(found: Sequence[Row]) -> list[list[str]]:
                     repr(alarms.value) if alarms else "",
                     repr(row.widths["exponent"].mean),
                     str(share.studies),
+                    *(repr(sums.mean) for sums in row.steps.values()),
                 ]
             )
     return lines
@@ -104,8 +108,17 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
             "Half-width of the interval of the group's exponent.",
             "A map of half-widths over participants and ratings of each surface",
         ),
-        _table(found),
     ]
+    if found[0].steps:
+        blocks.append(
+            html.figure(
+                svg(catch_figure(found), salt="catch"),
+                "What catch steps tell: how precisely false alarms are known, and the least d' "
+                "that is claimed. Bands: 95 % Monte Carlo intervals of the means.",
+                "Two panels of curves over the number of catch steps",
+            )
+        )
+    blocks.append(_table(found))
     return environment.get_template("power.html").render(
         title=f"Power of {design.name}",
         version=VERSION,
@@ -117,12 +130,15 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
 
 def _table(found: Sequence[Row]) -> Markup:
     axes, tests = varying(found), found[0].power
-    columns = [html.TableColumn(title=name) for name in (*axes, *tests, "exponent ±")]
+    steps = found[0].steps
+    names = (*(axis.replace("_", " ") for axis in axes), *tests, "exponent ±", *steps)
+    columns = [html.TableColumn(title=name) for name in names]
     rows = [
         [
             *(row.condition.told(axis) for axis in axes),
             *(f"{row.power[name].value:.3f}" for name in tests),
             f"{row.widths['exponent'].mean:.3f}",
+            *(f"{row.steps[name].mean:.3f}" for name in steps),
         ]
         for row in found
     ]

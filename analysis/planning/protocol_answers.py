@@ -1,4 +1,4 @@
-"""Answers of simulated people to forced choice and constant stimuli, as `analyse` would read them.
+"""Answers of simulated people to choices and ratios, as `analyse` would read them.
 
 The people go through the protocol itself, without plate, screen and files; their rows are made by
 the data set's own code, and read by the analysis' own.
@@ -6,18 +6,21 @@ the data set's own code, and read by the analysis' own.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
 import pandas as pd
 
-from analysis.planning.protocol_studies import minutes_of
+from analysis.planning.protocol_studies import RATIO, minutes_of
 from analysis.reading.forced_choice import told_choices
 from analysis.statistics.psychometrics.psychometric_function import Answers
+from analysis.statistics.regression import fit_lines
 from experiments.dataset.rows_from_journal import gather
 from experiments.dataset.schema import INTERVAL, MAIN
 from experiments.journal.record import Record
 from experiments.journal.serialisation import answer_record, step_record
-from experiments.participants.bare import bare_run
+from experiments.participants.bare import bare_run, drops_out
 from experiments.protocols.steps import Ask, EndTrial, Present
 
 if TYPE_CHECKING:
@@ -32,10 +35,11 @@ TOLD = (Present, Ask, EndTrial)
 
 
 class Answered(NamedTuple):
-    """One person's answers to main trials, and how they are to be read."""
+    """One person's answers to main trials: choices and how they are to be read, or ratios."""
 
     method: str
-    answers: Answers
+    answers: Answers | None = None
+    exponent: float = math.nan
 
 
 class StudyAnswers(NamedTuple):
@@ -52,11 +56,13 @@ def answers_of(
     rows: dict[str, list[pd.DataFrame]] = {}
     minutes: dict[str, float] = {}
     for plan in study.plans(participants, seed, population):
+        if plan.visit and drops_out(plan, population):
+            continue  # whoever gave up is not invited again
         steps = list(bare_run(plan, population))
         who = plan.participant
         minutes[who] = minutes.get(who, 0.0) + minutes_of(steps)
         rows.setdefault(who, []).append(_rows(study, plan, steps))
-    everybody = [_answered(study, pd.concat(own, ignore_index=True)) for own in rows.values()]
+    everybody = [read_answers(study, pd.concat(own, ignore_index=True)) for own in rows.values()]
     return StudyAnswers(everybody, list(minutes.values()))
 
 
@@ -85,9 +91,12 @@ def _records(steps: list[BareStep]) -> list[Record]:
     return found
 
 
-def _answered(study: ProtocolStudy, rows: pd.DataFrame) -> Answered | None:
+def read_answers(study: ProtocolStudy, rows: pd.DataFrame) -> Answered | None:
+    """Return what a person's rows say; None where nothing was answered."""
     if rows.empty or study.marks is None:
         return None
+    if study.marks == RATIO:
+        return Answered("ratio", exponent=_exponent(rows))
     frame = rows.rename(columns={study.marks[0]: "level_um_pp"})
     frame = told_choices(frame.astype({"level_um_pp": float}), study.marks)
     main = frame[frame["correct"].notna() & frame["level_um_pp"].notna() & ~frame["catch"]]
@@ -96,3 +105,12 @@ def _answered(study: ProtocolStudy, rows: pd.DataFrame) -> Answered | None:
     method = str(main["method"].iloc[0])
     levels, correct = main["level_um_pp"].tolist(), main["correct"].astype(bool).tolist()
     return Answered(method, Answers.of_trials(levels, correct))
+
+
+def _exponent(rows: pd.DataFrame) -> float:
+    """Return the slope of mean log ratios on log amplitude: as of magnitude estimates."""
+    amplitude, ratio = RATIO
+    there = rows[(rows["catch"] != "true") & (rows[amplitude] > 0) & rows[ratio].notna()]
+    logs = there[ratio].astype(float).map(math.log)
+    means = logs.groupby(there[amplitude].astype(float)).mean()
+    return float(fit_lines(np.log(means.index.to_numpy()), means.to_numpy()).slope)

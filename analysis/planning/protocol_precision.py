@@ -95,7 +95,7 @@ def protocol_precision(
         How many are simulated; a smaller study has the first participants of the largest.
     """
     largest = max(sizes)
-    if study.quantity == EXPONENT:
+    if study.marks is None:
         values = _exponents(study, largest, studies, seed, population)
         minutes = study.minutes(population)
     else:
@@ -106,7 +106,9 @@ def protocol_precision(
             for number in range(studies)
         )
         everybody = [person for one in answered for person in one.people]
-        values = thresholds_of(everybody).reshape(studies, largest)
+        own = np.array([person.exponent if person else np.nan for person in everybody])
+        found = own if study.quantity == EXPONENT else thresholds_of(everybody)
+        values = found.reshape(studies, largest)
         minutes = float(np.median([taken for one in answered for taken in one.minutes]))
     trials = study.plans(1, 0, population)[0].planned_trials()
     return [
@@ -176,7 +178,7 @@ def thresholds_of(people: Sequence[Answered | None]) -> Array:
         own = {
             place: each.answers
             for place, each in enumerate(people)
-            if each and each.method == method
+            if each and each.answers and each.method == method
         }
         found[list(own)] = threshold_values(
             list(own.values()),

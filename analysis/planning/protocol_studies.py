@@ -36,6 +36,8 @@ if TYPE_CHECKING:
 #: Options that say how many trials a task has; the first that it has is set.
 AMOUNTS = ("repetitions", "most_trials")
 EXPONENT, DETECTION, DIFFERENCE = "exponent", "detection threshold", "difference threshold"
+#: Columns of a judgement as a ratio to a standard.
+RATIO = ("comparison_um_pp", "ratio")
 #: People whose median tells a study's minutes.
 TIMED = 24
 
@@ -57,7 +59,7 @@ class ProtocolStudy:
     quantity : str
         What it answers.
     marks : tuple of str or None
-        Level and answer in its table of choices; None for magnitude estimation.
+        Level and answer in its table; None for magnitude estimation.
     amount : str
         The option that says how many trials.
     number : int
@@ -128,7 +130,8 @@ def protocol_study(name: str) -> ProtocolStudy:
     tasks = ", ".join(options.protocol for options in study.tasks)
     raise UserError(
         f"--protocols {name}: none of its tasks ({tasks}) gives an exponent or a threshold of "
-        "simulated people; expected magnitude estimation, forced choice or constant stimuli"
+        "simulated people; expected magnitude estimation, ratios to a standard, forced choice or "
+        "constant stimuli"
     )
 
 
@@ -137,6 +140,8 @@ def _answers(protocol: Protocol, options: Options) -> tuple[str | None, tuple[st
     columns = {*protocol.design, *protocol.stimulus, *protocol.response}
     if isinstance(options, MagnitudeEstimation):
         return EXPONENT, None
+    if columns.issuperset(RATIO):
+        return EXPONENT, RATIO
     for marks in (FORCED_CHOICE, COMPARISON):
         if columns.issuperset(marks):
             standard = getattr(options, "standard_um_pp", None)

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
     Commands: TypeAlias = _SubParsersAction[ArgumentParser]
 
+    from matplotlib.figure import Figure
+
 NEW_STUDY = "biet2007"  # what a new file begins as
 WHICH = "a TOML file or a shipped study's name"
 
@@ -70,7 +72,11 @@ def add_study(parser: ArgumentParser) -> Commands:
     )
     show.add_argument("--json", action="store_true", help="print the timeline as JSON")
     show.add_argument(
-        "--figure", type=Path, metavar="FILE", help="draw the timeline: .svg, .png or .pdf"
+        "--figure",
+        type=Path,
+        metavar="FILE",
+        help="draw the timeline, or without --timeline all participants' orders (unblinds you): "
+        ".svg, .png or .pdf",
     )
     validate = commands.add_parser(
         "validate", help="tell every fault of a study file, and how balanced its orders are"
@@ -100,6 +106,7 @@ def run_study(args: Namespace) -> int:
         return _timeline(args)
     if args.what == "show":
         _refuse_without_timeline(args)
+        figure = _figure_path(args)
     actions = {
         "new": lambda: study_commands.new(args.path, args.template, *_title_and_authors(args)),
         "show": lambda: study_commands.show(args.study, args.participant, args.session, args.run),
@@ -108,6 +115,9 @@ def run_study(args: Namespace) -> int:
         "schema": study_commands.schema,
     }
     print(harmless(actions[args.what]()))
+    if args.what == "show" and figure:
+        _save(study_commands.orders_of_all(args.study), figure)
+        print(f"figure  {figure}")
     return DONE
 
 
@@ -126,9 +136,26 @@ def _title_and_authors(args: Namespace) -> tuple[str, tuple[str, ...]]:
 
 def _refuse_without_timeline(args: Namespace) -> None:
     """Refuse options that only a timeline has."""
-    for name in ("figure", "population", "json"):
+    for name in ("population", "json"):
         if getattr(args, name):
             raise UserError(f"--{name}: expected --timeline beside it")
+
+
+def _figure_path(args: Namespace) -> Path | None:
+    """Return where a figure is wanted, if it is."""
+    figure: Path | None = args.figure
+    if figure and figure.suffix not in (".svg", ".png", ".pdf"):
+        raise UserError(f"--figure {figure}: expected a name that ends in .svg, .png or .pdf")
+    return figure
+
+
+def _save(figure: Figure, path: Path) -> None:
+    from figure_style import save  # noqa: PLC0415 - only a figure pays for it
+
+    try:
+        save(figure, path)
+    except OSError as error:
+        raise UserError(f"--figure {path}: {error.strerror}") from None
 
 
 def _timeline(args: Namespace) -> int:
@@ -136,20 +163,14 @@ def _timeline(args: Namespace) -> int:
     from experiments.participants.population import read_population  # noqa: PLC0415
     from experiments.running.timeline import as_json, lines, timeline  # noqa: PLC0415
 
-    figure: Path | None = args.figure
-    if figure and figure.suffix not in (".svg", ".png", ".pdf"):
-        raise UserError(f"--figure {figure}: expected a name that ends in .svg, .png or .pdf")
+    figure = _figure_path(args)
     population = read_population(args.population) if args.population else None
     found = timeline(args.study, people=args.people, population=population)
     print(as_json(found) if args.json else harmless("\n".join(lines(found))))
     if figure:
         from experiments.running.timeline_figure import timeline_figure  # noqa: PLC0415
-        from figure_style import save  # noqa: PLC0415
 
-        try:
-            save(timeline_figure(found), figure)
-        except OSError as error:
-            raise UserError(f"--figure {figure}: {error.strerror}") from None
+        _save(timeline_figure(found), figure)
         if not args.json:
             print(f"figure  {figure}")
     return DONE

@@ -28,6 +28,8 @@ from stimuli.texture import Grating
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from matplotlib.figure import Figure
+
     from experiments.protocols.steps import Trial
     from experiments.study.model import Study
     from stimuli.surface import Surface
@@ -204,6 +206,16 @@ def balance(name: str, study: Study, text: str) -> list[str]:
     if study.task_order == "counterbalanced" and len(study.tasks) > 1:
         said.append(task_balance(plan.tasks()[0][0].task for plan in plans))
     return said
+
+
+def orders_of_all(name: str) -> Figure:
+    """Return the orders of all participants' first runs as a figure; it unblinds."""
+    from experiments.running.orders_figure import MOST, orders_figure  # noqa: PLC0415
+
+    study, text = read_study(name)
+    plan = _plan(name, study, text)
+    labels = [f"{number:02d}" for number in range(1, min(study.participants, MOST) + 1)]
+    return orders_figure([(label, presented(replace(plan, participant=label))) for label in labels])
 
 
 def presented(plan: RunPlan) -> list[tuple[Trial, Surface]]:

@@ -5,10 +5,11 @@ import json
 from functools import cache
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import slipscale
-from analysis.planning.protocol_answers import answers_of
+from analysis.planning.protocol_answers import answers_of, read_answers
 from analysis.planning.protocol_output import sentences
 from analysis.planning.protocol_precision import protocol_precision, thresholds_of
 from analysis.planning.protocol_studies import filling, protocol_study
@@ -20,6 +21,7 @@ from analysis.statistics.psychometrics.thresholds import fit_threshold
 from experiments.participants.population import Population
 from experiments.running.pilot import pilot_plans, run_pilot
 from experiments.study.file import study_text
+from experiments.study.run_plan import RunPlan
 from faults import UserError
 
 PEOPLE = Population()
@@ -143,6 +145,28 @@ def test_nonsense_is_refused_in_one_sentence(capsys, words, expected):
     assert said.count("\n") == 1
 
 
+def test_a_protocol_without_simulated_answers_is_refused_in_a_sentence(capsys, monkeypatch):
+    monkeypatch.setattr(RunPlan, "simulated_answers", lambda _: {})
+    assert slipscale.main(["power", "detection_threshold", "--protocols", "biet2007"]) == 2
+    said = capsys.readouterr().err
+    assert "no simulated participant can answer" in said
+    assert said.count("\n") == 1
+
+
 def test_a_study_is_refused_by_its_name():
     with pytest.raises(UserError, match="--protocols matching: none of its tasks"):
         protocol_study("matching")
+
+
+def test_an_exponent_of_ratios_is_the_slope_of_logarithms_without_catch_trials():
+    amplitudes = [0.0, 0.3, 0.6, 2.3, 1.2]
+    rows = pd.DataFrame(
+        {
+            "comparison_um_pp": amplitudes * 2,
+            "ratio": [0.1, *((each / 1.2) ** 0.8 for each in amplitudes[1:4]), 5.0] * 2,
+            "catch": ["false"] * 4 + ["true"] + ["false"] * 4 + ["true"],
+        }
+    )
+    answered = read_answers(study("ratio_to_standard"), rows)
+    assert answered.exponent == pytest.approx(0.8)
+    assert study("ratio_to_standard").quantity == "exponent"

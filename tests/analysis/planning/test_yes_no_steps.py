@@ -1,10 +1,13 @@
 """Catch steps in planning: the session's own answers, and what their number tells."""
 
+import csv
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+import slipscale
 from analysis.planning.answers import rows
 from analysis.planning.design import design_of
 from analysis.planning.grid import Condition
@@ -26,6 +29,7 @@ from experiments.protocols.steps import Ask, Present
 from experiments.running.pilot import pilot_plans
 from experiments.study.file import read_study
 
+REFERENCE = Path(__file__).parents[2] / "data" / "power_reference" / "catch_steps.csv"
 STUDY, TEXT = read_study("biet2007")
 DESIGN = design_of(STUDY, TEXT, Population(), 0.05)
 # Steps that are missed now and then, and people who lapse and give up.
@@ -88,6 +92,32 @@ def test_the_width_is_the_report_s_interval_of_one_answer_each():
     assert told[D_PRIME_LOW].n == 1
 
 
+def reference():
+    with REFERENCE.open() as file:
+        return [{key: float(value) for key, value in row.items()} for row in csv.DictReader(file)]
+
+
+@pytest.mark.parametrize("case", reference(), ids=lambda case: f"{case['catch_steps']:g}")
+def test_steps_and_intervals_are_those_of_r_s_simulation_of_the_same_model(case):
+    """Model and interval written once more in R: tests/data/power_reference/catch_steps.R."""
+    studies, people = 400, int(case["participants"])
+    answers = simulate_steps(
+        replace(DESIGN.steps, catch_steps=int(case["catch_steps"])),
+        participants=people,
+        studies=studies,
+        population=Population(noise=case["noise"]),
+        rng=np.random.default_rng(2),
+    )
+    sizes = {"felt_1": 1.1, "felt_2": 0.7, "felt_3": 0.5, "felt_catch": 0.0}
+    for name, size in sizes.items():
+        q = answers.felt[answers.removed_um_pp.round(6) == size].mean()
+        # People differ: a share's error is that of people, not of answers.
+        error = np.sqrt(max(q * (1 - q), 1e-4) / (studies * people))
+        assert abs(q - case[name]) < 4 * error, name
+    told = precision(answers, 0.95)[CATCH_WIDTH]
+    assert abs(told.mean - case["half_width"]) < 4 * np.hypot(told.error, case["error"])
+
+
 def test_without_catch_steps_nothing_is_told():
     task = replace(DESIGN.steps, catch_steps=0)
     answers = simulate_steps(
@@ -103,3 +133,15 @@ def test_more_catch_steps_tell_false_alarms_more_precisely():
     few, many = rows(DESIGN, wanted, outcomes, looks=Looks())
     assert many.steps[CATCH_WIDTH].mean < 0.8 * few.steps[CATCH_WIDTH].mean
     assert many.steps[D_PRIME_LOW].mean > few.steps[D_PRIME_LOW].mean
+
+
+def test_what_catch_steps_tell_is_written_as_figure_and_columns(capsys, tmp_path):
+    words = ["power", "biet2007", "--participants", "4,5", "--catch-steps", "1,2"]
+    assert slipscale.main([*words, "--studies", "2", "--out", str(tmp_path)]) in {0, 1}
+    assert "Catch steps: half the interval" in capsys.readouterr().out
+    assert (tmp_path / "catch_steps.svg").stat().st_size > 1000
+    with (tmp_path / "power.csv").open(encoding="utf-8") as file:
+        found = list(csv.DictReader(file))
+    assert {row["catch_steps"] for row in found} == {"1", "2"}
+    assert all(0 < float(row["catch_yes_half_width"]) <= 0.5 for row in found)
+    assert "lower bound of d" in (tmp_path / "power.html").read_text(encoding="utf-8")

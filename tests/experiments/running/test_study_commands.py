@@ -2,12 +2,13 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from experiments.running.balance import order_balance, task_balance
 from experiments.running.pilot import pilot_plans
-from experiments.running.study_commands import show, validate
+from experiments.running.study_commands import orders_of_all, show, validate
 from experiments.study.file import study_text
 from faults import UserError
 from slipscale import main
@@ -185,3 +186,18 @@ def test_numbers_beyond_reason_are_named(tmp_path, line, told):
     assert line in path.read_text()
     with pytest.raises(UserError, match=told):
         validate(str(path))
+
+
+def test_the_orders_of_all_participants_are_a_field_of_colours(study, tmp_path):
+    figure = orders_of_all(study(participants=3))
+    field = np.asarray(figure.axes[0].get_images()[0].get_array())
+    # Five for practice and five main ones; then the descent with its catch step.
+    assert field.shape == (3, 15)
+    assert (np.sort(field[:, 5:10], axis=1) == [0.0, 0.5, 1.0, 1.5, 2.0]).all()
+    told = show(study(participants=3), "02").splitlines()
+    (line,) = (line for line in told if "magnitudeestimation " in line and "(" in line)
+    amplitudes = [float(each.strip("()")) for each in line.split()[1:]]
+    assert field[1, :10].tolist() == amplitudes
+    assert main(["study", "show", study(), "--figure", str(tmp_path / "orders.png")]) == 0
+    assert (tmp_path / "orders.png").stat().st_size > 1000
+    assert main(["study", "show", study(), "--figure", str(tmp_path / "orders.doc")]) == 2

@@ -11,6 +11,7 @@ from experiments.participants.bare import BareStep
 from experiments.protocols.steps import Explore, Present, Silence, Trial
 from experiments.running.pilot import pilot_plans, run_simulated
 from experiments.running.timeline import _Visit, timeline
+from experiments.running.timeline_figure import timeline_figure
 from experiments.study.file import study_text
 from stimuli.surface import VirtualSurface
 
@@ -123,3 +124,15 @@ def test_options_of_the_timeline_are_refused_in_a_sentence(capsys, words, expect
     said = capsys.readouterr().err
     assert expected in said
     assert said.count("\n") == 1
+
+
+def test_the_figure_has_minutes_limits_and_where_it_is_known_the_cost(tmp_path):
+    found = timeline("biet2007", people=6)
+    assert len(timeline_figure(found).axes) == 2
+    file = tmp_path / "study.toml"
+    file.write_text(study_text("biet2007") + COST)
+    priced = timeline_figure(timeline(str(file), people=6))
+    assert len(priced.axes) == 3
+    line = priced.axes[2].get_lines()[0]
+    each = timeline(str(file), people=6).cost_total.p50 / 12
+    assert line.get_ydata()[5] == pytest.approx(5 * each)

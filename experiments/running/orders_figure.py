@@ -1,0 +1,77 @@
+"""The order of surfaces of every participant that a study plans, as a field of colours."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from figure_style import INK, canvas, styled
+from stimuli.texture import Grating
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
+
+    from experiments.protocols.steps import Trial
+    from stimuli.surface import Surface
+
+#: More participants than this cannot be told apart in one figure.
+MOST = 40
+#: Amplitudes are written into their fields up to so many trials.
+MOST_NAMED = 30
+
+
+@styled
+def orders_figure(people: Sequence[tuple[str, Sequence[tuple[Trial, Surface]]]]) -> Figure:
+    """Return a row for each participant and a field for each trial, coloured by its amplitude.
+
+    Parameters
+    ----------
+    people : sequence of (str, sequence)
+        Labels, and the run's trials with their surfaces in order of presentation.
+    """
+    shown = people[:MOST]
+    trials = max(len(own) for _, own in shown)
+    table = np.full((len(shown), trials), np.nan)
+    for row, (_, own) in enumerate(shown):
+        table[row, : len(own)] = [_amplitude_um_pp(surface) for _, surface in own]
+    figure, axes = canvas(size=(7.4, 1.4 + 0.24 * len(shown)))
+    image = axes.imshow(table, aspect="auto", cmap="cividis")
+    if trials <= MOST_NAMED:
+        middle = (np.nanmin(table) + np.nanmax(table)) / 2
+        for (row, trial), value in np.ndenumerate(table):
+            if np.isfinite(value):
+                colour = "#FFFFFF" if value < middle else "#000000"
+                axes.annotate(
+                    f"{value:g}", (trial, row), ha="center", va="center", fontsize=7, color=colour
+                )
+    for place, name in _parts(shown[0][1]):
+        axes.axvline(place - 0.5, color="#FFFFFF", linewidth=2.5)
+        axes.annotate(
+            name, (place - 0.5, 1.01), xycoords=("data", "axes fraction"), ha="left", va="bottom",
+            fontsize=7.5, color=INK,
+        )  # fmt: skip
+    axes.set_yticks(range(len(shown)), [label for label, _ in shown])
+    axes.set_xticks(range(trials), [str(number + 1) for number in range(trials)])
+    if trials > MOST_NAMED:
+        axes.set_xticks(range(9, trials, 10), [str(number + 1) for number in range(9, trials, 10)])
+    axes.grid(visible=False)
+    axes.set(xlabel="Presentation", ylabel="Participant")
+    figure.colorbar(image, ax=axes).set_label("Amplitude, µm peak to peak")
+    return figure
+
+
+def _amplitude_um_pp(surface: Surface) -> float:
+    return surface.mean_um_pp if isinstance(surface, Grating) else surface.amplitude_um_pp
+
+
+def _parts(own: Sequence[tuple[Trial, Surface]]) -> list[tuple[int, str]]:
+    """Return where the parts of a run begin, and their names."""
+    found: list[tuple[int, str]] = []
+    for place, (trial, _) in enumerate(own):
+        name = f"{trial.task},\n{trial.phase}" if trial.phase == "practice" else f"{trial.task}\n"
+        if not found or found[-1][1] != name:
+            found.append((place, name))
+    return found
