@@ -73,6 +73,7 @@ def analyse(
     read = (
         *(data.estimates, data.differences, data.forced_choices),
         *(data.comparisons, data.matches),
+        *(data.ratings, data.ratios, data.productions),
     )
     if not any(map(len, read)) and not (data.others and are_installed()):
         raise UserError(f"{data.name}: {data_warnings.nothing(data)}")

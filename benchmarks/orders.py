@@ -22,7 +22,7 @@ from scipy.stats import chisquare
 
 from experiments.protocols.base import Context
 from experiments.protocols.magnitude_estimation import MagnitudeEstimation
-from experiments.protocols.rated_surfaces import surface_blocks
+from experiments.protocols.rated_surfaces import order_blocks
 from experiments.protocols.williams import williams_group, williams_square
 
 if TYPE_CHECKING:
@@ -62,21 +62,19 @@ def drawn(
     for number in range(participants):
         row = number * group + number % group
         first, second = (
-            [
-                (block[0].phase, [int(each.surface.amplitude_um_pp) for each in block])
-                for block in surface_blocks(
-                    options,
-                    Context(
-                        seed=seed,
-                        participant=f"{row + 1:02d}",
-                        row=row,
-                        amplitudes_um_pp=tuple(float(each) for each in range(surfaces)),
-                        texts={},
-                        visit=visit,
-                        session=f"{visit + 1:02d}",
-                    ),
-                )
-            ]
+            order_blocks(
+                surfaces,
+                options,
+                Context(
+                    seed=seed,
+                    participant=f"{row + 1:02d}",
+                    row=row,
+                    amplitudes_um_pp=tuple(float(each) for each in range(surfaces)),
+                    texts={},
+                    visit=visit,
+                    session=f"{visit + 1:02d}",
+                ),
+            )
             for visit in (0, 1)
         )
         practice = [each for phase, block in first if phase == "practice" for each in block]

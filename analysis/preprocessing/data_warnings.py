@@ -78,7 +78,7 @@ LEFT_OUT = {
     "choice_unanswered": "trials of forced choice without a usable answer",
     **{
         f"{task}_{reason}": words
-        for task in ("comparison", "matching")
+        for task in ("comparison", "matching", "rating", "ratio", "production")
         for reason, words in (
             ("practice", f"practice trials of {task}"),
             ("voided", f"voided trials of {task}"),
@@ -88,7 +88,10 @@ LEFT_OUT = {
 }
 
 
-TASKS = ("estimation", "difference", "choice", "comparison", "matching")
+TASKS = (
+    *("estimation", "difference", "choice", "comparison", "matching"),
+    *("rating", "ratio", "production"),
+)
 
 
 def nothing(data: Dataset) -> str:

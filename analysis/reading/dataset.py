@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -10,6 +11,7 @@ import pandas as pd
 from analysis.reading.comparing_and_matching import empty_comparisons, empty_matches
 from analysis.reading.delimited import Source, digest
 from analysis.reading.forced_choice import empty_choices
+from analysis.reading.magnitude_modes import PRODUCTIONS, RATINGS, RATIOS, empty
 from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from experiments.dataset.schema import PARTICIPANT
 from experiments.study.analysis_choices import AnalysisChoices
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 #: The fields of `Dataset` that hold trials.
 TABLES = (
     *("estimates", "answers", "differences", "textures"),
-    *("forced_choices", "comparisons", "matches"),
+    *("forced_choices", "comparisons", "matches", "ratings", "ratios", "productions"),
 )
 
 
@@ -51,6 +53,9 @@ class Dataset:
     comparisons, matches : DataFrame
         Trials of paired comparison and of matching, answered ones: see
         `analysis.reading.comparing_and_matching`.
+    ratings, ratios, productions : DataFrame
+        Answered trials on a visual analogue scale, of ratio judgements, and of magnitude
+        production: see `analysis.reading.magnitude_modes`.
     others : Mapping
         Main trials of tasks that are read by no analysis of Slipscale's (a laboratory's own
         protocols), as `analysis.reading.labelled_tasks.read_others` returns them, by task label.
@@ -98,6 +103,9 @@ class Dataset:
     forced_choices: pd.DataFrame = field(default_factory=empty_choices)
     comparisons: pd.DataFrame = field(default_factory=empty_comparisons)
     matches: pd.DataFrame = field(default_factory=empty_matches)
+    ratings: pd.DataFrame = field(default_factory=partial(empty, RATINGS))
+    ratios: pd.DataFrame = field(default_factory=partial(empty, RATIOS))
+    productions: pd.DataFrame = field(default_factory=partial(empty, PRODUCTIONS))
     others: Mapping[str, pd.DataFrame] = field(default_factory=dict)
 
     @property
@@ -116,7 +124,7 @@ class Dataset:
         """Everybody who has trials of any task, answered or not."""
         tasks = (
             *(self.answers, self.differences, self.forced_choices),
-            *(self.comparisons, self.matches),
+            *(self.comparisons, self.matches, self.ratings, self.ratios, self.productions),
             *self.others.values(),
         )
         return {str(who) for rows in tasks for who in rows[PARTICIPANT].unique()}

@@ -34,6 +34,14 @@ from analysis.reading.delimited import Problems, Source, read_tables
 from analysis.reading.forced_choice import is_choice, read_choices
 from analysis.reading.foreign import ForeignTable, read_foreign
 from analysis.reading.labelled_tasks import header_of, read_others
+from analysis.reading.magnitude_modes import (
+    JUDGED,
+    PRODUCED,
+    RATED,
+    read_productions,
+    read_ratings,
+    read_ratios,
+)
 from analysis.reading.mapping import beside
 from analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
 from analysis.reading.table_by_hand import read_table
@@ -68,6 +76,9 @@ KINDS = {
     "forced_choices": (is_choice, read_choices),
     "comparisons": (lambda header: header.issuperset(COMPARED), read_comparisons),
     "matches": (lambda header: header.issuperset(MATCHED), read_matches),
+    "ratings": (lambda header: header.issuperset(RATED), read_ratings),
+    "ratios": (lambda header: header.issuperset(JUDGED), read_ratios),
+    "productions": (lambda header: header.issuperset(PRODUCED), read_productions),
 }
 
 
@@ -169,6 +180,9 @@ def _load_folder(folder: Path) -> Dataset:
         forced_choices=tasks["forced_choices"],
         comparisons=tasks["comparisons"],
         matches=tasks["matches"],
+        ratings=tasks["ratings"],
+        ratios=tasks["ratios"],
+        productions=tasks["productions"],
         participants=participants,
         mode=modes[0][0] if modes else "unknown",
         counts=counts,

@@ -15,6 +15,7 @@ from analysis.figures import (
     estimates,
     exponents,
     growth,
+    magnitude_modes,
     measured_friction,
     scales,
     thresholds,
@@ -212,7 +213,7 @@ def draw(analysis: Analysis) -> dict[str, Figure]:
         found[f"thresholds_{task.task}"] = thresholds.functions(task, trials)
         if trials["track"].notna().any():
             found[f"tracks_{task.task}"] = thresholds.tracks(task, trials)
-    return found | _draw_scales(analysis) | _own_figures(analysis)
+    return found | _draw_scales(analysis) | _draw_magnitudes(analysis) | _own_figures(analysis)
 
 
 def _draw_scales(analysis: Analysis) -> dict[str, Figure]:
@@ -231,6 +232,22 @@ def _draw_scales(analysis: Analysis) -> dict[str, Figure]:
         found[f"matching_{task}"] = scales.matches(
             [each for each in rows if each.task == task], trials[trials["task"] == task]
         )
+    return found
+
+
+def _draw_magnitudes(analysis: Analysis) -> dict[str, Figure]:
+    """Return the figures of ratings on a line, ratio judgements and production."""
+    found: dict[str, Figure] = {}
+    inference, data = analysis.inference, analysis.dataset
+    for rated in () if isinstance(inference.ratings, NotComputed) else inference.ratings:
+        trials = data.ratings[data.ratings["task"] == rated.task]
+        found[f"ratings_{rated.task}"] = magnitude_modes.ratings(rated, trials)
+    for judged in () if isinstance(inference.ratios, NotComputed) else inference.ratios:
+        trials = data.ratios[data.ratios["task"] == judged.task]
+        found[f"ratios_{judged.name}"] = magnitude_modes.ratios(judged, trials)
+    for made in () if isinstance(inference.productions, NotComputed) else inference.productions:
+        trials = data.productions[data.productions["task"] == made.task]
+        found[f"productions_{made.task}"] = magnitude_modes.productions(made, trials)
     return found
 
 

@@ -10,8 +10,17 @@ import pandas as pd
 from markupsafe import Markup
 
 from analysis.reading.own_words import in_own_words
-from analysis.reporting import apa, apa_difference, apa_groups, apa_scales, apa_thresholds, html
+from analysis.reporting import (
+    apa,
+    apa_difference,
+    apa_groups,
+    apa_magnitude_modes,
+    apa_scales,
+    apa_thresholds,
+    html,
+)
 from analysis.reporting.numbers import grouped
+from analysis.reporting.sections import magnitude_modes
 from analysis.reporting.sections.assumptions import assumptions
 from analysis.reporting.sections.comparisons import comparisons
 from analysis.reporting.sections.difference import difference
@@ -150,6 +159,9 @@ def sections(
         thresholds(analysis, svgs),
         scales(analysis, svgs),
         matching(analysis, svgs),
+        magnitude_modes.ratings(analysis, svgs),
+        magnitude_modes.ratios(analysis, svgs),
+        magnitude_modes.productions(analysis, svgs),
         *own_sections(analysis, svgs),
         tests_made(analysis),
         assumptions(analysis, svgs),
@@ -181,6 +193,14 @@ def results(analysis: Analysis) -> html.ReportSection:
     texts_of["Paired comparison"] = apa_scales.scale_sentences(analysis.inference.scales)
     texts_of["Matching"] = apa_scales.matching_sentences(
         analysis.inference.matching, choices.confidence
+    )
+    inference, level = analysis.inference, choices.confidence
+    texts_of["Visual analogue scale"] = apa_magnitude_modes.rating_sentences(
+        inference.ratings, level
+    )
+    texts_of["Ratio judgements"] = apa_magnitude_modes.ratio_sentences(inference.ratios, level)
+    texts_of["Magnitude production"] = apa_magnitude_modes.production_sentences(
+        inference.productions, level
     )
     for title, texts in texts_of.items():
         if texts:

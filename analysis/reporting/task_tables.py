@@ -14,8 +14,12 @@ if TYPE_CHECKING:
 
     from analysis.reporting.json_form import JsonObject
     from analysis.result import Analysis
+    from analysis.statistics.confidence_interval import ConfidenceInterval
     from analysis.statistics.matching import MatchedReference
+    from analysis.statistics.productions import TaskProductions
     from analysis.statistics.psychometrics.forced_choice import TaskThresholds
+    from analysis.statistics.ratings import TaskRatings
+    from analysis.statistics.ratio_judgements import TaskRatios
     from analysis.statistics.scaling.task_scales import TaskScale
 
 
@@ -29,7 +33,79 @@ def task_tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
         found["scales"] = scale_table(inference.scales)
     if not isinstance(inference.matching, NotComputed):
         found["matching"] = matching_table(inference.matching)
+    if not isinstance(inference.ratings, NotComputed):
+        found["ratings"] = rating_table(inference.ratings)
+    if not isinstance(inference.ratios, NotComputed):
+        found["ratios"] = ratio_table(inference.ratios)
+    if not isinstance(inference.productions, NotComputed):
+        found["productions"] = production_table(inference.productions)
     return found
+
+
+def _bounds(interval: ConfidenceInterval | None) -> JsonObject:
+    """Return an interval's two columns."""
+    low, high = (None, None) if interval is None else interval
+    return {"ci_low": low, "ci_high": high}
+
+
+def rating_table(tasks: Sequence[TaskRatings]) -> pd.DataFrame:
+    """Return one row a task and surface."""
+    return pd.DataFrame(
+        [
+            {
+                "task": task.task,
+                "surface": each.surface,
+                "participants": each.participants,
+                "ratings": each.ratings,
+                "mean": each.mean,
+                "standard_deviation": each.sd,
+                **_bounds(each.interval),
+                "at_left_end": each.at_left,
+                "at_right_end": each.at_right,
+            }
+            for task in tasks
+            for each in task.surfaces
+        ]
+    )
+
+
+def ratio_table(tasks: Sequence[TaskRatios]) -> pd.DataFrame:
+    """Return one row a task, standard and surface."""
+    return pd.DataFrame(
+        [
+            {
+                "task": task.task,
+                "standard_um_pp": task.standard_um_pp,
+                "comparison_um_pp": each.comparison_um_pp,
+                "participants": each.participants,
+                "judgements": each.judgements,
+                "ratio": each.ratio,
+                **_bounds(each.interval),
+            }
+            for task in tasks
+            for each in task.surfaces
+        ]
+    )
+
+
+def production_table(tasks: Sequence[TaskProductions]) -> pd.DataFrame:
+    """Return one row a task and number."""
+    return pd.DataFrame(
+        [
+            {
+                "task": task.task,
+                "standard_um_pp": task.standard_um_pp,
+                "modulus": task.modulus,
+                "number": each.number,
+                "participants": each.participants,
+                "productions": each.productions,
+                "amplitude_um_pp": each.amplitude_um_pp,
+                **_bounds(each.interval),
+            }
+            for task in tasks
+            for each in task.numbers
+        ]
+    )
 
 
 def scale_table(tasks: Sequence[TaskScale]) -> pd.DataFrame:

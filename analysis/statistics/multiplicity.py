@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -93,6 +93,19 @@ def _curves(inference: Inference) -> list[float]:
     return [one.p for one in (found.psychometric, found.weber) if not isinstance(one, NotComputed)]
 
 
+def _ratings(inference: Inference, test: Literal["friedman", "page_trend"]) -> list[float]:
+    if isinstance(inference.ratings, NotComputed):
+        return []
+    tested = [getattr(task, test) for task in inference.ratings]
+    return [one.p for one in tested if not isinstance(one, NotComputed)]
+
+
+def _rated_pairs(inference: Inference) -> list[float]:
+    if isinstance(inference.ratings, NotComputed):
+        return []
+    return [pair.p_wilcoxon for task in inference.ratings for pair in task.pairs]
+
+
 def _of_groups(inference: Inference, read: Callable[[GroupComparison], list[float]]) -> list[float]:
     return [] if isinstance(inference.groups, NotComputed) else read(inference.groups)
 
@@ -153,6 +166,14 @@ FAMILIES: tuple[tuple[str, Primary | None, bool, Callable[[Inference], Sequence[
     ("pairs of groups, Welch's t", None, True, lambda found: _of_groups(found, _group_pairs)),
     ("groups, mixed analysis of variance", None, False, lambda found: _of_groups(found, _mixed)),
     ("curves of “yes”, slope", None, False, _curves),
+    ("ratings on a line, Friedman's test", None, False, lambda found: _ratings(found, "friedman")),
+    (
+        "ratings on a line, Page's test",
+        None,
+        False,
+        lambda found: _ratings(found, "page_trend"),
+    ),
+    ("pairs of rated surfaces, Wilcoxon's test", None, True, _rated_pairs),
 )
 
 

@@ -147,13 +147,12 @@ def log_table(data: Prepared, conditions: int = 2) -> tuple[pd.DataFrame, str | 
     return table, lacking(table, conditions)
 
 
-def _rank_table(data: Prepared) -> tuple[pd.DataFrame, str | None]:
-    """Return the complete table of mean estimates, and why it allows no test on ranks."""
-    table = data.whole
+def _no_ranks(table: pd.DataFrame) -> str | None:
+    """Say why a complete table of participants by conditions allows no test on ranks, or None."""
     why = lacking(table, 3)
     if why is None and (np.ptp(table.to_numpy(float), axis=1) == 0).all():
         why = "every participant's estimates are all the same"
-    return table, why
+    return why
 
 
 def _incomplete(data: Prepared, table: pd.DataFrame) -> int:
@@ -227,10 +226,14 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
 
 def friedman(data: Prepared) -> Friedman | NotComputed:
     """Friedman's rank test and Kendall's W, on mean estimates: zeros and scales do not matter."""
+    return friedman_of(data.whole, _incomplete(data, data.whole))
+
+
+def friedman_of(table: pd.DataFrame, n_incomplete: int) -> Friedman | NotComputed:
+    """Return Friedman's rank test of a complete table of participants by conditions."""
     from scipy import stats  # noqa: PLC0415
 
-    table, why = _rank_table(data)
-    if why:
+    if why := _no_ranks(table):
         return NotComputed(why)
     values = table.to_numpy(float)
     found = stats.friedmanchisquare(*values.T)
@@ -241,16 +244,20 @@ def friedman(data: Prepared) -> Friedman | NotComputed:
         p=float(found.pvalue),
         kendalls_w=float(found.statistic) / (n * (k - 1)),
         n=n,
-        n_incomplete=_incomplete(data, table),
+        n_incomplete=n_incomplete,
     )
 
 
 def page_trend(data: Prepared) -> PageTrend | NotComputed:
     """Page's test of an ordered trend: estimates grow with amplitude. One-sided by nature."""
+    return page_trend_of(data.whole, _incomplete(data, data.whole))
+
+
+def page_trend_of(table: pd.DataFrame, n_incomplete: int) -> PageTrend | NotComputed:
+    """Return Page's test of a complete table of participants by conditions in rising order."""
     from scipy import stats  # noqa: PLC0415
 
-    table, why = _rank_table(data)
-    if why:
+    if why := _no_ranks(table):
         return NotComputed(why)
     values = table.to_numpy(float)
     found = stats.page_trend_test(values)
@@ -259,7 +266,7 @@ def page_trend(data: Prepared) -> PageTrend | NotComputed:
         p=float(found.pvalue),
         method=str(found.method),
         n=len(table),
-        n_incomplete=_incomplete(data, table),
+        n_incomplete=n_incomplete,
     )
 
 

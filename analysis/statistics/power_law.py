@@ -70,8 +70,13 @@ def power_law(data: Prepared) -> PowerLaw | NotComputed:
     """Return the group's exponent: the mean of participants' slopes, with Student's interval."""
     if data.refused:
         return NotComputed(data.zero_sentence)
-    table = exponents(data.logs)
-    found = mean_over_participants(table["exponent"].to_numpy(float), data.choices.confidence)
+    return power_law_of(data.logs, data.choices.confidence)
+
+
+def power_law_of(logs: pd.DataFrame, confidence: float) -> PowerLaw | NotComputed:
+    """Return the group's exponent from mean logarithms; see `exponents`."""
+    table = exponents(logs)
+    found = mean_over_participants(table["exponent"].to_numpy(float), confidence)
     if isinstance(found, NotComputed):
         usable = int(table["exponent"].notna().sum())
         if usable >= FEWEST:

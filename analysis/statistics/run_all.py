@@ -20,8 +20,11 @@ from analysis.statistics.mixed_model import mixed_model
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.order_effects import order_effects
 from analysis.statistics.pairwise import pairwise
-from analysis.statistics.power_law import power_law
+from analysis.statistics.power_law import exponents, power_law
+from analysis.statistics.productions import Counterpart, productions
 from analysis.statistics.psychometrics.forced_choice import thresholds
+from analysis.statistics.ratings import ratings
+from analysis.statistics.ratio_judgements import log_cells, ratios
 from analysis.statistics.reliability import reliability
 from analysis.statistics.scaling.task_scales import scales
 
@@ -42,7 +45,10 @@ if TYPE_CHECKING:
     from analysis.statistics.order_effects import OrderEffects
     from analysis.statistics.pairwise import PairComparison
     from analysis.statistics.power_law import PowerLaw
+    from analysis.statistics.productions import TaskProductions
     from analysis.statistics.psychometrics.forced_choice import TaskThresholds
+    from analysis.statistics.ratings import TaskRatings
+    from analysis.statistics.ratio_judgements import TaskRatios
     from analysis.statistics.reliability import Reliability
     from analysis.statistics.scaling.task_scales import TaskScale
     from experiments.study.analysis_choices import SdConvention, Test, ZeroRule
@@ -96,6 +102,9 @@ class Inference:
     thresholds: tuple[TaskThresholds, ...] | NotComputed
     scales: tuple[TaskScale, ...] | NotComputed
     matching: tuple[MatchedReference, ...] | NotComputed
+    ratings: tuple[TaskRatings, ...] | NotComputed
+    ratios: tuple[TaskRatios, ...] | NotComputed
+    productions: tuple[TaskProductions, ...] | NotComputed
 
 
 def conclude(
@@ -157,7 +166,27 @@ def conclude(
         thresholds=of_task("thresholds", thresholds, data.forced_choices),
         scales=of_task("scales", scales, data.comparisons),
         matching=of_task("matching", matching, data.matches),
+        ratings=of_task("ratings", ratings, data.ratings),
+        ratios=of_task("ratios", ratios, data.ratios),
+        productions=of_task(
+            "productions",
+            partial(productions, counterpart=counterpart(data, prepared)),
+            data.productions,
+        ),
     )
+
+
+def counterpart(data: Dataset, prepared: Prepared | None) -> Counterpart | None:
+    """Return the exponents that production is compared with: of estimates, else of ratios."""
+    if prepared is not None and not prepared.refused:
+        return Counterpart(
+            name="magnitude estimation", exponents=exponents(prepared.logs)["exponent"]
+        )
+    main = data.ratios[~data.ratios["catch"].astype(bool)]
+    if not len(main):
+        return None
+    logs = log_cells(main, "comparison_um_pp", "ratio")
+    return Counterpart(name="ratio judgements", exponents=exponents(logs)["exponent"])
 
 
 def difference(data: Dataset) -> DescendingDifference | NotComputed:

@@ -99,7 +99,7 @@ class _Run(RatedSurfaces):
     """The trials of a run, counted."""
 
     def __init__(self, options: MagnitudeEstimation, context: Context) -> None:
-        super().__init__(options, context, surface_blocks(options, context))
+        super().__init__(options, context, surface_blocks(context.surfaces, options, context))
         self.options = options
 
     def start(self) -> Steps:

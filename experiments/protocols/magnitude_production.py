@@ -30,6 +30,7 @@ from faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Generator
 
+    from experiments.protocols.base import TrialRecord
     from experiments.protocols.steps import Answer, Step, Steps, Value
     from stimuli.surface import VirtualSurface
 
@@ -171,7 +172,12 @@ class _Run(AgainstStandard):
             condition,
             number,
             repeats,
-            factors={"modulus": options.modulus, "standard_um_pp": options.standard_um_pp},
+            factors={
+                "modulus": options.modulus,
+                "standard_um_pp": options.standard_um_pp,
+                "lowest_um_pp": options.lowest_um_pp,
+                "highest_um_pp": options.highest_um_pp,
+            },
         )
         yield from self.standard(trial)
         interval = JUDGED if options.in_each_trial else STANDARD
@@ -189,6 +195,14 @@ class _Run(AgainstStandard):
         )
         yield Silence(trial=trial, interval=interval)
         return (yield from self.over(trial, reply))
+
+
+def _bound(record: TrialRecord) -> str | None:
+    reached = record.answer("produced_um_pp")
+    if reached is None:
+        return None
+    ends = {record.trial.factors[f"{name}_um_pp"]: name for name in ("lowest", "highest")}
+    return ends.get(reached, "none")
 
 
 PROTOCOL = Protocol(
@@ -230,6 +244,14 @@ PROTOCOL = Protocol(
         ),
     },
     stimulus=STANDARD_COLUMN,
-    response=adjusted_columns("produced_um_pp", "Amplitude that the participant turned to"),
+    response={
+        **adjusted_columns("produced_um_pp", "Amplitude that the participant turned to"),
+        "bound": Column(
+            value=_bound,
+            kind="label",
+            description="Whether the plate was turned as far as it can be",
+            levels={"lowest": "to its lowest", "highest": "to its highest", "none": "neither"},
+        ),
+    },
     intervals=lambda options: JUDGED if options.in_each_trial else STANDARD,
 )

@@ -131,10 +131,11 @@ def _in_phases(practice: list[list[int]], main: list[list[int]]) -> Blocks:
     ]
 
 
-def surface_blocks(options: RatedOptions, context: Context) -> list[list[Presentation]]:
-    """Return the order of the study's surfaces, block by block, practice first."""
+def surface_blocks(
+    surfaces: Sequence[Surface], options: RatedOptions, context: Context
+) -> list[list[Presentation]]:
+    """Return the order of surfaces, block by block, practice first."""
     draw = _first_blocks if context.order_version == 1 else order_blocks
-    surfaces = context.surfaces
     return [
         [Presentation(number, phase, surfaces[each]) for each in block]
         for number, (phase, block) in enumerate(draw(len(surfaces), options, context), start=1)

@@ -36,7 +36,7 @@ class RatioToStandard(StandardOptions):
 
 def trials(options: RatioToStandard, context: Context) -> int:
     """Return how many trials a run has, practice included."""
-    judged = len(context.surfaces) * (options.practice + options.repetitions)
+    judged = len(context.amplitudes_um_pp) * (options.practice + options.repetitions)
     return judged + options.catch_trials
 
 
@@ -55,9 +55,11 @@ class _Run(AgainstStandard):
     """The trials of a run, counted."""
 
     def __init__(self, options: RatioToStandard, context: Context) -> None:
+        # A texture has no one amplitude that its ratio would belong to.
+        surfaces = [context.surface(each) for each in context.amplitudes_um_pp]
         catch = Presentation(0, "main", context.surface(options.standard_um_pp))
         planned = with_catch_trials(
-            surface_blocks(options, context), [catch] * options.catch_trials, context
+            surface_blocks(surfaces, options, context), [catch] * options.catch_trials, context
         )
         super().__init__(options, context, planned, context.texts["ratio_to_standard.standard"])
 

@@ -118,7 +118,9 @@ class _Run(RatedSurfaces):
     def __init__(self, options: VisualAnalogueScale, context: Context) -> None:
         catch = Presentation(0, "main", context.surface(0.0))
         planned = with_catch_trials(
-            surface_blocks(options, context), [catch] * options.catch_trials, context
+            surface_blocks(context.surfaces, options, context),
+            [catch] * options.catch_trials,
+            context,
         )
         super().__init__(options, context, planned)
         self.options = options

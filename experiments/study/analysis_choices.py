@@ -51,6 +51,9 @@ Test = Literal[
     "thresholds",
     "scales",
     "matching",
+    "ratings",
+    "ratios",
+    "productions",
 ]
 Primary = Literal["ranks", "logarithms"]
 Share = Annotated[float, Field(ge=0, le=1)]

@@ -6,7 +6,14 @@ from typing import TYPE_CHECKING
 
 from analysis.figures.shared import LINES_AT_MOST
 from analysis.preprocessing import normalisation
-from analysis.reporting import apa, apa_difference, apa_scales, apa_thresholds, html
+from analysis.reporting import (
+    apa,
+    apa_difference,
+    apa_magnitude_modes,
+    apa_scales,
+    apa_thresholds,
+    html,
+)
 from analysis.reporting.html import ReportSection
 from analysis.reporting.numbers import counted, grouped
 from analysis.statistics.not_computed import NotComputed
@@ -53,6 +60,7 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     if not isinstance(compared, NotComputed):
         answers += [apa_scales.scale_answer(task) for task in compared]
     answers += apa_scales.matching_sentences(matched, choices.confidence)
+    answers += _magnitudes(analysis)
     section.blocks.append(html.labelled("Answer", " ".join(answers)))
     if "fig15" in svgs and analysis.prepared is not None:
         section.blocks.append(_figure(analysis, svgs["fig15"]))
@@ -66,6 +74,20 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
                 )
             )
     return section
+
+
+def _magnitudes(analysis: Analysis) -> list[str]:
+    """Return the chief sentences of ratings on a line, ratio judgements and production."""
+    inference, level = analysis.inference, analysis.dataset.choices.confidence
+    rated, judged, produced = inference.ratings, inference.ratios, inference.productions
+    answers: list[str] = []
+    if not isinstance(rated, NotComputed):
+        answers += [apa_magnitude_modes.rating_answer(task) for task in rated]
+    if not isinstance(judged, NotComputed):
+        answers += [apa_magnitude_modes.ratio_answer(task, level) for task in judged]
+    for task in () if isinstance(produced, NotComputed) else produced:
+        answers += apa_magnitude_modes.production_answers(task, level)
+    return answers
 
 
 def _equal(analysis: Analysis) -> list[str]:
@@ -93,6 +115,12 @@ def _question(analysis: Analysis) -> str:
         parts.append("How do the surfaces lie on one scale of slipperiness?")
     if not isinstance(analysis.inference.matching, NotComputed):
         parts.append("Which amplitude feels the same as a reference?")
+    if not isinstance(analysis.inference.ratings, NotComputed):
+        parts.append("Where on a line between two words do the surfaces lie?")
+    if not isinstance(analysis.inference.ratios, NotComputed):
+        parts.append("How many times as slippery as a standard is each surface?")
+    if not isinstance(analysis.inference.productions, NotComputed):
+        parts.append("Which amplitudes are as slippery as given numbers?")
     return " ".join(parts)
 
 
@@ -115,6 +143,9 @@ def _design(analysis: Analysis) -> str:
         (data.forced_choices, "forced choice"),
         (data.comparisons, "paired comparison"),
         (data.matches, "matching"),
+        (data.ratings, "a visual analogue scale"),
+        (data.ratios, "ratio judgement"),
+        (data.productions, "magnitude production"),
     ):
         if len(rows):
             parts.append(f"{counted(len(rows), 'trial', 'trials')} of {what}")

@@ -13,8 +13,8 @@ from faults import UserError
 
 EVERY_TWO = ("standard_every_trials = 1", "standard_every_trials = 2")
 PRODUCTION = (  # of the shipped study, the first task alone
-    '\n[[tasks]]\nprotocol = "magnitude_estimation"\nstandard_um_pp = 0.8\nmodulus = 10.0\n'
-    "repetitions = 3\npractice = 1\n"
+    '\n[[tasks]]\nprotocol = "magnitude_estimation"\nrepetitions = 3\nscale_top = "declared"\n'
+    "practice = 1\n"
 )
 
 
@@ -79,6 +79,19 @@ def test_catch_trials_come_at_any_place_among_the_main_trials(plan):
     assert max(places.values()) < 55  # of some 31 each
 
 
+def test_a_line_takes_textures_and_a_ratio_plain_surfaces_alone(plan):
+    texture = (
+        '\n[[textures]]\nname = "ridges"\nspatial_period_mm = 5.0\nmean_um_pp = 1.0\n'
+        "depth_um_pp = 0.5\nfinger_speed_mm_s = 50.0\n\n[[tasks]]"
+    )
+    line = plan(short("visual_analogue_scale", ("\n[[tasks]]", texture)))
+    assert {each.surface.label for each in main_trials(line)} == {"S1", "S2", "S3", "S4", "T1"}
+    task = '\n[[tasks]]\nprotocol = "magnitude_estimation"\n'
+    both = short("ratio_to_standard", ("\n[[tasks]]", texture), ("\n[masking", f"{task}\n[masking"))
+    made = [each for each in main_trials(plan(both)) if each.trial.task == "ratiotostandard"]
+    assert {each.surface.label for each in made} == {"S0", "S1", "S2", "S3", "S4"}
+
+
 def test_felt_in_each_trial_the_standard_is_its_first_interval(plan):
     shown = main_trials(plan(study_text("ratio_to_standard")))
     pairs = list(zip(shown[::2], shown[1::2], strict=True))
@@ -118,7 +131,7 @@ def test_each_number_is_produced_from_low_as_often_as_from_high(plan):
     turned = [step for step in main_trials(made) if step.interval == 2]
     found = Counter((t.trial.factors["number"], t.trial.factors["began"]) for t in turned
                     if not t.trial.factors["catch"])  # fmt: skip
-    assert found == {(n, b): 2 for n in (5.0, 10.0, 15.0, 20.0) for b in ("low", "high")}
+    assert found == {(n, b): 2 for n in (7.0, 10.0, 14.0, 20.0) for b in ("low", "high")}
     for step in turned:
         start = step.surface.amplitude_um_pp
         low = step.trial.factors["began"] == "low"
@@ -160,10 +173,10 @@ def test_all_that_can_be_turned_to_is_known_beforehand(plan):
             ("standard_every_trials = 1", "standard_every_trials = 0"),
             "equal to 1",
         ),
-        ("magnitude_production", ("numbers = [5.0, 10.0, 15.0, 20.0]", ""), "numbers"),
-        ("magnitude_production", ("[5.0, 10.0, 15.0, 20.0]", "[5.0]"), "at least 2"),
-        ("magnitude_production", ("[5.0, 10.0, 15.0, 20.0]", "[5.0, 5.0]"), "all different"),
-        ("magnitude_production", ("[5.0, 10.0, 15.0, 20.0]", "[0.0, 5.0]"), "greater than 0"),
+        ("magnitude_production", ("numbers = [7.0, 10.0, 14.0, 20.0]", ""), "numbers"),
+        ("magnitude_production", ("[7.0, 10.0, 14.0, 20.0]", "[5.0]"), "at least 2"),
+        ("magnitude_production", ("[7.0, 10.0, 14.0, 20.0]", "[5.0, 5.0]"), "all different"),
+        ("magnitude_production", ("[7.0, 10.0, 14.0, 20.0]", "[0.0, 5.0]"), "greater than 0"),
         ("magnitude_production", ("standard_um_pp = 0.8", "standard_um_pp = 0.1"), "between lowe"),
         ("magnitude_production", ("highest_um_pp = 2.3", "highest_um_pp = 3.1"), "3.1 is beyond"),
         ("magnitude_production", ("step_um_pp = 0.05", "step_um_pp = 1.2"), "at most half"),

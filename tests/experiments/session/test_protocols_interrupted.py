@@ -64,7 +64,7 @@ SHORT = {
         "standard_every_trials = 1": "standard_every_trials = 2",
     },
     "magnitude_production": {
-        "[5.0, 10.0, 15.0, 20.0]": "[5.0, 15.0]",
+        "[7.0, 10.0, 14.0, 20.0]": "[7.0, 14.0]",
         "repetitions = 2": "repetitions = 1",
         "step_um_pp = 0.05": "step_um_pp = 0.3",
         "catch_trials = 1": "catch_trials = 0",

@@ -1,0 +1,163 @@
+"""Studies on a line, against a standard and of production: from a pilot to tables and report."""
+
+import json
+from dataclasses import replace
+
+import pandas as pd
+import pytest
+
+from analysis.pipeline import analyse
+from analysis.reading.load import load
+from analysis.reporting.files import write_analysis
+from analysis.statistics.not_computed import NotComputed
+from experiments.running.pilot import pilot_plans, run_pilot
+
+STUDY = """
+name = "modes"
+title = "Modes"
+language = "en"
+seed = 5
+participants = 3
+amplitudes_um_pp = [0.5, 1.2, 2.0]
+
+[[textures]]
+name = "ridges"
+spatial_period_mm = 5.0
+mean_um_pp = 1.0
+depth_um_pp = 0.5
+finger_speed_mm_s = 50.0
+
+[[tasks]]
+protocol = "visual_analogue_scale"
+label = "line"
+repetitions = 2
+practice = 1
+catch_trials = 1
+resolution = 5.0
+key_step = 5.0
+
+[[tasks]]
+protocol = "ratio_to_standard"
+label = "ratios"
+standard_um_pp = 1.0
+standard_every_trials = 2
+repetitions = 1
+practice = 0
+catch_trials = 1
+
+[[tasks]]
+protocol = "magnitude_production"
+label = "made"
+standard_um_pp = 0.8
+numbers = [7.0, 14.0]
+repetitions = 1
+practice = 0
+step_um_pp = 0.2
+catch_trials = 1
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    where = tmp_path_factory.mktemp("modes")
+    study = where / "study.toml"
+    study.write_text(STUDY, encoding="utf-8")
+    plans = pilot_plans(str(study), participants=None, seed=None, language=None)
+    run_pilot(where / "data", plans, tell=lambda _: None)
+    return where / "data"
+
+
+@pytest.fixture(scope="module")
+def analysis(folder):
+    return analyse(folder)
+
+
+def table(folder, task, participant="01"):
+    path = folder / f"sub-{participant}/beh/sub-{participant}_task-{task}_run-01_beh.tsv"
+    rows = pd.read_csv(path, sep="\t", na_values="n/a")
+    return rows[rows["phase"] == "main"]
+
+
+def test_main_trials_are_read_as_the_tables_have_them(folder):
+    data = load(folder)
+    for rows, task, column in (
+        (data.ratings, "line", "rating"),
+        (data.ratios, "ratios", "ratio"),
+        (data.productions, "made", "produced_um_pp"),
+    ):
+        written = table(folder, task)
+        own = rows[rows["participant_id"] == "sub-01"]
+        assert own[column].tolist() == written[column].tolist()
+        assert own["catch"].tolist() == written["catch"].tolist()
+        assert own["catch"].sum() == 1
+    assert set(data.ratings["surface"]) == {"0", "0.5", "1.2", "2", "ridges"}
+    assert (data.ratings["rating"] % 5 == 0).all()
+    texture = data.ratings["surface"] == "ridges"
+    assert data.ratings["amplitude_um_pp"].isna().tolist() == texture.tolist()
+    assert not len(data.estimates)
+    assert data.people == {"sub-01", "sub-02", "sub-03"}
+
+
+def test_rows_left_out_are_counted(folder):
+    counts = load(folder).counts
+    for kind, practice in (("rating", 12), ("ratio", 0), ("production", 0)):
+        assert counts[f"{kind}_practice"] == practice
+        left_out = sum(counts[f"{kind}_{name}"] for name in ("practice", "voided", "unanswered"))
+        assert counts[f"{kind}_rows"] == counts[f"{kind}_analysed"] + left_out
+
+
+def test_each_task_is_in_every_output(analysis, tmp_path):
+    page = write_analysis(analysis, tmp_path).read_text(encoding="utf-8")
+    written = json.loads((tmp_path / "inference.json").read_text(encoding="utf-8"))
+    assert [task["task"] for task in written["ratings"]] == ["line"]
+    assert written["ratings"][0]["resolution"] == 5
+    assert written["ratios"][0]["standard_um_pp"] == 1.0
+    assert written["productions"][0]["both"]["counterpart"] == "ratio judgements"
+    for name in ("ratings", "ratios", "productions"):
+        rows = pd.read_csv(tmp_path / f"{name}.csv")
+        part = {"ratings": "surfaces", "ratios": "surfaces", "productions": "numbers"}[name]
+        assert len(rows) == len(written[name][0][part])
+    for figure in ("ratings_line", "ratios_ratios", "productions_made"):
+        assert (tmp_path / f"{figure}.svg").exists()
+        assert (tmp_path / f"{figure}.png").exists()
+    for said in (
+        "Visual analogue scale (line), 24 ratings of 3 participants",
+        "allow neither ratios nor an exponent",
+        "Ratio judgements against 1 µm (ratios), 9 judgements of 3 participants",
+        "Magnitude production (made), 12 productions of 3 participants",
+        "Of the 3 who did both, the exponent of production",
+    ):
+        assert said in page.replace("\N{NO-BREAK SPACE}", " ")
+
+
+def test_a_test_that_the_study_did_not_choose_is_not_made(folder):
+    data = load(folder)
+    few = data.choices.model_copy(update={"tests": ("ratios",)})
+    found = analyse(replace(data, choices=few)).inference
+    assert isinstance(found.ratings, NotComputed)
+    assert isinstance(found.productions, NotComputed)
+    assert not isinstance(found.ratios, NotComputed)
+
+
+BAD = {
+    "above the line": ("line", "rating", "120", "ratings are above 100, the right end of the line"),
+    "below the line": ("line", "rating", "-3", "'-3' where a number of 0 or more"),
+    "no ratio": ("ratios", "ratio", "0", "1 ratios are 0, which is no ratio"),
+    "no amplitude": ("made", "produced_um_pp", "0", "1 productions are 0, which is no ratio"),
+    "no number": ("made", "produced_um_pp", "much", "'much' where a number was expected"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_an_answer_that_cannot_be_is_named_and_left_out(folder, tmp_path, case):
+    task, column, value, said = BAD[case]
+    target = tmp_path / "sub-01" / "beh"
+    target.mkdir(parents=True)
+    name = f"sub-01_task-{task}_run-01_beh.tsv"
+    rows = pd.read_csv(folder / "sub-01" / "beh" / name, sep="\t", dtype=str, na_filter=False)
+    rows.loc[rows.index[-1], column] = value
+    rows.to_csv(target / name, sep="\t", index=False)
+    data = load(tmp_path)
+    assert any(said in problem for problem in data.problems)
+    (kept,) = (len(each) for each in (data.ratings, data.ratios, data.productions) if len(each))
+    assert kept == (rows["phase"] == "main").sum() - 1
