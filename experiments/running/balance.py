@@ -11,19 +11,19 @@ from experiments.protocols.williams import williams_group, williams_square
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from experiments.protocols.magnitude_estimation import MagnitudeEstimation
+    from experiments.protocols.rated_surfaces import RatedOptions
 
 NAMED = 8  # more transitions than that are counted, not named
 
 
 def order_balance(
-    options: MagnitudeEstimation, surfaces: Sequence[str], runs: Sequence[Sequence[Sequence[str]]]
+    options: RatedOptions, surfaces: Sequence[str], runs: Sequence[Sequence[Sequence[str]]]
 ) -> str:
     """Return one sentence on how often each surface follows each other one.
 
     Parameters
     ----------
-    options : MagnitudeEstimation
+    options : RatedOptions
         The task's.
     surfaces : sequence of str
         All surfaces, as they are to be named.

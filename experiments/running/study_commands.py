@@ -15,6 +15,7 @@ import tomlkit
 from experiments.dataset.bids import write_file
 from experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from experiments.protocols.steps import Present
+from experiments.protocols.visual_analogue_scale import VisualAnalogueScale
 from experiments.running.balance import order_balance, task_balance
 from experiments.running.dry_run import dry_run
 from experiments.study.analysis_choices import RETIRED
@@ -198,8 +199,8 @@ def balance(name: str, study: Study, text: str) -> list[str]:
     if len(plans) < runs_in_all:
         said.append(f"the first {len(plans)} of {runs_in_all} runs:")
     for protocol, options in plans[0].tasks():
-        # The one protocol that knows rules of order; a descending series has none to balance.
-        if isinstance(options, MagnitudeEstimation):
+        # Where surfaces are rated one by one there is an order to balance; a series has none.
+        if isinstance(options, MagnitudeEstimation | VisualAnalogueScale):
             surfaces = [_name(surface) for surface in plans[0].context().surfaces]
             runs = [_main_blocks(plan, protocol.task) for plan in plans]
             said.append(f"{protocol.task}, {order_balance(options, surfaces, runs)}")
@@ -228,7 +229,7 @@ def _main_blocks(plan: RunPlan, task: str) -> list[list[str]]:
     """Return a task's blocks of main trials, as the names of their surfaces."""
     found: dict[object, list[str]] = {}
     for trial, surface in presented(plan):
-        if trial.task == task and trial.phase == "main":
+        if trial.task == task and trial.phase == "main" and not trial.factors.get("catch"):
             found.setdefault(trial.factors["block"], []).append(_name(surface))
     return list(found.values())
 

@@ -3,6 +3,7 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -10,6 +11,7 @@ from analysis.pipeline import analyse
 from analysis.reading.load import load
 from analysis.reporting.files import write_analysis
 from analysis.statistics.not_computed import NotComputed
+from experiments.participants.population import Population, curves
 from experiments.running.pilot import pilot_plans, run_pilot
 
 STUDY = """
@@ -65,6 +67,32 @@ def folder(tmp_path_factory):
     plans = pilot_plans(str(study), participants=None, seed=None, language=None)
     run_pilot(where / "data", plans, tell=lambda _: None)
     return where / "data"
+
+
+ALIKE = Population(
+    sd_sensation=(0.4,) * 4, noise_sigma=0.0, line_shift_sd=0.0, line_stretch_sigma=0.0
+)
+
+
+def test_people_who_feel_alike_are_found_as_they_feel(tmp_path):
+    """Their one curve is the population's mean: what each task should find is read from it."""
+    study = tmp_path / "study.toml"
+    study.write_text(STUDY.replace("step_um_pp = 0.2", "step_um_pp = 0.02"), encoding="utf-8")
+    plans = pilot_plans(str(study), participants=None, seed=None, language=None, population=ALIKE)
+    run_pilot(tmp_path / "data", plans, tell=lambda _: None)
+    felt = curves(ALIKE).mean
+    found = analyse(tmp_path / "data").inference
+    (rated,), (judged,), (made,) = found.ratings, found.ratios, found.productions
+    for each in rated.surfaces[:3]:
+        assert each.mean == pytest.approx(felt(float(each.surface)), abs=2.5)  # places of 5
+    for each in judged.surfaces:
+        assert each.ratio == pytest.approx(felt(each.comparison_um_pp) / felt(1.0), rel=0.05)
+    assert judged.catch_ratio == pytest.approx(1.0, rel=0.03)
+    plain = [each.comparison_um_pp for each in judged.surfaces]
+    expected = np.polyfit(np.log(plain), np.log([felt(each) for each in plain]), 1)[0]
+    assert judged.power_law.exponent == pytest.approx(expected, abs=0.04)
+    for each in made.numbers:
+        assert felt(each.amplitude_um_pp) == pytest.approx(each.number / 10 * felt(0.8), rel=0.04)
 
 
 @pytest.fixture(scope="module")

@@ -60,6 +60,17 @@ def test_unequal_transitions_are_named():
     )
 
 
+def test_catch_trials_on_a_line_do_not_count_for_the_balance_of_its_order(tmp_path):
+    path = tmp_path / "line.toml"
+    line = STUDY.format(participants=20, rule="williams", keys="").replace(
+        'protocol = "magnitude_estimation"', 'protocol = "visual_analogue_scale"\ncatch_trials = 3'
+    )
+    path.write_text(line)
+    said = validate(str(path))
+    assert "visualanalogue, williams: 20 blocks of 20 runs are balanced" in said
+    assert "each surface follows each other one 4 times" in said
+
+
 def test_rules_that_draw_each_order_by_itself_are_balanced_on_average(study):
     assert "blocked: each order is drawn by itself, balanced on average" in validate(
         study(rule="blocked")
