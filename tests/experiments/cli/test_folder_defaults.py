@@ -37,6 +37,8 @@ TAKES = {
     "power": ([], STUDY),
     "study show": ([], STUDY),
     "study validate": ([], STUDY),
+    "study freeze": (["--out", "plan"], STUDY),
+    "study texts": (["--language", "de", "--out", "texts.de.toml"], STUDY),
     "plate watch": ([], "gone-too.toml"),
     "plate conform": ([], PORT),
     "plate calibrate": (["--by", "me", "--instrument", "a vibrometer"], PORT),
