@@ -6,7 +6,6 @@ two differences is larger, as a probit model of scale values, the first of which
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +20,10 @@ Array = npt.NDArray[np.float64]
 
 #: A difference so many times the noise would never be misjudged: the data set no limit to it.
 LARGEST = 30.0
+#: Fisher scoring ends by a step as small as this, or after so many.
+PRECISION, ITERATIONS = 1e-10, 50
+#: How far from certain a judgement is kept: beyond, its variance is rounding.
+EDGE = 1e-12
 #: Simulated data sets without a scale, of all, that an interval still stands for.
 MOST_FAILED = 0.05
 
@@ -105,12 +108,11 @@ def difference_scale(
     if isinstance(found, NotComputed):
         return found
     scale, share = found
-    rng = np.random.default_rng(seed)
-    again = [
-        _fit(same, rng.binomial(trials.astype(int), share).astype(float), trials)
-        for _ in range(simulations)
-    ]
-    there = np.array([one[0] for one in again if not isinstance(one, NotComputed)])
+    drawn = np.random.default_rng(seed).binomial(
+        trials.astype(int), share, size=(simulations, len(trials))
+    )
+    again = _likeliest(same, drawn.astype(float), trials)
+    there = again[_why_no_scale(again) == ""]
     if len(there) < (1 - MOST_FAILED) * simulations:
         return NotComputed(
             f"{simulations - len(there)} of {simulations} simulated data sets have no scale: "
@@ -136,24 +138,59 @@ def _design(surfaces: npt.NDArray[np.int64], count: int) -> Array:
 
 def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotComputed:
     """Return scale values in units of the noise, and each trial's probability."""
-    import statsmodels.api as sm  # noqa: PLC0415 - a second's import
-    from statsmodels.tools.sm_exceptions import PerfectSeparationWarning  # noqa: PLC0415
+    from scipy.special import ndtr  # noqa: PLC0415
 
     if np.linalg.matrix_rank(design) < design.shape[1]:
         return NotComputed("the differences compared do not tie all surfaces to one scale")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PerfectSeparationWarning)
-        found = sm.GLM(
-            np.stack([yes, trials - yes], axis=1),
-            design,
-            family=sm.families.Binomial(sm.families.links.Probit()),
-        ).fit(maxiter=50)
-    values = np.append(0.0, np.asarray(found.params, float))
-    if not found.converged or np.abs(values).max() > LARGEST:
-        return NotComputed("answers without errors: the noise has no lower limit")
-    if values[-1] <= 0:
-        return NotComputed("the strongest surface seems no stronger than the weakest")
-    return values, np.asarray(found.fittedvalues, float)
+    values = _likeliest(design, yes[None], trials)
+    if why := str(_why_no_scale(values)[0]):
+        return NotComputed(why)
+    return values[0], np.asarray(ndtr(design @ values[0, 1:]))
+
+
+def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
+    """Return each data set's scale values, shape (sets, surfaces): a probit model, all at once.
+
+    Fisher scoring; the likelihood has one peak, or none: then values grow past `LARGEST`.
+
+    Parameters
+    ----------
+    design : array, shape (kinds of trial, surfaces - 1)
+    yes : array, shape (sets, kinds of trial)
+    trials : array, shape (kinds of trial,)
+    """
+    from scipy.special import ndtr  # noqa: PLC0415
+
+    values = np.zeros((len(yes), design.shape[1]))
+    going = np.arange(len(yes))
+    for _ in range(ITERATIONS):
+        z = values[going] @ design.T
+        p = np.clip(ndtr(z), EDGE, 1 - EDGE)
+        density = np.exp(-(z**2) / 2) / np.sqrt(2 * np.pi)
+        weight = density / (p * (1 - p))
+        score = ((yes[going] - trials * p) * weight) @ design
+        information = np.einsum("sk,kp,kq->spq", trials * density * weight, design, design)
+        information[:, range(design.shape[1]), range(design.shape[1])] += EDGE
+        step = np.linalg.solve(information, score[:, :, None])[:, :, 0]
+        values[going] += step
+        most = np.abs(values[going]).max(axis=1)
+        going = going[(np.abs(step).max(axis=1) > PRECISION) & (most <= LARGEST)]
+        if not len(going):
+            break
+    values[going] = np.inf  # it did not come to an end
+    return np.concatenate([np.zeros((len(yes), 1)), values], axis=1)
+
+
+def _why_no_scale(values: Array) -> npt.NDArray[np.str_]:
+    """Say of each data set's values why they are no scale; nothing of those that are."""
+    return np.select(
+        [~(np.abs(values).max(axis=1) <= LARGEST), values[:, -1] <= 0],
+        [
+            "answers without errors: the noise has no lower limit",
+            "the strongest surface seems no stronger than the weakest",
+        ],
+        "",
+    )
 
 
 def _result(

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import statsmodels.api as sm
 
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.scaling.difference_scaling import difference_scale, triads_as_quadruples
@@ -113,11 +114,27 @@ def test_answers_without_a_scale_get_the_reason():
     )
 
 
+def test_the_scale_is_that_of_a_probit_model():
+    values = np.array([0.0, 0.2, 0.5, 0.7, 1.0])
+    quadruples = all_quadruples(5, 6)
+    larger = judged(quadruples, values, 0.3, np.random.default_rng(4))
+    found = difference_scale(quadruples, larger, simulations=40)
+    design = np.zeros((len(quadruples), 5))
+    for column, weight in enumerate((1, -1, -1, 1)):
+        np.add.at(design, (np.arange(len(quadruples)), quadruples[:, column]), weight)
+    probit = sm.families.links.Probit()
+    fitted = sm.GLM(larger.astype(float), design[:, 1:], sm.families.Binomial(probit)).fit(
+        tol=1e-13
+    )
+    assert found.noise == pytest.approx(1 / fitted.params[-1], rel=1e-6)
+    assert found.values[1:] == pytest.approx(fitted.params / fitted.params[-1], rel=1e-6)
+
+
 def test_too_few_answers_for_a_bootstrap_say_so():
     quadruples = all_quadruples(4, 1)
-    # One judgement against all others: a scale exists, but most simulations make no error.
+    # Two judgements against all others: a scale exists, but many simulations make no error.
     answers = judged(quadruples, np.array([0, 0.15, 0.4, 1.0]), 0.0, np.random.default_rng(1))
-    answers[0] = not answers[0]
+    answers[:2] = ~answers[:2]
     found = difference_scale(quadruples, answers, simulations=60)
     assert "simulated data sets have no scale" in found.reason
 
