@@ -27,6 +27,7 @@ from experiments.protocols.steps import (
     Feedback,
     Instruct,
     NumberQuestion,
+    Reply,
     Rest,
     TextQuestion,
     WholeNumberQuestion,
@@ -35,9 +36,14 @@ from experiments.protocols.steps import (
 from experiments.running.dry_run import dry_run
 from experiments.running.pilot import pilot_plans
 from experiments.study.file import read_study, shipped_studies
+from experiments.study.headphone_test import HeadphoneTest
+from experiments.study.questionnaires import Item, Questionnaire
 from hardware.clock import SystemClock
+from stimuli.headphone_sounds import NoiseInEar
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from experiments.languages.texts import Texts
     from experiments.participants.psychopy_window.scene import Scene
     from experiments.participants.psychopy_window.screens import Screen
@@ -158,11 +164,62 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
         "spoken": screen_for(replace(number, by="operator", time_limit_s=20.0), texts),
         "touch-welcome": screen_for(pages["welcome"], touched),
     }
+    screens |= {
+        f"asked-{number:02d}-{type(step).__name__.lower()}": screen_for(step, texts)
+        for number, step in enumerate(asked_beside(language, texts), start=1)
+    }
     return {name: screen.scene(3.4) for name, screen in screens.items()} | {
         "hold": scene.message(texts["session.hold"]),
         "release": scene.message(texts["window.release_keys"]),
         "focus": scene.message(texts["window.focus"]),
     }
+
+
+ASKED = Questionnaire(
+    name="habits",
+    description="Made up for pictures",
+    title={"en": "Your habits", "fr": "Vos habitudes"},
+    instructions={
+        "en": "How far do you agree with what follows?\n\nThere are no right or wrong answers.",
+        "fr": "Êtes-vous d'accord avec ce qui suit ?\n\nIl n'y a ni bonne ni mauvaise réponse.",
+    },
+    options={
+        "1": {"en": "not at all", "fr": "pas du tout d'accord"},
+        "2": {"en": "rather not", "fr": "plutôt pas d'accord"},
+        "3": {"en": "neither", "fr": "ni l'un ni l'autre"},
+        "4": {"en": "rather", "fr": "plutôt d'accord"},
+        "5": {"en": "fully", "fr": "tout à fait d'accord"},
+    },
+    items=(
+        Item(
+            name="h01",
+            prompt={
+                "en": "In a shop I touch things that I do not mean to buy.",
+                "fr": "Dans un magasin, je touche des objets que je ne veux pas acheter.",
+            },
+        ),
+    ),
+)
+
+
+def asked_beside(language: str, texts: Texts) -> Iterator[Instruct | Ask | Feedback]:
+    """Yield what is asked beside trials: a questionnaire, and the headphone test once failed."""
+    noise = NoiseInEar(ear="both", level_db=-20.0, seed=1)
+    test = HeadphoneTest(trials=1, needed=1)
+    plan = pilot_plans("biet2007", participants=1, seed=None, language=language)[0]
+    answer = Reply(value="left")
+    for steps in (ASKED.steps(language, texts), test.steps(plan.context(), texts, noise)):
+        step = next(steps)
+        while True:
+            if isinstance(step, Ask) and step.played:
+                yield Feedback(text=step.played.text, duration_s=10.0)
+            if isinstance(step, Instruct | Ask):
+                yield step
+            decided = isinstance(step, Ask) and step.by == "operator"
+            try:
+                step = steps.send(Reply(value="go_on") if decided else answer)
+            except StopIteration:
+                break
 
 
 def of_studies(language: str) -> dict[str, Scene]:

@@ -242,7 +242,7 @@ class Listening(Waiting):
         return (
             Text(content=self._prompt, y=0.28, size=0.06, width=1.2, height=0.17),
             Text(content=self._texts["window.say_number"], y=0.02, size=0.06, colour="accent"),
-            *remaining(self._maximum_s, elapsed_s, self._texts, y=0.415),
+            *remaining(self._maximum_s, elapsed_s, self._texts, y=0.43),
         )
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:  # noqa: ARG002
@@ -303,7 +303,7 @@ class Asking(Unmoved):
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question, what has been typed, and what was wrong with the last entry."""
         prompt = Text(content=self._prompt, y=0.28, size=0.06, width=1.2, height=0.17)
-        left = remaining(self._limit_s, elapsed_s, self._texts, y=0.415)
+        left = remaining(self._limit_s, elapsed_s, self._texts, y=0.43)
         return (prompt, *self._body(), *self._foot(), *left)
 
     def _foot(self) -> Scene:
@@ -381,7 +381,7 @@ class Asking(Unmoved):
 
     def _choice(self) -> Scene:
         meanings = tuple(words for _, words in self._options)
-        return scene.key_list(meanings, top=0.2, height=0.46, touch=self._touch)
+        return scene.key_list(meanings, top=0.17, height=0.43, touch=self._touch)
 
     def _list(self) -> Scene:
         words = tuple(words for _, words in self._options)
