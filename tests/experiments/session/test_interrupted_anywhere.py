@@ -69,22 +69,14 @@ minimum = 18
 maximum = 99
 
 [[questionnaires]]
-name = "habits"
-description = "Made up"
-instructions = "How much do you agree?"
-options = ["not at all", "fully"]
-items = [{ name = "h01", prompt = "I like to touch." }, { name = "h02", prompt = "I hurry." }]
-
-[[questionnaires]]
 name = "effort"
 description = "Made up"
 when = "after"
 options = ["1", "2", "3", "4", "5", "6", "7", "8", "9", "10"]
 items = [{ name = "e01", prompt = "How hard was it?" }]
 
-[headphone_test]
-trials = 2
-needed = 1
+[keys]
+numbers = "spoken"
 
 [masking_noise]
 level_db = -30.0
@@ -160,7 +152,8 @@ def rows(laboratory, plan, leave_out=()):
         ]
         for protocol, _ in plan.tasks()
     }
-    return tables, gathered.person
+    asked = {task: dict(given) for task, given in gathered.run_answers.items()}
+    return tables, {**gathered.person, **asked}
 
 
 @pytest.fixture(params=["01", "02"], ids=["first order", "other order"])
@@ -176,6 +169,7 @@ def test_the_study_has_what_it_claims(laboratory, sit_down, everything):
     assert person["handedness"] in ("left", "right")
     assert person["informed_consent"] == "yes"
     assert 18 <= person["age_years"] <= 99
+    assert person["effort"]["e01"] in {str(number) for number in range(1, 11)}
     assert any("timed_out" in (row["flag"] or "") for row in trials)
     assert any(row["repeats"] for row in trials)
     estimates = tables["magnitudeestimation"]
