@@ -46,13 +46,19 @@ def _rows(table: pd.DataFrame, session: str) -> pd.DataFrame:
 
 
 def pooled(data: Dataset) -> list[str]:
-    """Say so where a participant's sessions are taken together."""
+    """Say so where a participant's sessions are taken together, and where they are compared."""
     known = sessions_of(data)
     if len(known) < 2:  # noqa: PLR2004 - several
         return []
+    chosen = data.choices.tests
+    compared = (
+        "What differs between sessions stands under “Sessions”"
+        if chosen is None or "sessions" in chosen
+        else "The study file does not choose the test “sessions”: a change from one to the next "
+        "stays unseen"
+    )
     sentence = (
         f"Sessions {', '.join(known)} are taken together: each participant's mean is over all of "
-        "theirs, and a change from one to the next stays unseen. To compare them, analyse each by "
-        f"itself: --in-session {known[0]}."
+        f"theirs. {compared}. One by itself: --in-session {known[0]}."
     )
     return [sentence]

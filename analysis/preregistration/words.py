@@ -38,6 +38,8 @@ TESTS: Mapping[str, str] = {
     "bayesian_growth": "hierarchical Bayesian power function",
     "order": "drift over a session, and carry-over from the surface before",
     "reliability": "reliability of repeated estimates",
+    "sessions": "sessions: analysis of variance with session as a factor, changes, test-retest "
+    "agreement",
     "groups": "comparison of groups of participants",
     "difference": "descending difference: shares of “yes”, d′, curves, verbal reports",
     "thresholds": "thresholds of forced choice",

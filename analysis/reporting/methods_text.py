@@ -42,6 +42,11 @@ TESTS = {
     "pairwise": "Whether two amplitudes were equal was tested by two one-sided tests of the ratio "
     "of geometric means [[schuirmann1987]], with bounds of {bounds}, and by a Bayes factor with a "
     "Cauchy prior of scale 0.707 [[rouder2009]].",
+    "sessions": "Sessions were compared by an analysis of variance of mean log estimates with "
+    "session and amplitude within participants, Greenhouse and Geisser's correction "
+    "[[greenhouse1959]], and by each participant's change from the first session, with Holm's "
+    "correction over all changes [[holm1979]]; agreement between sessions is the intraclass "
+    "correlation ICC(A,1) [[mcgraw1996]].",
     "power_law": "Exponents are the means of participants' slopes of log estimates on log "
     "amplitude [[stevens1957]], with Student's intervals over participants.",
 }

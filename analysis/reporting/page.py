@@ -16,6 +16,7 @@ from analysis.reporting import (
     apa_groups,
     apa_magnitude_modes,
     apa_scales,
+    apa_sessions,
     apa_thresholds,
     html,
 )
@@ -34,6 +35,7 @@ from analysis.reporting.sections.own import own_sections
 from analysis.reporting.sections.plan import plan
 from analysis.reporting.sections.quality import quality
 from analysis.reporting.sections.scales import matching, scales
+from analysis.reporting.sections.sessions import sessions
 from analysis.reporting.sections.summary import summary
 from analysis.reporting.sections.thresholds import thresholds
 from experiments.dataset.schema import PARTICIPANT
@@ -152,6 +154,7 @@ def sections(
         results(analysis),
         estimates(analysis),
         comparisons(analysis),
+        sessions(analysis),
         groups(analysis),
         growth(analysis, svgs),
         measured_friction(analysis, svgs),
@@ -181,6 +184,9 @@ def results(analysis: Analysis) -> html.ReportSection:
         asked = (analysis.inference, choices.primary, choices.confidence)
         texts_of["Primary analysis"] = apa.primary_sentences(*asked)
         texts_of["Secondary analyses"] = apa.secondary_sentences(*asked)
+    texts_of["Sessions"] = apa_sessions.session_sentences(
+        analysis.inference.sessions, choices.confidence
+    )
     texts_of["Groups"] = apa_groups.group_sentences(analysis.inference.groups, choices.confidence)
     texts_of["Descending difference"] = apa_difference.difference_sentences(
         analysis.inference.difference,

@@ -89,6 +89,15 @@ REFERENCES: dict[str, Reference] = {
         volume="24",
         pages="95-112",
     ),
+    "mcgraw1996": Reference(
+        cited="McGraw & Wong, 1996",
+        authors="McGraw, K. O. and Wong, S. P.",
+        year=1996,
+        title="Forming inferences about some intraclass correlation coefficients",
+        journal="Psychological Methods",
+        volume="1",
+        pages="30-46",
+    ),
     "olejnik2003": Reference(
         cited="Olejnik & Algina, 2003",
         authors="Olejnik, S. and Algina, J.",

@@ -126,6 +126,19 @@ def _mixed(found: GroupComparison) -> list[float]:
     return [] if isinstance(anova, NotComputed) else [anova.group.p, anova.interaction.p]
 
 
+def _sessions_anova(inference: Inference) -> list[float]:
+    found = inference.sessions
+    if isinstance(found, NotComputed) or isinstance(found.anova, NotComputed):
+        return []
+    return [found.anova.session.p, found.anova.interaction.p]
+
+
+def _session_changes(inference: Inference) -> list[float]:
+    found = inference.sessions
+    measures = () if isinstance(found, NotComputed) else found.measures
+    return _slopes(*(each.change for measure in measures for each in measure.changes))
+
+
 #: Family: its name, the primary analysis it belongs to, whether Holm's correction is over it, and
 #: its uncorrected p. The mixed model, exponents, growth functions, reliability, shares and d' are
 #: estimates with intervals: nothing is tested there.
@@ -162,6 +175,8 @@ FAMILIES: tuple[tuple[str, Primary | None, bool, Callable[[Inference], Sequence[
         ),
     ),
     ("order and carry-over", None, False, _order),
+    ("sessions, analysis of variance", None, False, _sessions_anova),
+    ("changes from the first session", None, True, _session_changes),
     ("groups, Welch's tests", None, False, lambda found: _of_groups(found, _welch)),
     ("pairs of groups, Welch's t", None, True, lambda found: _of_groups(found, _group_pairs)),
     ("groups, mixed analysis of variance", None, False, lambda found: _of_groups(found, _mixed)),

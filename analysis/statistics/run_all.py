@@ -27,6 +27,7 @@ from analysis.statistics.ratings import ratings
 from analysis.statistics.ratio_judgements import log_cells, ratios
 from analysis.statistics.reliability import reliability
 from analysis.statistics.scaling.task_scales import scales
+from analysis.statistics.session_effects import session_effects
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from analysis.statistics.ratio_judgements import TaskRatios
     from analysis.statistics.reliability import Reliability
     from analysis.statistics.scaling.task_scales import TaskScale
+    from analysis.statistics.session_effects import SessionEffects
     from experiments.study.analysis_choices import SdConvention, Test, ZeroRule
 
 T = TypeVar("T")
@@ -96,6 +98,7 @@ class Inference:
     bayesian_growth: BayesianGrowth | NotComputed
     order: OrderEffects | NotComputed
     reliability: Reliability | NotComputed
+    sessions: SessionEffects | NotComputed
     groups: GroupComparison | NotComputed
     normalisation: NormalisationUsed
     difference: DescendingDifference | NotComputed
@@ -153,6 +156,9 @@ def conclude(
         else NotComputed("not asked for (--bayesian)"),
         order=run("order", order_effects),
         reliability=run("reliability", reliability),
+        sessions=NotComputed("not chosen in the study file")
+        if chosen is not None and "sessions" not in chosen
+        else session_effects(data, prepared),
         groups=run("groups", partial(compare_groups, group_of=membership(data))),
         normalisation=NormalisationUsed(
             rule=rule,

@@ -46,6 +46,7 @@ Test = Literal[
     "mixed_model",
     "order",
     "reliability",
+    "sessions",
     "groups",
     "difference",
     "thresholds",

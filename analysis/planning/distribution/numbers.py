@@ -23,7 +23,7 @@ TABLE3 = "table3"
 #: Keys that tell which of a list's elements one is; their values make its name.
 IDENTIFIERS = (
     *("task", "from_um_pp", "to_um_pp", "reference_um_pp", "removed_um_pp", "standard_um_pp"),
-    "surface",
+    *("surface", "name", "session"),
 )
 #: Keys whose values are people's, counts of words, or settings.
 LEFT_OUT = (

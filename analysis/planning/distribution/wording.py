@@ -22,8 +22,10 @@ CONCLUSIONS = {
     r"growth\.friction\.exponent\.p": "the exponent against relative friction differs from 0",
     r"order\.position\.p": "estimates drift over a session",
     r"order\.carry_over\.p": "estimates depend on the surface before",
-    r"sessions\.main_effect\.p": "sessions differ",
-    r"sessions\.interaction\.p": "sessions differ by amplitude",
+    r"sessions\.anova\.session\.p": "sessions differ (analysis of variance)",
+    r"sessions\.anova\.amplitude\.p": "amplitudes differ (analysis of variance with sessions)",
+    r"sessions\.anova\.interaction\.p": "sessions differ by amplitude (interaction)",
+    r"sessions\.measures\.(.+)\.changes\.(.+)\.p_holm": "{0}: session {1} differs from the first",
     r"difference\.finding\.all_felt_a_difference": "everybody felt a difference at least once",
     r"difference\.finding\.all_said_less_slippery": "everybody said “less slippery”",
     r"difference\.psychometric\.p": "“yes” depends on what was removed",
@@ -44,7 +46,7 @@ HEADLINES = {
     r"scales\.(.+)\.differences\.values\.(.+)": "{0}: scale value of {1}",
     r"scales\.(.+)\.bradley_terry\.values\.(.+)": "{0}: Bradley-Terry value of {1}",
     r"scales\.(.+)\.thurstone\.values\.(.+)": "{0}: Thurstone value of {1}",
-    r"sessions\.agreement\.(.+)\.value": "{0} between sessions",
+    r"sessions\.measures\.(.+)\.agreement\.value": "{0}: ICC(A,1) between sessions",
 }
 
 

@@ -30,6 +30,7 @@ TEST_TITLES = {
     "growth": "Growth functions",
     "order": "Order and carry-over",
     "reliability": "Test-retest reliability",
+    "sessions": "Sessions",
     "groups": "Groups of participants",
 }
 
