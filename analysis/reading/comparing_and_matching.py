@@ -27,7 +27,10 @@ COMPARED = (*STIMULI[:2], "response")
 MATCHED = ("matched_um_pp", "direction")
 REFERENCE = f"{INTERVAL}1_amplitude_um_pp"
 COMPARISONS = (*IDENTITY, "task", "trial", "catch", *STIMULI, "response")
-MATCHES = (*IDENTITY, "task", "trial", "direction", "reference_um_pp", "matched_um_pp")
+MATCHES = (
+    *(*IDENTITY, "task", "trial", "catch", "direction"),
+    *("reference_um_pp", "matched_um_pp", "felt_again"),
+)
 
 
 def empty_comparisons() -> pd.DataFrame:
@@ -76,7 +79,10 @@ def read_comparisons(
 def read_matches(
     entries: Entries, folder: Path, problems: Problems, counts: dict[str, int]
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Return the answered main trials of matching: columns `MATCHES`, amplitudes peak to peak."""
+    """Return the answered main trials of matching: columns `MATCHES`, amplitudes peak to peak.
+
+    ``felt_again`` is how often the reference was felt again, NaN in tables that do not tell.
+    """
     if not entries:
         return empty_matches(), []
     frame, sources = read_main_trials(
@@ -84,12 +90,14 @@ def read_matches(
         folder,
         kind="matching",
         required=(*MATCHED, REFERENCE),
-        columns=("trial", *MATCHED, REFERENCE),
+        columns=("trial", "catch", "felt_again", *MATCHED, REFERENCE),
         problems=problems,
         counts=counts,
     )
     frame["direction"] = labels(frame, "direction", "").astype(str)
-    frame["trial"] = numbers(frame, "trial", sources, problems) if "trial" in frame else np.nan
+    frame["catch"] = labels(frame, "catch", "false").astype(str).str.lower().isin(TRUE)
+    for name in ("trial", "felt_again"):
+        frame[name] = numbers(frame, name, sources, problems) if name in frame else np.nan
     frame["reference_um_pp"] = numbers(frame, REFERENCE, sources, problems, minimum=0.0)
     frame["matched_um_pp"] = numbers(frame, "matched_um_pp", sources, problems, minimum=0.0)
     answered = frame[["reference_um_pp", "matched_um_pp"]].notna().all(axis=1)

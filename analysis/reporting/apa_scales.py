@@ -94,4 +94,18 @@ def matching_sentences(
     """Return a sentence a reference."""
     if isinstance(found, NotComputed):
         return []
-    return [matching_answer(each, confidence) for each in found]
+    return [matching_answer(each, confidence) + _besides(each) for each in found]
+
+
+def _besides(found: MatchedReference) -> str:
+    """Return what catch trials and the reference felt again say, where there are any."""
+    said = ""
+    if found.felt_again:
+        said += f" The reference was felt again {number(found.felt_again)} times a match."
+    if found.catch_error_um_pp is not None:
+        trials = counted(found.catch_trials, "catch trial", "catch trials")
+        said += (
+            f" In {trials}, which began at the reference itself, the plate was left "
+            f"{number(found.catch_error_um_pp, 3)} µm from it in the mean."
+        )
+    return said

@@ -149,6 +149,9 @@ def matching_table(found: Sequence[MatchedReference]) -> pd.DataFrame:
             "variability_um_pp": each.variability_um_pp,
             "ascending_um_pp": each.ascending_um_pp,
             "descending_um_pp": each.descending_um_pp,
+            "felt_again": each.felt_again,
+            "catch_trials": each.catch_trials,
+            "catch_error_um_pp": each.catch_error_um_pp,
         }
         for name, tested in (("bias", each.bias_um_pp), ("direction", each.direction_um_pp)):
             if not isinstance(tested, NotComputed):

@@ -43,6 +43,12 @@ class MatchedReference:
         Mean matches from below and from above.
     direction_um_pp : MeanOverParticipants or NotComputed
         Match from above less match from below, participant by participant, against 0.
+    catch_trials : int
+        Trials that began at the reference itself; they count as no match.
+    catch_error_um_pp : float or None
+        How far they ended from it, mean of the absolute differences; None without one.
+    felt_again : float or None
+        How often the reference was felt again, mean over matches; None where the data do not say.
     """
 
     task: str
@@ -55,6 +61,9 @@ class MatchedReference:
     ascending_um_pp: float | None
     descending_um_pp: float | None
     direction_um_pp: MeanOverParticipants | NotComputed
+    catch_trials: int
+    catch_error_um_pp: float | None
+    felt_again: float | None
 
 
 def matching(
@@ -67,19 +76,20 @@ def matching(
     matches : DataFrame
         `analysis.reading.comparing_and_matching.read_matches`'s trials.
     """
-    if not len(matches):
+    if not len(matches) or matches["catch"].all():
         return NotComputed("no trials of matching")
     return tuple(
         _reference(str(task), reference, rows, confidence)
         for task, own in matches.groupby("task", sort=True)
-        for reference in sorted(own["reference_um_pp"].unique().tolist())
+        for reference in sorted(own.loc[~own["catch"], "reference_um_pp"].unique().tolist())
         for rows in [own[own["reference_um_pp"] == reference]]
     )
 
 
 def _reference(
-    task: str, reference: float, rows: pd.DataFrame, confidence: float
+    task: str, reference: float, every: pd.DataFrame, confidence: float
 ) -> MatchedReference:
+    caught, rows = every[every["catch"]], every[~every["catch"]]
     own = rows.groupby(PARTICIPANT, observed=True)["matched_um_pp"].mean()
     sides = rows.pivot_table(
         index=PARTICIPANT, columns="direction", values="matched_um_pp", observed=True
@@ -98,6 +108,9 @@ def _reference(
         ascending_um_pp=_mean(sides[ASCENDING]),
         descending_um_pp=_mean(sides[DESCENDING]),
         direction_um_pp=mean_over_participants(difference, confidence),
+        catch_trials=len(caught),
+        catch_error_um_pp=_mean((caught["matched_um_pp"] - reference).abs()),
+        felt_again=_mean(rows["felt_again"]),
     )
 
 

@@ -161,6 +161,7 @@ class _Ask(_Step):
 
 class _Adjust(_InInterval):
     name: str
+    again: tuple[_LeadIn, Any] | None = None
 
 
 # kind of record: what its data must hold
@@ -299,6 +300,8 @@ def _check_step(what: dict[str, Any]) -> None:
         _check_surface(what["surface"])
         for part in (what["lead_in"] or ())[:1]:
             _check_surface(part["surface"])
+    if what["type"] == "Adjust" and what.get("again") is not None:
+        _check_surface(what["again"][0]["surface"])
 
 
 def _check_surface(surface: dict[str, Any]) -> None:

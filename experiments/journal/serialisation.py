@@ -29,9 +29,9 @@ WORDS = ("text", "title", "question")
 def step_record(step: Step) -> dict[str, Any]:
     """Return a step as plain data, with its type, as it reads back from a journal.
 
-    A step outside intervals does not name one, and a question without a sound, whose answer the
-    participant enters, does not say so: their records are those of the versions without these,
-    whose journals are gone on with.
+    A step outside intervals does not name one, a question without a sound, whose answer the
+    participant enters, does not say so, nor does an `Adjust` what cannot be felt again: their
+    records are those of the versions without these, whose journals are gone on with.
     """
     record: dict[str, Any] = json.loads(json.dumps(asdict(step)))
     for part in (record, *(record.get("lead_in") or ())):
@@ -41,6 +41,8 @@ def step_record(step: Step) -> dict[str, Any]:
         del record["by"]
     if record.get("played", 0) is None:
         del record["played"]
+    if record.get("again", 0) is None:
+        del record["again"]
     return {"type": type(step).__name__, **record}
 
 

@@ -48,6 +48,7 @@ BANNER = Room("the strip at the top of a pilot's screens: one line", 90, 1)
 ROOMS: tuple[tuple[str, Room], ...] = (
     ("window.yes_key", LETTER_KEY),
     ("window.no_key", LETTER_KEY),
+    ("window.again_key", LETTER_KEY),
     ("window.go_on_key", KEY_NAME),
     ("window.key_*", KEY_NAME),
     ("window.go_on", KEY_NAME),
@@ -58,6 +59,7 @@ ROOMS: tuple[tuple[str, Room], ...] = (
     ("window.no", UNDER_KEY),
     ("window.turn_up", UNDER_KEY),
     ("window.turn_down", UNDER_KEY),
+    ("window.feel_again", UNDER_KEY),
     ("window.stop_yes", UNDER_KEY),
     ("window.stop_no", UNDER_KEY),
     ("window.stop", PROMPT),
@@ -77,6 +79,7 @@ ROOMS: tuple[tuple[str, Room], ...] = (
     ("headphones.tones", OPTIONS),
     ("headphones.again", PAGE),
     ("forced_choice.*", WORD),
+    ("matching.feel_again", PAGE),
     ("*title", TITLE),
     ("*instructions*", PAGE),
     ("*options", OPTIONS),

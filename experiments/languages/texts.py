@@ -22,7 +22,8 @@ from faults import UserError
 
 Texts = Mapping[str, str]
 ENGLISH = "en"
-SET_BY_KEYS = ("window.go_on_key", "window.touch")  # no words: what the study's [keys] say
+# No words: what the study's [keys] say.
+SET_BY_KEYS = ("window.go_on_key", "window.again_key", "window.touch")
 # A language's code, as in HTML and elsewhere (BCP 47): de, pt-BR, zh-Hant.
 CODE = re.compile(r"[a-z]{2,3}(-[A-Za-z0-9]{2,8})*")
 FEWEST_ANSWERS, NUMBER_KEYS = 2, 9  # of a choice: each answer is a number key

@@ -71,8 +71,12 @@ class Participant(Protocol):
             The participant asked to stop, and confirmed.
         """
 
-    def adjust(self, step: Adjust, turn: Turn, watch: Watch) -> Reply:
-        """Have the participant turn the surface until it is as asked for; see `perform`."""
+    def adjust(self, step: Adjust, turn: Turn, watch: Watch, *, again: int = 0) -> Reply:
+        """Have the participant turn the surface until it is as asked for; see `perform`.
+
+        The reply's value is `FEEL_AGAIN` where the participant asks for the reference; this is
+        then called once more, and ``again`` is how often they felt it again.
+        """
 
     def hold(self, text: str, until: Callable[[], bool]) -> None:
         """Show ``text`` (the operator paused, or the rig is being repaired) until ``until()``."""

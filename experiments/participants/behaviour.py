@@ -58,6 +58,11 @@ class Behaviour:
         return self.person.turned
 
     @property
+    def felt_again(self) -> int:
+        """How often the reference was felt again, in an `Adjust`."""
+        return self.person.felt_again
+
+    @property
     def felt_um_pp(self) -> tuple[float, ...]:
         """What was felt in this trial, µm peak to peak, in the order of its intervals."""
         return self.person.felt_um_pp

@@ -148,6 +148,7 @@ class Respondent:
         self._of_trial: dict[int, float] = {}
         self._standard_um_pp = 0.0  # felt last outside a trial
         self.turned = 0
+        self.felt_again = 0
         self._question = ""
         self._again: tuple[str | int, ...] = ()
         # What is over, as `over` was told.
@@ -229,7 +230,8 @@ class Respondent:
     def begin(self, step: Ask | Explore | Adjust) -> None:
         """Begin a step: another trial's impressions are gone."""
         if step.trial != self._trial:
-            self._trial, self._of_trial, self.turned = step.trial, {}, 0
+            self._trial, self._of_trial = step.trial, {}
+            self.turned = self.felt_again = 0
         self._question = "" if isinstance(step, Explore) else step.name
         place = _place(step)
         times = self._asked[place]
@@ -273,8 +275,10 @@ class Respondent:
         """How strong each seemed: the noise of two of them makes that of a difference."""
         each = self._threshold / math.sqrt(2)
         turned = (self.turned,) if self.turned else ()
+        again = ("felt again", self.felt_again) if self.felt_again else ()
         return tuple(
-            self._curves.mean(felt) + each * self.stream("impression", interval, *turned).normal()
+            self._curves.mean(felt)
+            + each * self.stream("impression", interval, *turned, *again).normal()
             for interval, felt in sorted(self._of_trial.items())
         )
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar, Self
 
 from experiments.participants.base import Unfinished
-from experiments.protocols.steps import Ask, Reply
+from experiments.protocols.steps import FEEL_AGAIN, Ask, Reply
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -23,7 +23,8 @@ class ScriptedParticipant:
     ----------
     script : iterable or callable
         The answers, or what gives one for an `Ask`. An answer that is a `Reply` is given as it
-        is; one that is an exception is raised. Of an `Adjust` it is the number of notches.
+        is; one that is an exception is raised. Of an `Adjust` it is the number of notches, or
+        `FEEL_AGAIN`.
     clock : Clock
         Each step takes ``step_s`` of it.
     step_s : float
@@ -64,12 +65,21 @@ class ScriptedParticipant:
     def _next(self, step: Ask) -> Value | Reply | BaseException:
         return self._give(step) if self._give else next(self._answers or iter(()))
 
-    def adjust(self, step: Adjust, turn: Turn, watch: Watch) -> Reply:
-        """Turn by the next answer's notches, one after the other."""
+    def adjust(
+        self,
+        step: Adjust,
+        turn: Turn,
+        watch: Watch,
+        *,
+        again: int = 0,  # noqa: ARG002 - the script knows
+    ) -> Reply:
+        """Turn by the next answer's notches, one after the other, or ask to feel again."""
         watch()
         self.turned.append(step)
         onset_s = self._clock.now()
         answer = self._give(step) if self._give else next(self._answers or iter(()))
+        if answer == FEEL_AGAIN:
+            return Reply(value=FEEL_AGAIN, onset_s=onset_s, response_time_s=0.0)
         notches = int(str(answer))
         for _ in range(abs(notches)):
             self._clock.sleep(self._step_s)

@@ -10,7 +10,7 @@ from experiments.participants.base import StopRequested, Unfinished
 from experiments.participants.finger import SimulatedFinger
 from experiments.participants.respondent import Respondent
 from experiments.protocols.randomisation import Stream
-from experiments.protocols.steps import Ask, Explore, Reply
+from experiments.protocols.steps import FEEL_AGAIN, Ask, Explore, Reply
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -118,16 +118,39 @@ class SimulatedParticipant:
             timed_out=reply.timed_out,
         )
 
-    def adjust(self, step: Adjust, turn: Turn, watch: Watch) -> Reply:
-        """Turn until the function that answers says that it will do."""
+    def adjust(self, step: Adjust, turn: Turn, watch: Watch, *, again: int = 0) -> Reply:
+        """Turn until the function that answers says that it will do, or asks to feel again."""
         watch()
         self._stop_if_enough()
-
-        def turn_and_watch(notches: int) -> None:
+        person = self.respondent
+        onset_s = self._clock.now()
+        limit_s = math.inf if step.time_limit_s is None else step.time_limit_s
+        person.begin(step)
+        person.turned, person.felt_again = person.turned if again else 0, again
+        timed_out, value = False, None
+        for _ in range(MOST_TURNS):
+            self._clock.sleep(TURN_S)
+            if self._clock.now() - onset_s > limit_s:
+                timed_out = True
+                break
+            person.feels(step, round(self._feel(), FELT_DIGITS))
+            told = person.told(step)
+            if told == FEEL_AGAIN:
+                value = FEEL_AGAIN
+                break
+            notches = int(told or 0)
+            if not notches:
+                break
             turn(notches)
+            person.turned += notches
             watch()
-
-        return turned_until_content(self.respondent, step, self._feel, turn_and_watch, self._clock)
+        return Reply(
+            value=value,
+            onset_s=onset_s,
+            response_time_s=None if timed_out else self._clock.now() - onset_s,
+            time_source="simulated",
+            timed_out=timed_out,
+        )
 
     def hold(self, _text: str, until: Callable[[], bool]) -> None:
         """Wait."""

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from experiments.protocols.base import Context
     from experiments.protocols.randomisation import Stream
-    from experiments.protocols.steps import Answer, Question, Step, Steps
+    from experiments.protocols.steps import Answer, Explore, Question, Step, Steps
     from stimuli.surface import Surface
 
 
@@ -64,8 +64,8 @@ class Shown(NamedTuple):
 
 
 def with_catch_trials(
-    planned: Sequence[Shown], catch_trials: Sequence[Shown], stream: Stream
-) -> list[Shown]:
+    planned: Sequence[Condition], catch_trials: Sequence[Condition], stream: Stream
+) -> list[Condition]:
     """Return the plan with catch trials at any places among it, each choice as likely."""
     marks = stream.shuffled([False] * len(planned) + [True] * len(catch_trials))
     trials, catches = iter(planned), iter(catch_trials)
@@ -97,9 +97,13 @@ class IntervalTask(Repeating[Condition]):
     def interval(self, surface: Surface, trial: Trial, number: int) -> Steps:
         """Yield an interval: a surface, its exploration, silence."""
         yield Present(surface=surface, trial=trial, interval=number)
-        text = self.context.texts["comparing.explore"].format(number=number)
-        yield self._pace.explore(text, trial, interval=number)
+        yield self.exploration(trial, number)
         yield Silence(trial=trial, interval=number)
+
+    def exploration(self, trial: Trial, number: int) -> Explore:
+        """Return the exploration of an interval's surface."""
+        text = self.context.texts["comparing.explore"].format(number=number)
+        return self._pace.explore(text, trial, interval=number)
 
 
 class Comparing(IntervalTask[Shown]):

@@ -1,7 +1,8 @@
 """Matching: the participant turns the plate until it feels like a reference felt before.
 
 The plate begins above or below the reference, equally often: where settings from above and below
-differ, that is the participant's hysteresis; their mean is the point of equality.
+differ, that is the participant's hysteresis; their mean is the point of equality. A catch trial
+begins at the reference itself.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 from pydantic import Field
 
 from experiments.protocols.adaptive.track import rounded
+from experiments.protocols.adjusting import adjusted_columns
 from experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
@@ -20,7 +22,7 @@ from experiments.protocols.base import (
     Protocol,
     Switch,
 )
-from experiments.protocols.comparing import IntervalTask
+from experiments.protocols.comparing import IntervalTask, truth, with_catch_trials
 from experiments.protocols.pacing import RestedOptions
 from experiments.protocols.repeating import part_over
 from experiments.protocols.simulation import until_equal
@@ -38,14 +40,15 @@ from experiments.protocols.steps import (
 from faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Generator, Sequence
 
-    from experiments.protocols.base import Context, TrialRecord
-    from experiments.protocols.steps import Answer, Step, Steps, Value
+    from experiments.protocols.base import Context
+    from experiments.protocols.steps import Answer, Step, Steps
 
 REFERENCE, TURNED = 1, 2
-Direction = Literal["ascending", "descending"]
+Direction = Literal["ascending", "descending", "equal"]
 DIRECTIONS: tuple[Direction, ...] = ("ascending", "descending")
+EQUAL: Direction = "equal"  # where a catch trial begins
 
 
 class Matching(RestedOptions):
@@ -75,6 +78,17 @@ class Matching(RestedOptions):
     )
     lowest_um_pp: Amplitude = Field(default=0.0, description="It cannot be turned below this.")
     highest_um_pp: Positive = Field(default=2.3, description="It cannot be turned above this.")
+    catch_trials: Count = Field(
+        default=0,
+        description="Trials among the others that begin at the reference itself: where somebody "
+        "turns it far away, attention or memory did not hold. Not analysed as matches.",
+        json_schema_extra={"unit": "trials"},
+    )
+    reference_again: Switch = Field(
+        default=False,
+        description="Whether the reference can be felt again while the plate is turned, by a key, "
+        "as often as wanted; how often is in the data.",
+    )
     repeat_timed_out: Switch = Field(
         default=True, description="Whether a timed-out trial is repeated, once."
     )
@@ -112,7 +126,7 @@ def possible_um_pp(options: Matching, context: Context) -> tuple[float, ...]:
 def trials(options: Matching, context: Context) -> int:
     """Return how many trials a run has, practice included."""
     main = len(DIRECTIONS) * options.repetitions * len(options.references(context))
-    return options.practice + main
+    return options.practice + options.catch_trials + main
 
 
 class _Match(NamedTuple):
@@ -127,7 +141,10 @@ class _Match(NamedTuple):
 def steps(options: Matching, context: Context) -> Steps:
     """Yield the steps of a run."""
     texts = context.texts
-    yield Instruct(title=texts["matching.title"], text=texts["matching.instructions"])
+    told = texts["matching.instructions"]
+    if options.reference_again:
+        told = f"{told.rstrip()}\n\n{texts['matching.feel_again']}"
+    yield Instruct(title=texts["matching.title"], text=told)
     run = _Run(options, context)
     stream = context.stream(context.task, "main")
     conditions = [(r, d) for r in options.references(context) for d in DIRECTIONS]
@@ -137,7 +154,7 @@ def steps(options: Matching, context: Context) -> Steps:
         yield from run.block([run.match("practice", *each) for each in practice])
         yield from run.close(lambda: Instruct(text=texts["comparing.main"]))
     main = [each for _ in range(options.repetitions) for each in stream.shuffled(conditions)]
-    yield from run.block([run.match("main", *each) for each in main])
+    yield from run.block(run.among_catch_trials([run.match("main", *each) for each in main]))
     yield from run.close(lambda: part_over(texts))
 
 
@@ -153,9 +170,22 @@ class _Run(IntervalTask[_Match]):
         """Return a trial, with a start of its own."""
         options = self.options
         span = options.furthest_start_um_pp - options.nearest_start_um_pp
+        if direction == EQUAL:
+            return _Match(phase, reference, direction, reference)
         away = options.nearest_start_um_pp + span * self._starts.uniform()
         start = rounded(reference - away if direction == "ascending" else reference + away)
         return _Match(phase, reference, direction, start)
+
+    def among_catch_trials(self, planned: Sequence[_Match]) -> list[_Match]:
+        """Return the plan with catch trials at any places among it, each choice as likely."""
+        options, context = self.options, self.context
+        stream = context.stream(context.task, "catch")
+        references = options.references(context)
+        catches = [
+            self.match("main", stream.choice(references), EQUAL)
+            for _ in range(options.catch_trials)
+        ]
+        return with_catch_trials(planned, catches, stream)
 
     def trial(
         self, condition: _Match, number: int, repeats: int | None
@@ -170,7 +200,8 @@ class _Run(IntervalTask[_Match]):
             factors={"direction": condition.direction},
             repeats=repeats,
         )
-        yield from self.interval(context.surface(condition.reference), trial, REFERENCE)
+        reference = context.surface(condition.reference)
+        yield from self.interval(reference, trial, REFERENCE)
         start = context.surface(condition.start)
         yield Present(surface=start, trial=trial, interval=TURNED)
         reply = yield Adjust(
@@ -182,6 +213,12 @@ class _Run(IntervalTask[_Match]):
             lowest_um_pp=options.lowest_um_pp,
             highest_um_pp=options.highest_um_pp,
             time_limit_s=options.response_time_limit_s,
+            again=(
+                Present(surface=reference, trial=trial, interval=REFERENCE),
+                self.exploration(trial, REFERENCE),
+            )
+            if options.reference_again
+            else None,
         )
         yield Silence(trial=trial, interval=TURNED)
         voided = yield EndTrial(trial=trial)
@@ -190,21 +227,6 @@ class _Run(IntervalTask[_Match]):
         if missed and options.repeat_timed_out and repeats is None:
             again = (*again, number)
         return again
-
-
-def _of_answer(name: str, record: TrialRecord) -> Value:
-    value: Value = record.answers.get("matched_um_pp", {}).get(name)
-    return value
-
-
-def _trace(record: TrialRecord) -> str | None:
-    trace = record.answers.get("matched_um_pp", {}).get("trace")
-    return " ".join(f"{at_s:.3f}:{um_pp:g}" for at_s, um_pp in trace) if trace else None
-
-
-def _turns(record: TrialRecord) -> float | None:
-    trace = record.answers.get("matched_um_pp", {}).get("trace")
-    return float(len(trace) - 1) if trace else None
 
 
 PROTOCOL = Protocol(
@@ -225,32 +247,29 @@ PROTOCOL = Protocol(
             value=lambda record: record.trial.factors["direction"],
             kind="label",
             description="From which side the reference was approached",
-            levels={"ascending": "from below", "descending": "from above"},
+            levels={
+                "ascending": "from below",
+                "descending": "from above",
+                EQUAL: "from neither: a catch trial, which began at the reference itself",
+            },
+        ),
+        "catch": Column(
+            value=lambda record: truth(record.trial.factors["direction"] == EQUAL),
+            kind="label",
+            description="Whether it is a catch trial",
+            levels={"true": "a catch trial", "false": "a match"},
         ),
     },
     response={
-        "matched_um_pp": Column(
-            value=lambda record: record.answer("matched_um_pp"),
+        **adjusted_columns("matched_um_pp", "Amplitude that the participant turned to"),
+        "felt_again": Column(
+            value=lambda record: (
+                float(len(record.answers["matched_um_pp"]["again_s"]))
+                if "matched_um_pp" in record.answers
+                else None
+            ),
             kind="number",
-            description="Amplitude that the participant turned to, commanded, peak to peak",
-            units="um",
-        ),
-        "matched_readback_um_pp": Column(
-            value=lambda record: _of_answer("readback_um_pp", record),
-            kind="number",
-            description="That amplitude as read back from the plate, peak to peak",
-            units="um",
-        ),
-        "turns": Column(
-            value=_turns,
-            kind="number",
-            description="How often the amplitude was changed on the way",
-        ),
-        "trace": Column(
-            value=_trace,
-            kind="text",
-            description="Every amplitude on the way: seconds from the beginning, a colon, µm peak "
-            "to peak",
+            description="How often the reference was felt again while the plate was turned",
         ),
     },
     intervals=lambda _: TURNED,

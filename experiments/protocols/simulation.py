@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from experiments.protocols.steps import (
+    FEEL_AGAIN,
     Adjust,
     ChoiceQuestion,
     ComparisonQuestion,
@@ -26,6 +27,8 @@ from faults import UserError
 if TYPE_CHECKING:
     from experiments.protocols.randomisation import Stream
     from experiments.protocols.steps import Ask, Value
+
+ASKS_AGAIN = 0.5  # share of the matches before which the reference is felt again: our assumption
 
 
 class SimulatedPerson(Protocol):
@@ -46,6 +49,10 @@ class SimulatedPerson(Protocol):
     @property
     def turned(self) -> int:
         """By how many notches the surface was turned, in an `Adjust`."""
+
+    @property
+    def felt_again(self) -> int:
+        """How often the reference was felt again, in an `Adjust`."""
 
     @property
     def felt_um_pp(self) -> tuple[float, ...]:
@@ -92,7 +99,8 @@ class SimulatedPerson(Protocol):
         """Return random numbers of this person's own for one purpose in this trial."""
 
 
-#: Answers a question; for an `Adjust`, after each notch: 1 up, -1 down, 0 that will do.
+#: Answers a question; for an `Adjust`, after each notch: 1 up, -1 down, 0 that will do, or
+#: `FEEL_AGAIN`.
 SimulatedAnswer = Callable[[Any, SimulatedPerson], "Value"]
 
 
@@ -114,13 +122,22 @@ def any_choice(step: Ask, person: SimulatedPerson) -> Value:
     return chosen
 
 
-def until_equal(_step: Adjust, person: SimulatedPerson) -> int:
-    """Turn until the surface felt now seems to have reached the one felt first."""
+def until_equal(step: Adjust, person: SimulatedPerson) -> int | str:
+    """Turn until the surface felt now seems to have reached the one felt first.
+
+    Where that can be felt again, half of the times it is, before the last word.
+    """
     reference, now = person.impressions
+    if step.again and not person.felt_again and _has_reached(reference, now, person.turned):
+        return FEEL_AGAIN if person.stream("feel again").uniform() < ASKS_AGAIN else 0
     if person.turned == 0:
         return 1 if now < reference else -1 if now > reference else 0
-    reached = now >= reference if person.turned > 0 else now <= reference
+    reached = _has_reached(reference, now, person.turned)
     return 0 if reached else 1 if person.turned > 0 else -1
+
+
+def _has_reached(reference: float, now: float, turned: int) -> bool:
+    return (turned > 0 and now >= reference) or (turned < 0 and now <= reference)
 
 
 def until_number(step: Adjust, person: SimulatedPerson) -> int:
@@ -141,6 +158,11 @@ def until_number(step: Adjust, person: SimulatedPerson) -> int:
 def _number(_question: object, value: object) -> bool:
     real = isinstance(value, int | float) and not isinstance(value, bool)
     return real and math.isfinite(float(str(value))) and float(str(value)) >= 0
+
+
+def _notches(step: Adjust, value: object) -> bool:
+    whole = isinstance(value, int) and not isinstance(value, bool)
+    return whole or (step.again is not None and value == FEEL_AGAIN)
 
 
 #: Kind of question: what is an answer to it, and in words.
@@ -168,10 +190,7 @@ ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
         ),
         "one of the line's places, 0 to 100",
     ),
-    Adjust: (
-        lambda _, value: isinstance(value, int) and not isinstance(value, bool),
-        "a whole number of notches",
-    ),
+    Adjust: (_notches, "a whole number of notches"),
 }
 
 

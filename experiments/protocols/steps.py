@@ -42,6 +42,8 @@ Value = str | float | bool | None
 CONSENT = "informed_consent"
 # The reply to a question about a sound that could not be played.
 NO_SOUND = "no_sound"
+# What a participant's class replies to an `Adjust` where the reference is to be felt again.
+FEEL_AGAIN = "feel again"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -263,7 +265,10 @@ class Adjust:
     lowest_um_pp, highest_um_pp : float
         It cannot be turned beyond these.
     time_limit_s : float or None
-        Then it is over as it stands, and counts as timed out.
+        Then it is over as it stands, and counts as timed out. Feeling again does not count.
+    again : (Present, Explore) or None
+        What can be felt again on request, as often as wanted; the surface is then as it had been
+        turned to.
     """
 
     name: str
@@ -274,6 +279,7 @@ class Adjust:
     lowest_um_pp: float
     highest_um_pp: float
     time_limit_s: float | None = None
+    again: tuple[Present, Explore] | None = None
 
     def turned_um_pp(self, from_um_pp: float, notches: int) -> float:
         """Return where so many notches lead, held within the bounds, µm peak to peak."""
@@ -365,10 +371,13 @@ class Adjusted(Reply):
     trace : tuple of pairs
         Each amplitude on the way, and when it had settled: (seconds from the beginning, µm peak
         to peak); the first is where it began.
+    again_s : tuple of float
+        When the reference was asked for again, likewise.
     """
 
     readback_um_pp: float | None = None
     trace: tuple[tuple[float, float], ...] = ()
+    again_s: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,6 +8,7 @@ first answers taken from the journal.
 from __future__ import annotations
 
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -16,6 +17,7 @@ from experiments.participants.base import StopRequested, Unfinished
 from experiments.protocols.adaptive.track import DECIMALS
 from experiments.protocols.steps import (
     CONSENT,
+    FEEL_AGAIN,
     NO_SOUND,
     Adjust,
     Adjusted,
@@ -53,7 +55,7 @@ if TYPE_CHECKING:
     from experiments.journal.journal import Journal
     from experiments.journal.record import Record
     from experiments.languages.texts import Texts
-    from experiments.participants.base import Participant, Watch
+    from experiments.participants.base import Participant, Turn, Watch
     from experiments.protocols.steps import Played, Step, Steps
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator
@@ -372,8 +374,9 @@ class Session:
                 self._surface.turn(turned(aim_um_pp))
                 trace.append((round(self._clock.now() - began_s, DECIMALS), aim_um_pp))
 
+        again_s: list[float] = []
         try:
-            reply = self._participant.adjust(step, turn, self._interruptions.watch)
+            reply = self._turned(step, turn, lambda: again_s.append(self._clock.now() - began_s))
             readback_um_pp = self._surface.read_back_um_pp()
         except UserError:
             raise  # as in `_answer`
@@ -391,7 +394,41 @@ class Session:
             timed_out=reply.timed_out,
             readback_um_pp=readback_um_pp,
             trace=tuple(trace),
+            again_s=tuple(round(each, DECIMALS) for each in again_s),
         )
+
+    def _turned(self, step: Adjust, turn: Turn, asked: Callable[[], None]) -> Reply:
+        """Have the participant turn until it will do; each time they ask, the reference before.
+
+        The time limit is for turning alone; the response time is from the first screen to the
+        last key.
+        """
+        watch = self._interruptions.watch
+        reply = first = self._participant.adjust(step, turn, watch)
+        left, count = step, 0
+        while step.again is not None and reply.value == FEEL_AGAIN:
+            count += 1
+            asked()
+            self._feel_again(step.again)
+            if left.time_limit_s is not None:
+                left_s = left.time_limit_s - (reply.response_time_s or 0.0)
+                left = replace(left, time_limit_s=max(left_s, 0.0))
+            reply = self._participant.adjust(left, turn, watch, again=count)
+        if not count or reply.response_time_s is None:
+            return replace(reply, onset_s=first.onset_s)
+        took_s = reply.onset_s + reply.response_time_s - first.onset_s
+        return replace(reply, onset_s=first.onset_s, response_time_s=took_s)
+
+    def _feel_again(self, again: tuple[Present, Explore]) -> None:
+        """Have the reference felt again in the middle of turning; write down what was made."""
+        present, explore = again
+        self._progress.tell("presenting")
+        self._markers.mark(Event.ONSET, present)
+        made = self._surface.feel_again(present, explore)
+        self._markers.mark(Event.SETTLED, present)
+        trial = present.trial.number if present.trial else None
+        self._journal.write("felt_again", trial=trial, answer=answer_record(made))
+        self._wait()
 
     def _answer(self, step: Ask) -> Reply:
         """Have a question answered; what is typed when something interrupts it is kept."""

@@ -155,6 +155,25 @@ class SurfaceState:
         last = max(n for n, done in enumerate(self._script) if isinstance(done.step, Present))
         self._script[last] = replace(self._script[last], step=turned)
 
+    def feel_again(self, before: Present, explore: Explore) -> Presented:
+        """Have another surface felt, then make the wanted one again; return what was made first.
+
+        Whatever comes between, the wanted surface is then the one that is lost.
+        """
+        wanted = self._wanted
+        if wanted is None:
+            raise ValueError("there is no surface to go back to: none was presented")
+        try:
+            made = self._drive(before)
+            self._explore(explore)
+            self.confirm()
+            self._plate.silence()
+            self._drive(wanted)
+        except BaseException:
+            self._wanted, self._held = wanted, False
+            raise
+        return made
+
     def restore(self, at: Callable[[float], None]) -> list[tuple[Present, Presented]]:
         """Perform the script again, from its first step as far as it was.
 

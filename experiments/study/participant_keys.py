@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from experiments.protocols.base import Switch
 
 NAMED = ("space", "enter")
+AGAIN = ("r", "a")  # the first of them that does not go on
 Key = Annotated[str, Field(strict=True)]
 
 
@@ -40,6 +41,11 @@ class ParticipantKeys(BaseModel):
         description="Whether the participant answers on a touch screen, or with a mouse: keys for "
         "numbers, choices and going on are drawn and can be touched. A keyboard works as well.",
     )
+    again: Key = Field(
+        default="",
+        description="Character of the key that asks to feel the reference again, in matching; left "
+        "out: r, or a where r goes on.",
+    )
 
     @field_validator("go_on")
     @classmethod
@@ -47,6 +53,14 @@ class ParticipantKeys(BaseModel):
         if value not in NAMED and not _is_character(value):
             raise ValueError(f"expected {' or '.join(NAMED)}, or one character")
         return value
+
+    @model_validator(mode="after")
+    def _a_key_of_its_own(self) -> Self:
+        if self.again and not _is_character(self.again):
+            raise ValueError("again: expected one character")
+        if self.again.casefold() == self.go_on.casefold():
+            raise ValueError("expected again to be another key than go_on")
+        return self
 
     @model_validator(mode="after")
     def _two_keys(self) -> Self:
@@ -59,7 +73,8 @@ class ParticipantKeys(BaseModel):
 
     def texts(self) -> dict[str, str]:
         """Return the texts that name the keys, in place of the language's."""
-        named = {"window.go_on_key": self.go_on}
+        again = self.again or next(key for key in AGAIN if key != self.go_on.casefold())
+        named = {"window.go_on_key": self.go_on, "window.again_key": again}
         if self.yes:
             named |= {"window.yes_key": self.yes, "window.no_key": self.no}
         if self.touch:

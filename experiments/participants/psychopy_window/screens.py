@@ -21,6 +21,7 @@ from experiments.participants.psychopy_window.screen_words import (
     remaining,
 )
 from experiments.protocols.steps import (
+    FEEL_AGAIN,
     Adjust,
     Ask,
     ChoiceQuestion,
@@ -251,7 +252,7 @@ class Listening(Waiting):
 
 
 class Adjusting(Waiting):
-    """The participant turns the plate, by arrow keys or the wheel."""
+    """The participant turns the plate, by arrow keys or the wheel, or feels the first again."""
 
     def __init__(self, step: Adjust, texts: Texts) -> None:
         super().__init__(texts, maximum_s=step.time_limit_s)
@@ -261,10 +262,22 @@ class Adjusting(Waiting):
     def scene(self, elapsed_s: float) -> Scene:
         """Return what to turn for, the keys, and the countdown where there is one."""
         task = Text(content=self._step.text.strip(), y=0.24, size=0.06, width=1.2, height=0.26)
-        meanings = (self._texts["window.turn_up"], self._texts["window.turn_down"])
+        texts = self._texts
+        labels: tuple[str, ...] = (scene.UP, scene.DOWN)
+        meanings: tuple[str, ...] = (texts["window.turn_up"], texts["window.turn_down"])
+        if self._step.again:
+            labels += (texts["window.again_key"],)
+            meanings += (texts["window.feel_again"],)
         left = remaining(self._maximum_s, elapsed_s, self._texts, y=-0.26)
-        keys = scene.key_row((scene.UP, scene.DOWN), meanings, y=0.0, touch=by_touch(self._texts))
+        keys = scene.key_row(labels, meanings, y=0.0, touch=by_touch(self._texts))
         return (task, *keys, *left, *going_on(self._texts, "window.turned"))
+
+    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
+        """End on the key that goes on, or on the one that asks to feel again."""
+        again = self._texts["window.again_key"].casefold()
+        if self._step.again and character.casefold() == again:
+            return ScreenResult(value=FEEL_AGAIN)
+        return super().press(character, elapsed_s)
 
 
 class Asking(Unmoved):

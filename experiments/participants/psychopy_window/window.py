@@ -142,7 +142,14 @@ class PsychoPyWindow:
             self.unfinished = Unfinished(entry=screen.typed, rejected=tuple(screen.rejected))
             raise
 
-    def adjust(self, step: Adjust, turn: Turn, watch: Watch) -> Reply:
+    def adjust(
+        self,
+        step: Adjust,
+        turn: Turn,
+        watch: Watch,
+        *,
+        again: int = 0,  # noqa: ARG002 - the screen is the same each time
+    ) -> Reply:
         """Have the surface turned until the participant says that it will do; see `perform`."""
         return self._perform(screen_for(step, self._texts), watch, turn)
 

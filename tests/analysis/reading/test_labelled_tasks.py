@@ -24,7 +24,7 @@ amplitudes_um_pp = [0.0, 0.8, 1.0, 1.2, 1.3, 1.5, 1.7]
 
 [plate]
 tolerance = 0.01
-tolerance_um_pp = 0.015
+tolerance_um_pp = 0.02  # four standard deviations of the mock's readings
 
 [[tasks]]
 protocol = "difference_threshold"
@@ -83,6 +83,8 @@ repetitions = 1
 protocol = "matching"
 references_um_pp = [1.2]
 repetitions = 2
+catch_trials = 1
+reference_again = true
 """
 
 
@@ -135,10 +137,13 @@ def test_pairs_triads_and_matches_are_read_as_the_tables_have_them(folder, analy
     )
     table = table[table["phase"] == "main"]
     own = data.matches[data.matches["participant_id"] == "sub-02"]
-    assert own["matched_um_pp"].tolist() == table["matched_um_pp"].tolist()
+    for name in ("matched_um_pp", "catch", "felt_again"):
+        assert own[name].tolist() == table[name].tolist()
+    assert own["catch"].sum() == 1
     assert set(own["reference_um_pp"]) == {1.2}
     (matched,) = analysis.inference.matching
     assert (matched.reference_um_pp, matched.participants) == (1.2, 2)
+    assert (matched.matches, matched.catch_trials) == (8, 2)
     pairs, triads = analysis.inference.scales
     assert pairs.surfaces == triads.surfaces == ("0", "0.8", "1", "1.2", "1.3", "1.5", "1.7")
     assert sum(pairs.chosen) == pairs.answers

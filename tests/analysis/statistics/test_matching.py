@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+from analysis.reporting.apa_scales import matching_sentences
 from analysis.statistics.matching import matching
 from analysis.statistics.not_computed import NotComputed
 
@@ -28,7 +29,7 @@ def matches(people=6, each=4, hysteresis=0.06):
     ]
     frame = pd.DataFrame(
         rows, columns=["participant_id", "reference_um_pp", "direction", "matched_um_pp"]
-    ).assign(task="matching")
+    ).assign(task="matching", catch=False, felt_again=np.nan)
     return frame.assign(participant_id=pd.Categorical(frame["participant_id"]))
 
 
@@ -80,3 +81,41 @@ def test_one_direction_only_leaves_the_comparison_out():
 
 def test_without_trials_it_is_said():
     assert matching(matches().head(0)) == NotComputed("no trials of matching")
+
+
+def with_catch_trials(frame, *reached):
+    """Trials that began at 0.8 µm, and were turned to these."""
+    caught = frame.head(len(reached)).assign(
+        catch=True, direction="equal", reference_um_pp=0.8, matched_um_pp=reached
+    )
+    return pd.concat([frame, caught], ignore_index=True)
+
+
+def test_catch_trials_are_no_matches_and_are_told_by_themselves():
+    plain, caught = matching(matches()), matching(with_catch_trials(matches(), 0.7, 1.1))
+    assert [each.bias_um_pp for each in caught] == [each.bias_um_pp for each in plain]
+    assert [each.matches for each in caught] == [each.matches for each in plain]
+    assert [each.catch_trials for each in caught] == [2, 0]
+    assert caught[0].catch_error_um_pp == pytest.approx((0.1 + 0.3) / 2)
+    assert caught[1].catch_error_um_pp is None
+
+
+def test_catch_trials_alone_are_no_matches():
+    frame = with_catch_trials(matches(), 0.7)
+    assert matching(frame[frame["catch"]]) == NotComputed("no trials of matching")
+
+
+def test_how_often_the_reference_was_felt_again_is_a_mean_over_matches():
+    frame = with_catch_trials(matches().assign(felt_again=1.5), 0.8)
+    frame.loc[frame["catch"], "felt_again"] = 9.0
+    assert [each.felt_again for each in matching(frame)] == [1.5, 1.5]
+    assert matching(matches())[0].felt_again is None
+
+
+def test_the_sentence_tells_of_both():
+    frame = with_catch_trials(matches().assign(felt_again=1.5), 0.7)
+    first, second = matching_sentences(matching(frame), 0.95)
+    assert "The reference was felt again 1.50 times a match. In 1 catch trial, which" in first
+    assert first.endswith("0.100 µm from it in the mean.")
+    assert "catch" not in second
+    assert "again" not in matching_sentences(matching(matches()), 0.95)[0]

@@ -75,6 +75,7 @@ PLAYED = {
             "[0.8, 1.2, 1.6]": "[1.2]",
             "repetitions = 3": "repetitions = 1",
             "practice = 2": "practice = 0",
+            "catch_trials = 2": "catch_trials = 1",
         },
     ),
     "visual_analogue_scale": (
@@ -115,14 +116,15 @@ class Played(PsychoPyWindow):
     """A window that knows what it shows, so that the hand can press what fits."""
 
     shown = None
+    again = 0  # how often the reference was felt again
 
     def perform(self, step, watch):
         self.shown, self.frames = step, 0
         return super().perform(step, watch)
 
-    def adjust(self, step, turn, watch):
-        self.shown, self.frames = step, 0
-        return super().adjust(step, turn, watch)
+    def adjust(self, step, turn, watch, *, again=0):
+        self.shown, self.frames, self.again = step, 0, again
+        return super().adjust(step, turn, watch, again=again)
 
 
 class Hand(UnattendedOperator):
@@ -150,6 +152,9 @@ class Hand(UnattendedOperator):
             for motion in (key.MOTION_UP, key.MOTION_UP, key.MOTION_DOWN, key.MOTION_NEXT_PAGE):
                 handle.dispatch_event("on_text_motion", motion)
             handle.dispatch_event("on_mouse_scroll", 0, 0, 0.0, 2.0)
+            if step.again and not self.window.again:
+                handle.dispatch_event("on_text", "r")
+                return
         question = step.question if isinstance(step, Ask) else None
         if isinstance(question, VisualAnalogueQuestion):
             self.mark(handle, first=first)
@@ -213,8 +218,10 @@ def test_a_protocol_is_played_to_its_end_in_the_window(name, display, plan, tmp_
         answers = {row[protocol.answer] for row in rows}
         if name == "matching":
             # Up twice, down once, a page of five down, and two notches of the wheel: two down.
+            # The reference is felt again, and they are turned once more.
+            assert [row["felt_again"] for row in rows] == [1.0] * 3
             assert all(
-                row["matched_um_pp"] == pytest.approx(row["interval2_amplitude_um_pp"] - 0.04)
+                row["matched_um_pp"] == pytest.approx(row["interval2_amplitude_um_pp"] - 0.08)
                 for row in rows
             )
         elif protocol.task == "magnitudeproduction":

@@ -48,6 +48,7 @@ SHORT = {
         "[0.8, 1.2, 1.6]": "[1.2]",
         "repetitions = 3": "repetitions = 1",
         "practice = 2": "practice = 0",
+        "catch_trials = 2": "catch_trials = 1",
         "step_um_pp = 0.02": "step_um_pp = 0.2",
     },
     "visual_analogue_scale": {
@@ -142,8 +143,8 @@ class Feeling(SimulatedParticipant):
             self.answered.append((step.trial.number, tuple(self.felt)))
         return reply
 
-    def adjust(self, step, turn, watch):
-        reply = super().adjust(step, turn, watch)
+    def adjust(self, step, turn, watch, *, again=0):
+        reply = super().adjust(step, turn, watch, again=again)
         self.answered.append((step.trial.number, (*self.felt, step.interval)))
         return reply
 

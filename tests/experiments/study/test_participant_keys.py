@@ -73,6 +73,8 @@ def test_yes_and_no_are_the_keypads_and_shown(texts):
         'yes = "12"\nno = "3"',
         'yes = " "\nno = "3"',
         'escape = "x"',
+        'again = "go"',
+        'go_on = "x"\nagain = "X"',
     ],
 )
 def test_keys_that_no_screen_could_hear_are_faults(keys):
@@ -93,3 +95,9 @@ def test_a_touch_screen_is_said_once_and_keys_still_work(texts):
     assert screen.press(" ", 1.0)
     with pytest.raises(UserError, match=r"keys\.touch: expected true or false"):
         parse_study(TEXT + '\n[keys]\ntouch = "yes"\n', "mine.toml")
+
+
+def test_the_key_that_asks_to_feel_again_is_never_the_one_that_goes_on(texts):
+    assert texts("")["window.again_key"] == "r"
+    assert texts('[keys]\ngo_on = "R"\n')["window.again_key"] == "a"
+    assert texts('[keys]\nagain = "5"\n')["window.again_key"] == "5"
