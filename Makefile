@@ -13,7 +13,7 @@ PYTHON ?= python3
 BIN = .venv/bin
 ARGS ?=
 
-.PHONY: setup pilot test lint docs torture fuzz soak reliability coverage requirements sbom audit
+.PHONY: setup pilot test lint docs pictures torture fuzz soak reliability coverage requirements sbom audit
 setup:
 	@$(PYTHON) tools/setup.py
 
@@ -42,6 +42,10 @@ coverage: setup
 # Warnings are errors. The tests build the site too.
 docs: setup
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict $(ARGS)
+
+# The pictures of the tutorial pages, made anew; needs a display.
+pictures: setup
+	$(BIN)/python tools/tutorial_pictures.py $(ARGS)
 
 # Kills and disk faults; docs/reliability.md. 10,000 cases: make torture ARGS="--places 45 --write"
 torture: setup

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from experiments.languages.texts import languages, load_texts
+from experiments.languages.texts import answers, languages, load_texts
 from experiments.participants.psychopy_window import scene
 from experiments.participants.psychopy_window.display import Display
 from experiments.participants.psychopy_window.screens import Stopping, screen_for
@@ -23,6 +23,7 @@ from experiments.protocols.steps import (
     Adjust,
     Ask,
     ChoiceQuestion,
+    ComparisonQuestion,
     Explore,
     Feedback,
     Instruct,
@@ -103,6 +104,14 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
         name="age_years",
         question=WholeNumberQuestion(prompt=texts["about_you.age_years"], minimum=18, maximum=99),
     )
+    three = Ask(
+        name="response",
+        question=ComparisonQuestion(
+            prompt=texts["difference_threshold.more.question"],
+            options=tuple(answers(texts["comparing.options"])),
+        ),
+        time_limit_s=10.0,
+    )
     about_you = read_study("biet2007")[0].about_you
     stroke = texts["magnitude_estimation.explore"]
     pages: dict[str, ParticipantStep] = {
@@ -139,6 +148,7 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
         "yes-no": screen_for(yes_no, texts),
         "yes-no-refused": typed(screen_for(yes_no, texts), "x"),
         "choice": screen_for(choice, texts),
+        "comparison-of-three": screen_for(three, texts),
         "text": typed(screen_for(text, texts), LONG_TEXT[language]),
         "text-full": typed(screen_for(text, texts), (LONG_TEXT[language] + ". ") * 4),
         "stop": Stopping(texts),

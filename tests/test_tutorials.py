@@ -1,0 +1,77 @@
+"""The tutorial pages, followed command by command, and the pictures that they show.
+
+A page's pilot is run with one simulated person, and without its analysis: that is the command which
+follows it on the page.
+"""
+
+import re
+import shlex
+from pathlib import Path
+
+import pytest
+
+import slipscale
+from experiments.running.pilot import pilot_plans, run_pilot
+from experiments.study.file import study_text
+from tools.tutorial_pictures import TUTORIALS, picture_name
+
+DOCS = Path(__file__).parents[1] / "docs"
+BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
+MOST_BYTES = 150_000
+
+
+def page_of(study):
+    name = f"tutorial-{study.replace('_', '-')}.md"
+    return (DOCS / name).read_text(encoding="utf-8")
+
+
+def run(words, study):
+    """Run a command of a page; return its exit status."""
+    if words[0] != "pilot":
+        return slipscale.main(words)
+    parser, _ = slipscale.load("pilot")
+    given = parser.parse_args(words[1:])
+    assert given.participants == TUTORIALS[study].participants
+    plans = pilot_plans(given.study, participants=1, seed=given.seed, language=given.language)
+    run_pilot(given.out, plans, tell=lambda _: None)
+    return 0
+
+
+@pytest.mark.parametrize("study", TUTORIALS)
+def test_the_commands_of_a_page_lead_from_a_new_study_to_a_report(
+    study, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("figure_style.save", lambda *_: [])  # as SVG they are in the report
+    commands = [
+        shlex.split(line)[1:]
+        for block in BLOCK.findall(page_of(study))
+        for line in block.split("\n")
+        if line
+    ]
+    assert [words[0] for words in commands] == ["study", "study", "study", "pilot", "analyse"]
+    for words in commands:
+        assert run(words, study) == 0, words
+    assert "no fault" in capsys.readouterr().out
+    (report,) = tmp_path.rglob("report.html")
+    drawn = {path.stem for path in report.parent.glob("*.svg")}
+    # The pairs of one person, who is never unsure, have no finite scale.
+    assert study == "paired_comparison" or TUTORIALS[study].figure in drawn
+
+
+@pytest.mark.parametrize("study", TUTORIALS)
+def test_a_page_shows_its_two_pictures_and_they_are_small(study):
+    for what in ("screen", "figure"):
+        name = picture_name(study, what)
+        assert f"](images/{name})" in page_of(study)
+        assert (DOCS / "images" / name).stat().st_size < MOST_BYTES
+
+
+@pytest.mark.parametrize("study", TUTORIALS)
+def test_the_keys_that_a_page_explains_are_in_its_study(study):
+    """A row of the table begins with lines of the study file, or keys of it."""
+    rows = re.findall(r"^\| (`.+?) \|", page_of(study), re.MULTILINE)
+    keys = {key for row in rows for key in re.findall(r"`(?:\[\w+\] )?(\w+)", row)}
+    assert len(keys) > 4
+    missing = {key for key in keys if not re.search(rf"\b{key}\b", study_text(study))}
+    assert missing == set()

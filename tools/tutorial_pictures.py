@@ -1,0 +1,118 @@
+"""Make the pictures of the tutorial pages anew: a participant's screen and a figure of each study.
+
+Usage: make pictures, or python tools/tutorial_pictures.py [--only STUDY ...] [--folder DIR]
+Needs a display; under a virtual one: xvfb-run -s "-screen 0 1280x800x24" ...
+"""
+
+from __future__ import annotations
+
+import argparse
+import io
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from PIL import Image
+
+import figure_style
+from analysis.pipeline import analyse
+from analysis.reporting.files import draw
+from experiments.participants.psychopy_window.display import Display
+from experiments.participants.psychopy_window.screens import screen_for
+from experiments.protocols.steps import Adjust, Ask
+from experiments.running.dry_run import dry_run
+from experiments.running.pilot import pilot_plans, run_pilot
+from hardware.clock import SystemClock
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from experiments.participants.psychopy_window.scene import Scene
+
+
+IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images"
+
+
+class Tutorial(NamedTuple):
+    """What a page shows: the figure of a pilot of so many people."""
+
+    figure: str
+    participants: int
+
+
+TUTORIALS = {
+    "difference_threshold": Tutorial("tracks_differencethreshold", 4),
+    "detection_threshold": Tutorial("thresholds_detectionthreshold", 4),
+    "constant_stimuli": Tutorial("thresholds_constantstimuli", 4),
+    "paired_comparison": Tutorial("scale_pairs", 8),
+    "matching": Tutorial("matching_matching", 6),
+}
+WIDTH, COLOURS = 900, 64
+SCREEN = (1280, 800)
+
+
+def picture_name(study: str, what: str) -> str:
+    """Return the name of a picture; ``what`` is "screen" or "figure".
+
+    >>> picture_name("paired_comparison", "screen")
+    'tutorial-paired-comparison-screen.png'
+    """
+    return f"tutorial-{study.replace('_', '-')}-{what}.png"
+
+
+def main_screen(study: str) -> Scene:
+    """Return the screen of a study's first question, or of its first turning."""
+    plan = pilot_plans(study, participants=1, seed=None, language="en")[0]
+    for step in dry_run(plan):
+        if isinstance(step, Ask | Adjust) and step.trial:
+            return screen_for(step, plan.texts()).scene(0.0)
+    raise LookupError(f"{study}: no question")
+
+
+def figure_of(study: str) -> Figure:
+    """Return the figure of a pilot of a study, with its own seed."""
+    wanted = TUTORIALS[study]
+    with tempfile.TemporaryDirectory() as where:
+        folder = Path(where) / "data"
+        plans = pilot_plans(study, participants=wanted.participants, seed=None, language="en")
+        run_pilot(folder, plans, tell=lambda _: None)
+        return draw(analyse(folder))[wanted.figure]
+
+
+def small(picture: Image.Image, path: Path) -> None:
+    """Save a picture no wider than `WIDTH`, in few colours."""
+    height = round(picture.height * min(WIDTH / picture.width, 1.0))
+    fitted = picture.convert("RGB").resize(
+        (min(WIDTH, picture.width), height), Image.Resampling.LANCZOS
+    )
+    fitted.quantize(COLOURS, dither=Image.Dither.NONE).save(path, optimize=True)
+
+
+def main() -> int:
+    """Make the pictures; return the exit status."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--only", nargs="+", choices=TUTORIALS, default=list(TUTORIALS))
+    parser.add_argument("--folder", type=Path, default=IMAGES)
+    options = parser.parse_args()
+    with Display(SystemClock(), full_screen=False, screen=0, size=SCREEN) as display:
+        for study in options.only:
+            path = options.folder / picture_name(study, "screen")
+            display.draw(main_screen(study))
+            display.save(path)
+            display.flip()
+            small(Image.open(path), path)
+    for study in options.only:
+        raw = io.BytesIO()
+        figure = figure_of(study)
+        figure_style.lay_out(figure)
+        figure.savefig(raw, format="png", dpi=160)
+        small(Image.open(raw), options.folder / picture_name(study, "figure"))
+        print(study)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
