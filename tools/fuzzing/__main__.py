@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 STATE = Path(__file__).parents[2] / "build" / "fuzz.json"
 # Texts of one process: what it holds at its end is what so many texts left behind.
-CHUNK = 2500
+CHUNK = 1000
 # Finds with the same words are one cause.
 WIDTH = 8
 
