@@ -2,9 +2,9 @@
 
 Use: ``make fuzz`` (10,000 texts of each kind), ``make fuzz TEXTS=100000 ARGS=--write``.
 
-Every kind is a module of this package: what its texts are, and what is done with each. Processes
-try a few thousand texts of one kind each, with limits of time and memory; the kinds take turns, so
-that a campaign that is broken off has tried all of them. It goes on where it was: its figures are
+Every kind is a module of this package: what its texts are, and what is done with each. A process
+tries a thousand texts of one kind, with limits of time and memory; the kinds take turns, so that a
+campaign that is broken off has tried all of them. It goes on where it was: its figures are
 in ``build/fuzz.json`` (``--anew`` begins again). A find is told by its kind and number:
 
     python -m tools.fuzzing --show journals 4711     # prints the text, and uses it
