@@ -1,6 +1,7 @@
 """The campaign of kills and disk faults, in short: docs/reliability.md has its figures."""
 
 import sys
+from contextlib import ExitStack
 from dataclasses import replace
 
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from experiments.protocols.registry import protocol_names
 from experiments.study.file import read_study
 from hardware.emulator.process import EmulatorProcess
+from hardware.errors import PlateTimeout
 from tools.torture import __main__ as torture
 from tools.torture import pilots, soak, system_calls, writers
 from tools.torture.disk_faults import FAULTS, Journal
@@ -87,6 +89,29 @@ def test_what_grows_over_a_day_is_named():
     )
     worse = replace(flat, memory_mib=110, board_mib=90, files=10, threads=3, relative=13)
     assert len(soak.grown([small, flat, worse])) == 5
+
+
+def test_a_board_that_is_late_is_asked_again_but_not_for_ever(monkeypatch):
+    asked, silent = [], 2
+
+    class Late:
+        def __enter__(self):
+            asked.append(self)
+            if len(asked) <= silent:
+                raise PlateTimeout("no answer")
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+    monkeypatch.setattr(soak, "open_plate", lambda *_, **__: Late())
+    stack = ExitStack()
+    assert soak.connected("serial:X", None, stack) is asked[-1]
+    assert len(asked) == 3
+    silent = 3 + soak.ASKED
+    with pytest.raises(PlateTimeout):
+        soak.connected("serial:X", None, stack)
+    assert len(asked) == silent
 
 
 def test_a_session_of_the_soak_is_a_whole_one(tmp_path):

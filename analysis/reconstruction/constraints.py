@@ -77,12 +77,14 @@ def targets(column: Column) -> Targets:
             return Targets((), grim=True, grimmer=True, reason=reason)
         return _unlisted(column, sums, number)
     pairs = [(s, q) for s in sums for q in admissible_squares(column, s)]
-    try:
-        extremes = _Extremes(column)
-        wanted = [extremes.beside(Moments(column.n, total, squares)) for total, squares in pairs]
-    except _TooManyValues as too_many:
-        return Targets((), grim=True, grimmer=True, reason=reason, refused=str(too_many))
-    possible = tuple(wish for wish in wanted if wish is not None)
+    possible: tuple[Wanted, ...] = ()
+    if pairs and not reason:
+        try:
+            extremes = _Extremes(column)
+            wanted = [extremes.beside(Moments(column.n, *pair)) for pair in pairs]
+        except _TooManyValues as too_many:
+            return Targets((), grim=True, grimmer=True, reason="", refused=str(too_many))
+        possible = tuple(wish for wish in wanted if wish is not None)
     if not reason and not possible:
         if not sums:
             reason = _grim_reason(column)
@@ -90,7 +92,7 @@ def targets(column: Column) -> Targets:
             reason = _grimmer_reason(column)
         else:
             reason = "no rating on the scale gives the printed extremes, median or frequencies"
-    return Targets(() if reason else possible, grim=bool(sums), grimmer=bool(pairs), reason=reason)
+    return Targets(possible, grim=bool(sums), grimmer=bool(pairs), reason=reason)
 
 
 def plain_sums(column: Column) -> dict[int, range] | None:
