@@ -8,16 +8,13 @@ first answers taken from the journal.
 from __future__ import annotations
 
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from experiments.journal.serialisation import answer_from, answer_record, same_step, step_record
 from experiments.participants.base import StopRequested, Unfinished
-from experiments.protocols.adaptive.track import DECIMALS
 from experiments.protocols.steps import (
     CONSENT,
-    FEEL_AGAIN,
     NO_SOUND,
     Adjust,
     Adjusted,
@@ -35,6 +32,7 @@ from experiments.protocols.steps import (
     Silence,
     Voided,
 )
+from experiments.session.adjusting import Adjusting, turned
 from experiments.session.contact import Contact
 from experiments.session.following import Following
 from experiments.session.interruptions import Interruptions
@@ -47,7 +45,6 @@ from experiments.session.surface_state import SurfaceState
 from faults import UserError
 from hardware.clock import VirtualClock
 from hardware.errors import PlateFault
-from stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -55,7 +52,7 @@ if TYPE_CHECKING:
     from experiments.journal.journal import Journal
     from experiments.journal.record import Record
     from experiments.languages.texts import Texts
-    from experiments.participants.base import Participant, Turn, Watch
+    from experiments.participants.base import Participant, Watch
     from experiments.protocols.steps import Played, Step, Steps
     from experiments.session.masking import Noise
     from experiments.session.operator import Operator
@@ -161,6 +158,16 @@ class Session:
             markers=self._markers,
             answers=self._operator_answers,
             hold_text=texts["session.hold"],
+        )
+        self._adjusting = Adjusting(
+            surface=self._surface,
+            participant=participant,
+            journal=journal,
+            clock=clock,
+            markers=self._markers,
+            progress=self._progress,
+            watch=self._interruptions.watch,
+            wait=self._wait,
         )
         self._rewinds = False  # the surface was lost because a pilot was interrupted
         self._actions: Mapping[type, Callable[[Any], Answer]] = {
@@ -359,76 +366,9 @@ class Session:
         return reply
 
     def _adjust(self, step: Adjust) -> Adjusted:
-        """Have the participant turn the surface; write down every amplitude on the way."""
         self._restore(step)
         self._wait()
-        start_um_pp = self._surface.amplitude_um_pp
-        if start_um_pp is None:
-            raise ValueError("there is no surface to adjust: none was presented")
-        began_s = self._clock.now()
-        trace = [(0.0, start_um_pp)]
-
-        def turn(notches: int) -> None:
-            aim_um_pp = step.turned_um_pp(trace[-1][1], notches)
-            if aim_um_pp != trace[-1][1]:
-                self._surface.turn(turned(aim_um_pp))
-                trace.append((round(self._clock.now() - began_s, DECIMALS), aim_um_pp))
-
-        again_s: list[float] = []
-        try:
-            reply = self._turned(step, turn, lambda: again_s.append(self._clock.now() - began_s))
-            readback_um_pp = self._surface.read_back_um_pp()
-        except UserError:
-            raise  # as in `_answer`
-        except BaseException:
-            # What was turned until now is recorded, never used: it is turned again from the start.
-            self._journal.write("discarded", name=step.name, answer={"trace": trace})
-            raise
-        self._markers.mark(Event.ANSWER, step)
-        self._surface.adjusted(turned(trace[-1][1]))
-        return Adjusted(
-            value=trace[-1][1],
-            onset_s=reply.onset_s,
-            response_time_s=reply.response_time_s,
-            time_source=reply.time_source,
-            timed_out=reply.timed_out,
-            readback_um_pp=readback_um_pp,
-            trace=tuple(trace),
-            again_s=tuple(round(each, DECIMALS) for each in again_s),
-        )
-
-    def _turned(self, step: Adjust, turn: Turn, asked: Callable[[], None]) -> Reply:
-        """Have the participant turn until it will do; each time they ask, the reference before.
-
-        The time limit is for turning alone; the response time is from the first screen to the
-        last key.
-        """
-        watch = self._interruptions.watch
-        reply = first = self._participant.adjust(step, turn, watch)
-        left, count = step, 0
-        while step.again is not None and reply.value == FEEL_AGAIN:
-            count += 1
-            asked()
-            self._feel_again(step.again)
-            if left.time_limit_s is not None:
-                left_s = left.time_limit_s - (reply.response_time_s or 0.0)
-                left = replace(left, time_limit_s=max(left_s, 0.0))
-            reply = self._participant.adjust(left, turn, watch, again=count)
-        if not count or reply.response_time_s is None:
-            return replace(reply, onset_s=first.onset_s)
-        took_s = reply.onset_s + reply.response_time_s - first.onset_s
-        return replace(reply, onset_s=first.onset_s, response_time_s=took_s)
-
-    def _feel_again(self, again: tuple[Present, Explore]) -> None:
-        """Have the reference felt again in the middle of turning; write down what was made."""
-        present, explore = again
-        self._progress.tell("presenting")
-        self._markers.mark(Event.ONSET, present)
-        made = self._surface.feel_again(present, explore)
-        self._markers.mark(Event.SETTLED, present)
-        trial = present.trial.number if present.trial else None
-        self._journal.write("felt_again", trial=trial, answer=answer_record(made))
-        self._wait()
+        return self._adjusting.adjust(step)
 
     def _answer(self, step: Ask) -> Reply:
         """Have a question answered; what is typed when something interrupts it is kept."""
@@ -516,11 +456,6 @@ class Session:
     def _wait(self) -> None:
         """Tell the operator that the participant is at work."""
         self._progress.tell("waiting", amplitude_um_pp=self._surface.amplitude_um_pp)
-
-
-def turned(amplitude_um_pp: float) -> VirtualSurface:
-    """Return the surface that a participant turned to; its label does not tell the amplitude."""
-    return VirtualSurface(amplitude_um_pp=amplitude_um_pp, label="S0")
 
 
 def last_unfinished(records: list[Record], step: Ask) -> Unfinished:

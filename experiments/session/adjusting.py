@@ -1,0 +1,124 @@
+"""A surface turned by the participant: every amplitude on the way, and the reference felt again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from experiments.journal.serialisation import answer_record
+from experiments.protocols.adaptive.track import DECIMALS
+from experiments.protocols.steps import FEEL_AGAIN, Adjusted
+from experiments.session.markers import Event
+from faults import UserError
+from stimuli.surface import VirtualSurface
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from experiments.journal.journal import Journal
+    from experiments.participants.base import Participant, Turn, Watch
+    from experiments.protocols.steps import Adjust, Explore, Present, Reply
+    from experiments.session.markers import Markers
+    from experiments.session.progress import Progress
+    from experiments.session.surface_state import SurfaceState
+    from hardware.clock import Clock
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Adjusting:
+    """Carries out `Adjust` steps.
+
+    Parameters
+    ----------
+    surface, participant, journal, clock, markers, progress
+        The session's.
+    watch : callable
+        Checks plate and operator, at every frame.
+    wait : callable
+        Tells the operator that the participant is at work.
+    """
+
+    surface: SurfaceState
+    participant: Participant
+    journal: Journal
+    clock: Clock
+    markers: Markers
+    progress: Progress
+    watch: Watch
+    wait: Callable[[], None]
+
+    def adjust(self, step: Adjust) -> Adjusted:
+        """Have the participant turn the surface; write down every amplitude on the way."""
+        start_um_pp = self.surface.amplitude_um_pp
+        if start_um_pp is None:
+            raise ValueError("there is no surface to adjust: none was presented")
+        began_s = self.clock.now()
+        trace = [(0.0, start_um_pp)]
+        again_s: list[float] = []
+
+        def since_s() -> float:
+            return round(self.clock.now() - began_s, DECIMALS)
+
+        def turn(notches: int) -> None:
+            aim_um_pp = step.turned_um_pp(trace[-1][1], notches)
+            if aim_um_pp != trace[-1][1]:
+                self.surface.turn(turned(aim_um_pp))
+                trace.append((since_s(), aim_um_pp))
+
+        try:
+            reply = self._turned(step, turn, lambda: again_s.append(since_s()))
+            readback_um_pp = self.surface.read_back_um_pp()
+        except UserError:
+            raise  # the journal itself, as a rule: there is nowhere to write
+        except BaseException:
+            # What was turned until now is recorded, never used: it is turned again from the start.
+            self.journal.write("discarded", name=step.name, answer={"trace": trace})
+            raise
+        self.markers.mark(Event.ANSWER, step)
+        self.surface.adjusted(turned(trace[-1][1]))
+        return Adjusted(
+            value=trace[-1][1],
+            onset_s=reply.onset_s,
+            response_time_s=reply.response_time_s,
+            time_source=reply.time_source,
+            timed_out=reply.timed_out,
+            readback_um_pp=readback_um_pp,
+            trace=tuple(trace),
+            again_s=tuple(again_s),
+        )
+
+    def _turned(self, step: Adjust, turn: Turn, asked: Callable[[], None]) -> Reply:
+        """Have the participant turn until it will do; each time they ask, the reference before.
+
+        The time limit is for turning alone; the response time is from the first screen to the
+        last key.
+        """
+        reply = first = self.participant.adjust(step, turn, self.watch)
+        left, count = step, 0
+        while step.again is not None and reply.value == FEEL_AGAIN:
+            count += 1
+            asked()
+            self._feel_again(*step.again)
+            if left.time_limit_s is not None:
+                left_s = left.time_limit_s - (reply.response_time_s or 0.0)
+                left = replace(left, time_limit_s=max(left_s, 0.0))
+            reply = self.participant.adjust(left, turn, self.watch, again=count)
+        if not count or reply.response_time_s is None:
+            return replace(reply, onset_s=first.onset_s)
+        took_s = reply.onset_s + reply.response_time_s - first.onset_s
+        return replace(reply, onset_s=first.onset_s, response_time_s=took_s)
+
+    def _feel_again(self, reference: Present, explore: Explore) -> None:
+        """Have the reference felt again in the middle of turning; write down what was made."""
+        self.progress.tell("presenting")
+        self.markers.mark(Event.ONSET, reference)
+        made = self.surface.feel_again(reference, explore)
+        self.markers.mark(Event.SETTLED, reference)
+        trial = reference.trial.number if reference.trial else None
+        self.journal.write("felt_again", trial=trial, answer=answer_record(made))
+        self.wait()
+
+
+def turned(amplitude_um_pp: float) -> VirtualSurface:
+    """Return the surface that a participant turned to; its label does not tell the amplitude."""
+    return VirtualSurface(amplitude_um_pp=amplitude_um_pp, label="S0")
