@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from experiments.participants.respondent import Respondent
 from experiments.participants.simulated import FELT_DIGITS, turned_until_content
 from experiments.protocols.steps import (
+    FEEL_AGAIN,
     Adjust,
     Adjusted,
     Ask,
@@ -144,14 +145,28 @@ class _Bare:
             if aim_um_pp != trace[-1][1]:
                 trace.append((clock.now(), aim_um_pp))
 
-        reply = turned_until_content(self.person, step, lambda: trace[-1][1], turn, clock)
+        def turned(left: Adjust) -> Reply:
+            return turned_until_content(
+                self.person, left, lambda: trace[-1][1], turn, clock, again=len(again_s)
+            )
+
+        again_s: list[float] = []
+        left, reply = step, turned(step)
+        while step.again is not None and reply.value == FEEL_AGAIN:
+            again_s.append(clock.now())
+            reference, explore = step.again
+            clock.sleep(self.person.exploration_s(explore))
+            self.person.feels(explore, _felt_um_pp(reference.surface))
+            left = left.with_less_time(reply.response_time_s or 0.0)
+            reply = turned(left)
         return Adjusted(
             value=trace[-1][1],
-            response_time_s=reply.response_time_s,
+            response_time_s=None if reply.timed_out else clock.now(),
             time_source=reply.time_source,
             timed_out=reply.timed_out,
             readback_um_pp=trace[-1][1],
             trace=tuple(trace),
+            again_s=tuple(again_s),
         )
 
     def silence(self, _step: Silence) -> None:

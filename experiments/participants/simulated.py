@@ -122,34 +122,13 @@ class SimulatedParticipant:
         """Turn until the function that answers says that it will do, or asks to feel again."""
         watch()
         self._stop_if_enough()
-        person = self.respondent
-        onset_s = self._clock.now()
-        limit_s = math.inf if step.time_limit_s is None else step.time_limit_s
-        person.begin(step)
-        person.turned, person.felt_again = person.turned if again else 0, again
-        timed_out, value = False, None
-        for _ in range(MOST_TURNS):
-            self._clock.sleep(TURN_S)
-            if self._clock.now() - onset_s > limit_s:
-                timed_out = True
-                break
-            person.feels(step, round(self._feel(), FELT_DIGITS))
-            told = person.told(step)
-            if told == FEEL_AGAIN:
-                value = FEEL_AGAIN
-                break
-            notches = int(told or 0)
-            if not notches:
-                break
+
+        def watched(notches: int) -> None:
             turn(notches)
-            person.turned += notches
             watch()
-        return Reply(
-            value=value,
-            onset_s=onset_s,
-            response_time_s=None if timed_out else self._clock.now() - onset_s,
-            time_source="simulated",
-            timed_out=timed_out,
+
+        return turned_until_content(
+            self.respondent, step, self._feel, watched, self._clock, again=again
         )
 
     def hold(self, _text: str, until: Callable[[], bool]) -> None:
@@ -200,7 +179,13 @@ class SimulatedParticipant:
 
 
 def turned_until_content(
-    person: Respondent, step: Adjust, feel: Callable[[], float], turn: Turn, clock: Clock
+    person: Respondent,
+    step: Adjust,
+    feel: Callable[[], float],
+    turn: Turn,
+    clock: Clock,
+    *,
+    again: int = 0,
 ) -> Reply:
     """Turn notch by notch until the function that answers says that it will do.
 
@@ -208,24 +193,31 @@ def turned_until_content(
     ----------
     feel : callable
         Returns the plate's vibration now, µm peak to peak.
+    again : int
+        How often the reference was felt again: above 0, the turning goes on.
     """
     onset_s = clock.now()
     limit_s = math.inf if step.time_limit_s is None else step.time_limit_s
     person.begin(step)
-    person.turned = 0
-    timed_out = False
+    person.turned, person.felt_again = person.turned if again else 0, again
+    timed_out, value = False, None
     for _ in range(MOST_TURNS):
         clock.sleep(TURN_S)
         if clock.now() - onset_s > limit_s:
             timed_out = True
             break
         person.feels(step, round(feel(), FELT_DIGITS))
-        notches = int(person.told(step) or 0)
+        told = person.told(step)
+        if told == FEEL_AGAIN:
+            value = FEEL_AGAIN
+            break
+        notches = int(told or 0)
         if not notches:
             break
         turn(notches)
         person.turned += notches
     return Reply(
+        value=value,
         onset_s=onset_s,
         response_time_s=None if timed_out else clock.now() - onset_s,
         time_source="simulated",

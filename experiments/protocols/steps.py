@@ -27,7 +27,7 @@ the first interval before it goes on.
 from __future__ import annotations
 
 from collections.abc import Generator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 from experiments.protocols.adaptive.track import rounded
@@ -285,6 +285,12 @@ class Adjust:
         """Return where so many notches lead, held within the bounds, µm peak to peak."""
         aim_um_pp = rounded(from_um_pp + notches * self.step_um_pp)
         return min(max(aim_um_pp, self.lowest_um_pp), self.highest_um_pp)
+
+    def with_less_time(self, spent_s: float) -> Adjust:
+        """Return the step with so much of its time limit gone, where it has one."""
+        if self.time_limit_s is None:
+            return self
+        return replace(self, time_limit_s=max(self.time_limit_s - spent_s, 0.0))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -99,9 +99,7 @@ class Adjusting:
             count += 1
             asked()
             self._feel_again(*step.again)
-            if left.time_limit_s is not None:
-                left_s = left.time_limit_s - (reply.response_time_s or 0.0)
-                left = replace(left, time_limit_s=max(left_s, 0.0))
+            left = left.with_less_time(reply.response_time_s or 0.0)
             reply = self.participant.adjust(left, turn, self.watch, again=count)
         if not count or reply.response_time_s is None:
             return replace(reply, onset_s=first.onset_s)
