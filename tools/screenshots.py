@@ -16,8 +16,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from experiments.languages.texts import answers, languages, load_texts
 from experiments.participants.psychopy_window import scene
+from experiments.participants.psychopy_window.asking import Stopping
 from experiments.participants.psychopy_window.display import Display
-from experiments.participants.psychopy_window.screens import Stopping, screen_for
+from experiments.participants.psychopy_window.screens import screen_for
 from experiments.protocols.repeating import part_over
 from experiments.protocols.steps import (
     Adjust,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
@@ -23,8 +23,8 @@ from experiments.journal.run_record import (
     latest_s,
     read_plan,
 )
-from experiments.languages.texts import texts_hash
 from experiments.participants.psychopy_window import PsychoPyWindow
+from experiments.running.changed_words import changed_words
 from experiments.running.contact import (
     NOT_NAMED,
     ContactSpecs,
@@ -61,11 +61,9 @@ from hardware.contact.source import Surroundings
 from hardware.signals import signals_raise
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
     from types import TracebackType
 
-    from experiments.journal.record import Record
     from experiments.session.session import RunOutcome
     from experiments.session.sounds import Sounds
     from hardware.driver import PlateDriver
@@ -206,24 +204,6 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
     clock = SystemClock(max(_since_s(records[0].data["started_utc"]), latest_s(records)))
     setting = replace(setting, contact=setting.contact.otherwise(of_records(records)))
     return _conduct(dataset, plan, setting, Journal.reopen(path, clock), clock)
-
-
-def changed_words(plan: RunPlan, records: list[Record]) -> Iterator[str]:
-    """Yield what has become of the words that the participant reads, since the run was begun."""
-    texts = plan.texts()
-    began = records[0].data.get("texts_hash")
-    if began and began != texts_hash(texts):
-        yield (
-            "words on the screen differ from those that the run began with: this is another "
-            "version of Slipscale; the journal notes it"
-        )
-    with suppress(UserError):
-        study, text = read_study(plan.study_name)
-        if study.name == plan.study.name and replace(plan, study_text=text).texts() != texts:
-            yield (
-                f"{plan.study_name}: its texts in '{plan.language}' have changed since the run "
-                "began; it goes on with those it began with"
-            )
 
 
 def _since_s(date: str) -> float:

@@ -7,7 +7,7 @@ another fault (the limits of a plate whose own table is wrong) waits for that.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import (
     BaseModel,
@@ -17,7 +17,6 @@ from pydantic import (
     ValidationError,
     ValidationInfo,
     field_validator,
-    model_validator,
 )
 
 from experiments.languages.texts import CODE, languages, text_faults
@@ -28,8 +27,6 @@ from experiments.protocols.base import (
     EntityLabel,
     Label,
     Options,
-    Positive,
-    Seconds,
     Seed,
     Switch,
     Words,
@@ -41,145 +38,20 @@ from experiments.study.headphone_test import HEADPHONES, HeadphoneTest
 from experiments.study.participant_keys import ParticipantKeys
 from experiments.study.person_questions import PersonQuestion, unanswerable
 from experiments.study.questionnaires import Questionnaire, unusable
+from experiments.study.tables import Cost, MaskingNoise, PlateSettings, Texture
 from faults import UserError
 from faults.validation import refuse
-from hardware.limits import PlateLimits
-from stimuli.texture import Grating, Waveform
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from faults.toml_lines import Place
     from faults.validation import Fault
+    from stimuli.texture import Grating
 
 
-class MaskingNoise(BaseModel):
-    """Pink noise in the headphones while the plate may sound."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    level_db: Annotated[float, Field(strict=True, le=0, ge=-100)] = Field(
-        default=-20.0,
-        description="Level relative to full scale.",
-        json_schema_extra={"unit": "dB re full scale"},
-    )
-    fade_s: Seconds = Field(default=0.5, description="Fading in and fading out, each.")
-    required: Switch = Field(
-        default=False, description="Whether a session without an audio device is refused."
-    )
-
-
-Amount = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
-
-
-class Cost(BaseModel):
-    """What the study costs, for ``slipscale study show --timeline``."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    currency: Words = Field(default="EUR", description="The currency's name, as it is printed.")
-    per_person: Amount = Field(
-        default=0.0,
-        description="What each participant is paid.",
-        json_schema_extra={"unit": "currency"},
-    )
-    per_rig_hour: Amount = Field(
-        default=0.0,
-        description="What an hour at the rig costs, experimenter included.",
-        json_schema_extra={"unit": "currency an hour"},
-    )
-    setup_minutes: Amount = Field(
-        default=0.0,
-        description="Time at the rig before and after each run: greeting, cleaning, paying.",
-        json_schema_extra={"unit": "minutes a run"},
-    )
-
-
-class PlateSettings(BaseModel):
-    """Which plate, and its limits where they differ from the shipped ones."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    file: str = Field(
-        default="",
-        description="A plate's own file, or its name in the folder plates; a session with a "
-        "person, and its check, are refused on another one.",
-    )
-    amplitude_um_pp: Positive = Field(
-        default=PlateLimits().amplitude_um_pp,
-        description="Largest amplitude that may be presented; a larger one in the study is a "
-        "fault, and the plate is never asked for it.",
-    )
-    tolerance: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = Field(
-        default=None,
-        description="How far a measured amplitude may lie from the one commanded, as a share of "
-        "it; left out: as far as the plate's own limits allow. A narrower one than these is held "
-        "to, a wider one is not.",
-        json_schema_extra={"unit": "share, 0 to 1"},
-    )
-    tolerance_um_pp: Positive | None = Field(
-        default=None,
-        description="The same as an amplitude; the larger of the two counts. A study of thresholds "
-        "needs a plate that holds an amplitude better than its finest difference.",
-    )
-    track_resonance: str = Field(
-        default="",
-        description="SPEC of a vibrometer, vibrometer:PORT: a generator's or a sound card's "
-        "resonance is looked for again before a trial, at three frequencies; left out: it is "
-        "driven where the calibration says. A driver board follows its resonance by itself.",
-    )
-    track_every_s: Positive = Field(
-        default=120.0, description="The least time between two such sweeps."
-    )
-    position: str = Field(
-        default="",
-        description="SPEC of what tells where the finger is, such as lasers:/dev/ttyUSB1; left "
-        "out: its place is not measured. A pilot simulates it; `--position` overrides it.",
-    )
-    force: str = Field(
-        default="",
-        description="SPEC of what measures normal and lateral force, such as "
-        "load_cells:/dev/ttyUSB2; left out: forces are not measured. A pilot simulates them; "
-        "`--force` overrides it.",
-    )
-
-
-# No plate is a metre long: one period is the whole stroke there, and more.
-LONGEST_MM = 1000.0
 # Surfaces, tasks, sessions, questions: more than anybody can have in mind, and few to compute with.
 MOST = 100
-
-
-class Texture(BaseModel):
-    """A grating that the study presents as one more surface."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    name: Label = Field(description="What the data call the texture: letters, digits and _.")
-    spatial_period_mm: Annotated[Positive, Field(le=LONGEST_MM)] = Field(
-        description="Length of one period."
-    )
-    mean_um_pp: Positive = Field(description="Mean of the vibration amplitude over a period.")
-    depth_um_pp: Positive = Field(
-        description="The amplitude swings from mean - depth to mean + depth."
-    )
-    waveform: Waveform = Field(default="sine", description="Form of the amplitude over one period.")
-    finger_speed_mm_s: Positive = Field(
-        description="Speed of the finger for which the texture is played where nothing tells the "
-        "finger's place. Every study states it, since the data depend on it."
-    )
-
-    @model_validator(mode="after")
-    def _playable(self) -> Self:
-        try:
-            self.grating().loop()
-        except UserError as error:
-            raise ValueError(str(error)) from error
-        return self
-
-    def grating(self, label: str = "") -> Grating:
-        """Return the surface, with a label that does not tell which it is."""
-        return Grating(label=label, **self.model_dump())
 
 
 class Study(BaseModel):

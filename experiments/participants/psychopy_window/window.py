@@ -8,14 +8,11 @@ from typing import TYPE_CHECKING, ClassVar, Self
 
 from experiments.participants.base import Kind, StopRequested, Unfinished, Watch
 from experiments.participants.psychopy_window import scene
+from experiments.participants.psychopy_window.asking import Stopping
 from experiments.participants.psychopy_window.display import Display
 from experiments.participants.psychopy_window.entry import ENTER, ERASE
 from experiments.participants.psychopy_window.keyboard import Key, Keyboard
-from experiments.participants.psychopy_window.screens import (
-    Screen,
-    Stopping,
-    screen_for,
-)
+from experiments.participants.psychopy_window.screens import Screen, screen_for
 from experiments.protocols.steps import Reply
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from experiments.dataset.bids import build_dataset
 from experiments.journal.run_record import read_plan
 from experiments.languages.screen_room import LETTERS, not_drawn, too_long
 from experiments.languages.texts import flatten, languages, shipped_texts, to_translate
-from experiments.running.lab_session import changed_words
+from experiments.running.changed_words import changed_words
 from experiments.running.study_commands import texts, validate
 from experiments.study.file import read_study
 from experiments.study.own_language import _quoted

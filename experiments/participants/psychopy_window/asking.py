@@ -1,0 +1,174 @@
+"""The screen of a question: a place for its answer, and what was wrong with the last entry."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from experiments.participants.psychopy_window import entry, scene, touch
+from experiments.participants.psychopy_window.scene import Scene, Text
+from experiments.participants.psychopy_window.screen_words import ScreenResult, remaining
+from experiments.participants.psychopy_window.waiting import Unmoved, by_touch
+from experiments.protocols.steps import (
+    Ask,
+    ChoiceQuestion,
+    ComparisonQuestion,
+    NumberQuestion,
+    TextQuestion,
+    WholeNumberQuestion,
+    YesNoQuestion,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    Texts = Mapping[str, str]
+
+CARET = "|"
+
+
+class Asking(Unmoved):
+    """A question and the place for its answer; the time limit is shown where there is one."""
+
+    def __init__(self, step: Ask, texts: Texts) -> None:
+        question = step.question
+        self.rejected: list[str] = []
+        self.single_key = isinstance(
+            question, YesNoQuestion | ChoiceQuestion | ComparisonQuestion
+        ) and not entry.is_long(question)
+        self._limit_s = step.time_limit_s
+        self._texts = texts
+        self._touch = by_touch(texts)
+        self._entry = entry.entry_for(question, texts)
+        self._notice = ""
+        self._prompt = question.prompt.strip()
+        self._body: Callable[[], Scene]
+        match question:
+            case NumberQuestion() | WholeNumberQuestion():
+                self._body, self._hint = self._number, texts["window.enter_number"]
+            case TextQuestion():
+                self._body, self._hint = self._text, texts["window.enter_text"]
+            case YesNoQuestion():
+                self._body, self._hint = self._yes_no, texts["window.yes_or_no"]
+            case ChoiceQuestion():
+                self._options = question.options
+                if entry.is_long(question):
+                    self._body, self._hint = self._list, texts["window.choose_number"]
+                else:
+                    self._body, self._hint = self._choice, texts["window.choose_key"]
+            case ComparisonQuestion():
+                self._compared = question.options
+                self._body, self._hint = self._comparison, texts["window.choose_key"]
+
+    def scene(self, elapsed_s: float) -> Scene:
+        """Return the question, what has been typed, and what was wrong with the last entry."""
+        prompt = Text(content=self._prompt, y=0.28, size=0.06, width=1.2, height=0.17)
+        left = remaining(self._limit_s, elapsed_s, self._texts, y=0.43)
+        return (prompt, *self._body(), *self._foot(), *left)
+
+    def _foot(self) -> Scene:
+        """Return what to do, and what was wrong with the last entry."""
+        hint = () if self._touch else (scene.hint(self._hint),)
+        if not self._notice:
+            return hint
+        # Keys that are touched reach down to where there is no hint.
+        said = scene.notice(self._notice)
+        return (replace(said, y=scene.HINT_Y),) if self._touch else (said, *hint)
+
+    def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
+        """Take a character; end when the entry is an answer given in time."""
+        if self.expire(elapsed_s):
+            return None
+        verdict = self._entry.press(character)
+        self._notice = ""
+        if isinstance(verdict, entry.Accepted):
+            return ScreenResult(value=verdict.value)
+        if isinstance(verdict, entry.Refused):
+            self._notice = self._texts[verdict.reason].format(**verdict.blanks)
+            if verdict.entry:
+                self.rejected.append(verdict.entry)
+        return None
+
+    def erase(self) -> None:
+        """Take back the last character."""
+        self._notice = ""
+        self._entry.erase()
+
+    def move(self, notches: int) -> None:
+        """Move up or down the list."""
+        self._notice = ""
+        self._entry.turn(notches)
+
+    @property
+    def typed(self) -> str:
+        """What stands in the place for the answer."""
+        return self._entry.content
+
+    def offer(self, typed: str) -> None:
+        """Put back what was typed, character by character as a hand would."""
+        for character in typed:
+            self._entry.press(character)
+
+    def expire(self, elapsed_s: float) -> ScreenResult | None:
+        """End when the time limit is over."""
+        if self._limit_s is not None and elapsed_s >= self._limit_s:
+            return ScreenResult(timed_out=True)
+        return None
+
+    def _number(self) -> Scene:
+        if self._touch:
+            return touch.number_pad(self._entry.content, self._texts)
+        return (
+            scene.Box(x=0, y=0.02, width=1.0, height=0.2, colour="field"),
+            Text(content=self._entry.content, y=0.02, size=number_size(self._entry.content),
+                 width=2.0, caret=True),
+        )  # fmt: skip
+
+    def _text(self) -> Scene:
+        return (
+            scene.Box(x=0, y=-0.01, width=1.24, height=0.42, colour="field"),
+            Text(content=self._entry.content + CARET, y=0.18, size=0.05, width=1.18, height=0.38,
+                 anchor="top", align="left"),
+        )  # fmt: skip
+
+    def _yes_no(self) -> Scene:
+        return self._two_keys("window.yes", "window.no", y=0.02)
+
+    def _two_keys(self, yes: str, no: str, *, y: float) -> Scene:
+        texts = self._texts
+        keys = (texts["window.yes_key"], texts["window.no_key"])
+        return scene.key_row(keys, (texts[yes], texts[no]), y=y, touch=self._touch)
+
+    def _choice(self) -> Scene:
+        meanings = tuple(words for _, words in self._options)
+        return scene.key_list(meanings, top=0.17, height=0.43, touch=self._touch)
+
+    def _list(self) -> Scene:
+        words = tuple(words for _, words in self._options)
+        place = self._entry.place if isinstance(self._entry, entry.ListEntry) else None
+        return touch.scrolled(words, place, self._entry.content, self._texts)
+
+    def _comparison(self) -> Scene:
+        keys = tuple(str(number) for number in range(1, len(self._compared) + 1))
+        return scene.key_row(keys, self._compared, y=0.02, touch=self._touch)
+
+
+class Stopping(Asking):
+    """The question whether Escape was meant."""
+
+    def __init__(self, texts: Texts) -> None:
+        question = YesNoQuestion(prompt=texts["window.stop"])
+        super().__init__(Ask(name="stop", question=question), texts)
+
+    def _yes_no(self) -> Scene:
+        note = self._texts["window.stop_note"]
+        return (
+            *self._two_keys("window.stop_yes", "window.stop_no", y=0.06),
+            Text(content=note, y=-0.19, size=scene.HINT, colour="quiet"),
+        )
+
+
+def number_size(content: str) -> float:
+    """Return the size of the digits so that the longest entry fits its field."""
+    roomy = 11
+    return scene.DIGITS * min(1.0, roomy / max(len(content), 1))
