@@ -1,5 +1,6 @@
 """What the pages show of the laboratory folder, and what they keep from who runs the sessions."""
 
+import json
 import re
 import shutil
 import zipfile
@@ -15,7 +16,7 @@ from experiments.lab.console.plots import scatter
 from experiments.lab.console.words import LANGUAGES, page_texts
 from experiments.lab.run_summary import PlateReading, RunSummary, summary
 from experiments.lab.unblinding import unblinded
-from experiments.languages.texts import blanks
+from experiments.languages.texts import blanks, to_translate
 from experiments.protocols.steps import Ask, NumberQuestion, Trial
 from experiments.session.operator import Request, SessionStatus
 from experiments.study.file import study_text
@@ -341,6 +342,22 @@ def test_the_study_is_read_edited_and_judged_as_on_the_command_line(visitor, own
     assert visitor.ask("validate", text=changed, before=before) == (200, "no fault")
     assert visitor.ask("save", text=changed, before=before)[0] == 200
     assert own_study.read_text() == changed
+
+
+def test_a_texts_file_stays_a_file_of_its_own_when_the_study_is_edited(visitor, own_study):
+    words = [f"{key} = {json.dumps(text)}" for key, text in to_translate({}).items()]
+    (own_study.parent / "texts.de.toml").write_text("\n".join(['language = "de"', *words]))
+    named = 'language = "de"\ntexts_files = ["texts.de.toml"]'
+    text = re.sub(r"(?m)^language = .*$", named, own_study.read_text())
+    text = re.sub(r"(?s)\[\[about_you\]\].*?(?=\[masking)", "", text)
+    own_study.write_text(text)
+    assert "Thank you for taking part" not in visitor.see("/study")
+    changed = text.replace("seed = 2007", "seed = 7")
+    assert visitor.ask("save", text=changed, before=before_of(visitor))[0] == 200
+    assert own_study.read_text() == changed
+    (own_study.parent / "texts.de.toml").write_text('language = "de"')
+    status, said = visitor.ask("validate", text=changed, before=before_of(visitor))
+    assert (status, "texts are missing" in said) == (409, True)
 
 
 def test_every_fault_is_told_at_its_line_and_nothing_is_saved(visitor, own_study):
