@@ -84,6 +84,12 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
     whole = tomlkit.dumps(document)
     there = {*languages(), *(table.get("texts") or {})}
     for name in named:
+        # The console's page can name files here, and must reach none outside the folder.
+        if Path(name).name != name or "\\" in name or not name.isprintable():
+            raise UserError(
+                f"{source}: texts_files: {name!r}: expected the name of a file beside the study's, "
+                "without a folder"
+            )
         path = Path(source).parent / name
         if absent and not path.exists():
             continue
