@@ -248,3 +248,13 @@ def test_the_letters_said_to_be_drawn_are_in_the_windows_fonts():
     for name in ("NotoSans-Regular.ttf", "NotoSans-Bold.ttf"):
         font = TTFont(Path(spec.origin).parent / "assets" / "fonts" / name)
         assert {ord(letter) for letter in LETTERS} <= set(font.getBestCmap())
+
+
+def test_a_language_may_stand_in_the_study_file_itself_and_is_checked_alike(study):
+    whole = german().replace('language = "de"', "[texts.de]")
+    inside = STUDY.replace('texts_files = ["texts.de.toml"]\n', "") + whole
+    study.write_text(inside, encoding="utf-8")
+    assert "no fault" in validate(str(study))
+    study.write_text(inside.replace("{done}", "viele"), encoding="utf-8")
+    with pytest.raises(UserError, match=r"texts\.de\.window\.progress: {done} is missing in it"):
+        validate(str(study))
