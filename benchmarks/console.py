@@ -1,57 +1,80 @@
-"""The console: its first paint, what it costs the machine, and what it costs a session's frames.
+"""The console: its first paint, and what it costs a running session: frames and times of keys.
 
-    .venv/bin/python benchmarks/console.py [--pages 0 1 2 4 8] [--seconds 20] [--loads 10]
+    xvfb-run -s "-screen 0 1280x800x24" .venv/bin/python benchmarks/console.py [--write]
 
-A laboratory folder with twelve participants; a stand-in for a session that, like one, looks into
-its mailbox at each of 60 frames a second and tells its state five times a second; a console; and so
-many pages in a headless Chromium. Frames are late when they begin more than 5 ms after their time.
-Each number of pages is measured twice, in turn, so that a machine whose speed drifts treats them
-alike.
+A laboratory folder with twelve participants; a session with a real PsychoPy window that looks into
+its mailbox at each frame, tells its state five times a second, and is answered by a thread that
+notes when it presses (`benchmarks/console_session.py`); a console; and so many pages in a headless
+Chromium. A frame is late where it comes more than half a frame after its time. Each number of pages
+is measured twice, in turn, so that a machine whose speed drifts treats them alike. Some two and a
+half minutes.
+
+``--write`` puts the tables into docs/console.md, in place of those that are there.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
+import platform
+import re
 import shutil
 import statistics
 import subprocess
 import sys
 import tempfile
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 from playwright.sync_api import Browser, sync_playwright
 
 PEOPLE = 12
 PAGES = ("", "live", "study", "data", "pilot")
+HERE = Path(__file__).resolve().parent
+DOCS = HERE.parent / "docs" / "console.md"
+MARK = "<!-- benchmarks/console.py writes what follows -->"
+END = "<!-- end of what benchmarks/console.py writes -->"
+LATE = 1.5  # frames
 
-SESSION = """
-import sys, time
-from pathlib import Path
-from experiments.journal.journal import Journal
-from experiments.session.mailbox import Mailbox, mailbox_of
-from experiments.session.operator import SessionStatus
-from hardware.clock import SystemClock
-path = Path(sys.argv[1])
-with Journal.reopen(path, SystemClock()), Mailbox(mailbox_of(path), ("participant 12",)) as box:
-    print("running", flush=True)
-    for line in sys.stdin:
-        frames, late, costs = int(float(line) * 60), 0, []
-        began = time.perf_counter()
-        for frame in range(frames):
-            due = began + frame / 60
-            time.sleep(max(due - time.perf_counter(), 0))
-            now = time.perf_counter()
-            late += now - due > 0.005
-            box.poll()
-            if frame % 12 == 0:
-                box.tell(SessionStatus(state="waiting", trial=1, total=8, done=frame % 9))
-            costs.append(time.perf_counter() - now)
-        costs.sort()
-        usual, most = costs[len(costs) // 2], costs[int(0.99 * frames)]
-        print(late, frames, 1e3 * usual, 1e3 * most, flush=True)
-"""
+
+@dataclass(slots=True)
+class Cost:
+    """What was measured with so many pages open, over all rounds."""
+
+    frames_ms: list[float] = field(default_factory=list)
+    work_ms: list[float] = field(default_factory=list)
+    lags_ms: list[float] = field(default_factory=list)
+    processor_s: float = 0.0
+    seconds: float = 0.0
+
+    def row(self, pages: int, frame_ms: float) -> str:
+        """Return a line of the table."""
+        late = sum(time_ms > LATE * frame_ms for time_ms in self.frames_ms)
+        lags, work = self.lags_ms, self.work_ms
+        cells = [
+            f"{pages}",
+            f"{late} of {len(self.frames_ms)} ({100 * late / len(self.frames_ms):.1f} %)",
+            f"{statistics.median(work):.2f}, {quantile(work, 0.99):.2f}",
+            f"{len(lags)}",
+            f"{statistics.median(lags):.2f}, {quantile(lags, 0.975):.2f}",
+            f"{100 * self.processor_s / self.seconds:.1f} %",
+        ]
+        return f"| {' | '.join(cells)} |"
+
+
+HEADING = (
+    "| pages | late frames | a frame's work for the mailbox, ms (median, 99 %) | keys | "
+    "recorded minus true time of a key, ms (median, 97.5 %) | the console's share of a "
+    "core |\n| --- | --- | --- | --- | --- | --- |"
+)
+
+
+def quantile(values: list[float], share: float) -> float:
+    """Return the value below which a share of them lies."""
+    return sorted(values)[min(int(share * len(values)), len(values) - 1)]
 
 
 def laboratory(folder: Path) -> Path:
@@ -71,24 +94,21 @@ def processor_s(process: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
-def asked(session: subprocess.Popen[str], seconds: float) -> list[float]:
-    """Have the stand-in run its frames; return late ones, all, and what a frame's work took."""
-    stdin, stdout = session.stdin, session.stdout
-    if stdin is None or stdout is None:
-        raise RuntimeError("the session has no pipes")
-    _write(stdin, f"{seconds}\n")
-    return [float(word) for word in stdout.readline().split()]
+def lines_of(process: subprocess.Popen[str], asked: str = "") -> str:
+    """Write a line to a process, if there is one to write; return the next that it says."""
+    if process.stdin is not None and asked:
+        process.stdin.write(asked)
+        process.stdin.flush()
+    if process.stdout is None or not (line := process.stdout.readline()):
+        raise RuntimeError(f"process {process.args!r} ended")
+    return line
 
 
-def _write(stream: IO[str], line: str) -> None:
-    stream.write(line)
-    stream.flush()
-
-
-def first_paints(browser: Browser, address: str, loads: int) -> None:
-    """Print each page's median time to the first contentful paint."""
+def first_paints(browser: Browser, address: str, loads: int) -> list[str]:
+    """Return each page's median time to the first contentful paint, in words."""
     page = browser.new_page()
     page.goto(address)
+    told = []
     for name in PAGES:
         times: list[Any] = []
         for _ in range(loads):
@@ -97,58 +117,88 @@ def first_paints(browser: Browser, address: str, loads: int) -> None:
             while not (time_ms := page.evaluate(painted)):
                 page.wait_for_timeout(20)
             times.append(time_ms)
-        print(f"first paint, {name or 'today':<6} {statistics.median(times):6.0f} ms (median)")
+        told.append(f"{name or 'today'} {statistics.median(times):.0f} ms")
     page.close()
+    return told
+
+
+def costs(
+    browser: Browser,
+    address: str,
+    processes: tuple[subprocess.Popen[str], subprocess.Popen[str]],
+    counts: list[int],
+    seconds: float,
+) -> dict[int, Cost]:
+    """Return what so many pages cost, each number measured twice, in turn."""
+    console, session = processes
+    found = {count: Cost() for count in counts}
+    for count in counts * 2:
+        context = browser.new_context()
+        for _ in range(count):
+            context.new_page().goto(address)
+        before_s = processor_s(console.pid)
+        told = json.loads(lines_of(session, f"{seconds}\n"))
+        cost = found[count]
+        cost.processor_s += processor_s(console.pid) - before_s
+        cost.seconds += seconds
+        for name, values in told.items():
+            getattr(cost, name).extend(values)
+        context.close()
+    return found
 
 
 def main() -> None:
-    """Print a table: late frames and the console's processor time, by open pages."""
+    """Measure; print the tables, and write them where the documentation has them."""
     parser = argparse.ArgumentParser(description="Measure the console.")
     parser.add_argument("--pages", type=int, nargs="+", default=[0, 1, 2, 4, 8])
-    parser.add_argument("--seconds", type=float, default=20.0)
-    parser.add_argument("--loads", type=int, default=10)
+    parser.add_argument("--seconds", type=float, default=8.0, help="of each of two rounds")
+    parser.add_argument("--loads", type=int, default=7, help="of each page, for the first paint")
+    parser.add_argument("--write", action="store_true", help="write the tables to docs/console.md")
     options = parser.parse_args()
+    load_before = os.getloadavg()[0]
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     with tempfile.TemporaryDirectory() as place, sync_playwright() as play:
         folder = Path(place, "lab")
         journal = laboratory(folder)
+        pipes: dict[str, Any] = {"stdout": subprocess.PIPE, "text": True}
         console = subprocess.Popen(
             [sys.executable, "-P", "-m", "slipscale", "lab", "--no-browser", "--port", "0"],
             cwd=folder,
-            stdout=subprocess.PIPE,
-            text=True,
+            **pipes,
         )
         session = subprocess.Popen(
-            [sys.executable, "-P", "-c", SESSION, journal],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
+            [sys.executable, HERE / "console_session.py", journal], stdin=subprocess.PIPE, **pipes
         )
         rights = ["--no-sandbox"] if os.geteuid() == 0 else []
         browser = play.chromium.launch(executable_path=chromium, args=rights)
         try:
-            if console.stdout is None or session.stdout is None:
-                raise RuntimeError("no pipes")
-            address = console.stdout.readline().split()[-1]
-            session.stdout.readline()
-            first_paints(browser, address, options.loads)
-            print("pages   late frames        a frame's work (median, 99 %)   console's processor")
-            for count in options.pages * 2:
-                context = browser.new_context()
-                for _ in range(count):
-                    context.new_page().goto(address)
-                before = processor_s(console.pid)
-                late, frames, median_ms, most_ms = asked(session, options.seconds)
-                share = (processor_s(console.pid) - before) / options.seconds
-                context.close()
-                print(
-                    f"{count:>5}   {late:4.0f} of {frames:5.0f}       {median_ms:6.3f} ms, "
-                    f"{most_ms:6.3f} ms              {100 * share:5.1f} %"
-                )
+            address = lines_of(console).split()[-1]
+            while lines_of(session) != "running\n":
+                pass  # what PsychoPy says as it starts
+            paints = first_paints(browser, address, options.loads)
+            processes = (console, session)
+            found = costs(browser, address, processes, options.pages, options.seconds)
         finally:
             browser.close()
             session.kill()
             console.kill()
+            session.wait()
+            console.wait()
+    frame_ms = statistics.median([time for cost in found.values() for time in cost.frames_ms])
+    rows = [cost.row(pages, frame_ms) for pages, cost in sorted(found.items())]
+    said = (
+        f"First paint (median): {', '.join(paints)}.\n\n{HEADING}\n" + "\n".join(rows) + "\n\n"
+        f"{datetime.now(UTC):%Y-%m-%d}, {os.cpu_count()} cores, load {load_before:.1f} before it "
+        f"began, Python {platform.python_version()}, a virtual screen with frames of "
+        f"{frame_ms:.1f} ms."
+    )
+    print(said)
+    if options.write:
+        text = DOCS.read_text(encoding="utf-8")
+        new = f"{MARK}\n\n{said}\n\n{END}"
+        DOCS.write_text(
+            re.sub(f"{MARK}.*{END}", lambda _: new, text, flags=re.DOTALL), encoding="utf-8"
+        )
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Take pictures of every page of the console, in both themes, at two widths; run axe-core on them.
 
 Usage: python tools/console_pages.py FOLDER [--axe axe.min.js] [--only NAME ...]
+       python tools/console_pages.py docs/images --documentation
 
 Without --axe, npm fetches axe-core into a temporary folder. Exit status 1 where axe-core finds
 something serious or critical. Needs a Chromium; no display.
@@ -26,11 +27,12 @@ from playwright.sync_api import sync_playwright
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, Page, ViewportSize
 
 AXE = "axe-core@4.14.1"
 WIDTHS = {"wide": 1400, "phone": 400}
 THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
+DOCUMENTED = {"today": 1000, "live": 1150, "data": 1150}  # scene -> height of the picture
 GRAVE = ("serious", "critical")
 FRESH_S = 1.2  # the console reads its folder once a second
 COMMAND = [sys.executable, "-P", "-m", "slipscale"]
@@ -82,7 +84,8 @@ def laboratory(folder: Path) -> None:
     slipscale(folder, "pilot", "--participants", "3", "--seed", "2")
     last = journals(folder)[-1]
     lines = last.read_bytes().splitlines(keepends=True)
-    last.write_bytes(b"".join(lines[: len(lines) * 3 // 4]))
+    strokes = [at for at, line in enumerate(lines) if b'"begin"' in line and b'"Explore"' in line]
+    last.write_bytes(b"".join(lines[: strokes[-3] + 1]))
 
 
 def slipscale(folder: Path, *words: str) -> None:
@@ -232,18 +235,31 @@ def look(browser: Browser, address: str, out: Path, name: str, source: str) -> l
     return told
 
 
+def document(browser: Browser, address: str, out: Path, name: str) -> None:
+    """Take a scene's picture for the documentation."""
+    size: ViewportSize = {"width": 1000, "height": DOCUMENTED[name]}
+    page = browser.new_page(color_scheme="light", viewport=size, locale="en")
+    page.goto(address)
+    page.goto(address.partition("?")[0] + SCENES[name][1])
+    page.screenshot(path=out / f"console-{name}.png")
+    page.close()
+
+
 def main() -> int:
     """Take all pictures; print what axe-core finds; 1 where something is grave."""
     parser = argparse.ArgumentParser(description="Look at every page of the console.")
     parser.add_argument("folder", type=Path, help="for the pictures")
     parser.add_argument("--axe", type=Path, help="axe.min.js of the npm package axe-core")
+    parser.add_argument(
+        "--documentation", action="store_true", help="only the documentation's pictures"
+    )
     parser.add_argument("--only", nargs="+", metavar="NAME", choices=SCENES, help="these alone")
     options = parser.parse_args()
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     options.folder.mkdir(parents=True, exist_ok=True)
     told: list[str] = []
     with tempfile.TemporaryDirectory() as place, sync_playwright() as play:
-        source = axe_source(options.axe, Path(place))
+        source = "" if options.documentation else axe_source(options.axe, Path(place))
         laboratory(Path(place, "lab"))
         stage = Stage(Path(place, "lab"))
         rights = ["--no-sandbox"] if os.geteuid() == 0 else []
@@ -251,13 +267,18 @@ def main() -> int:
         with console(stage.folder) as address:
             for name, (prepare, _, _) in SCENES.items():
                 prepare(stage)
-                if options.only and name not in options.only:
+                wanted = DOCUMENTED if options.documentation else options.only or SCENES
+                if name not in wanted:
                     continue
                 time.sleep(FRESH_S)
+                if options.documentation:
+                    document(browser, address, options.folder, name)
+                    continue
                 told += look(browser, address, options.folder, name, source)
             stage.end()
         browser.close()
-    print("\n".join(told) or "axe-core: nothing")
+    if not options.documentation:
+        print("\n".join(told) or "axe-core: nothing")
     return 1 if any(f": {impact}: " in line for line in told for impact in GRAVE) else 0
 
 
