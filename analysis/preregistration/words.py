@@ -45,6 +45,9 @@ TESTS: Mapping[str, str] = {
     "thresholds": "thresholds of forced choice",
     "scales": "scales of paired comparison",
     "matching": "bias and variability of matching",
+    "ratings": "ratings on a line: means, Friedman's test, ordered trend, pairs",
+    "ratios": "ratios to a standard, and their exponent",
+    "productions": "magnitude production: produced amplitudes, slope and exponent",
 }
 #: What `Inference` holds beside tests.
 NO_TEST = ("normalisation",)

@@ -140,9 +140,36 @@ def _tables(data: Dataset, prepared: Prepared | None) -> Iterator[tuple[str, str
         yield "descending difference, “yes” on changes", "share", table
     for task, rows in _by_task(data.forced_choices):
         yield f"{task}, threshold", "log10 µm p-p", _thresholds(rows)
-    for task, rows in _by_task(data.matches):
-        error = rows["matched_um_pp"] - rows["reference_um_pp"]
-        yield f"{task}, match less reference", "µm p-p", _by_session(rows.assign(value=error))
+    for trials, what, unit, value in (
+        (data.matches, "match less reference", "µm p-p", _match_error),
+        (data.ratings, "mean rating", "place on the line, 0 to 100", _rating),
+        (data.ratios, "mean ratio", "natural logarithm", _log_ratio),
+        (data.productions, "mean produced amplitude", "natural logarithm, µm p-p", _log_produced),
+    ):
+        for task, rows in _by_task(trials):
+            main = rows[~rows["catch"]] if "catch" in rows else rows
+            yield f"{task}, {what}", unit, _by_session(main.assign(value=value(main)))
+
+
+def _match_error(rows: pd.DataFrame) -> pd.Series[float]:
+    return (rows["matched_um_pp"] - rows["reference_um_pp"]).astype(float)
+
+
+def _rating(rows: pd.DataFrame) -> pd.Series[float]:
+    return rows["rating"].astype(float)
+
+
+def _log_ratio(rows: pd.DataFrame) -> pd.Series[float]:
+    return _log(rows["ratio"])
+
+
+def _log_produced(rows: pd.DataFrame) -> pd.Series[float]:
+    return _log(rows["produced_um_pp"])
+
+
+def _log(values: pd.Series[float]) -> pd.Series[float]:
+    """Return natural logarithms; of 0 there is none."""
+    return pd.Series(np.log(values.where(values > 0).to_numpy(float)), index=values.index)
 
 
 def _by_task(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:

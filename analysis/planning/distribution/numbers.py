@@ -23,7 +23,7 @@ TABLE3 = "table3"
 #: Keys that tell which of a list's elements one is; their values make its name.
 IDENTIFIERS = (
     *("task", "from_um_pp", "to_um_pp", "reference_um_pp", "removed_um_pp", "standard_um_pp"),
-    *("surface", "name", "session"),
+    *("surface", "from_surface", "to_surface", "comparison_um_pp", "number", "name", "session"),
 )
 #: Keys whose values are people's, counts of words, or settings.
 LEFT_OUT = (
@@ -44,6 +44,8 @@ OF_A_COMPUTATION = ("converged", "at_bound", "at_ceiling")
 #: The name of what fits best.
 BEST = "best"
 BOUNDS = ("low", "high")
+#: How keys of two bounds end.
+OF_AN_INTERVAL = ("ci", "ci95", "interval")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,18 +116,20 @@ def _of_record(record: JsonObject, name: str) -> Iterator[tuple[str, Json]]:
 def _by_surface(record: JsonObject) -> JsonObject:
     """Return a scale's record with its lists, here and one level down, named by its surfaces."""
     surfaces = record.get("surfaces")
-    if not isinstance(surfaces, list):
+    # A scale's are names; a rating's are records of their own.
+    if not isinstance(surfaces, list) or not all(isinstance(name, str) for name in surfaces):
         return record
 
-    def named(value: Json) -> Json:
-        if not isinstance(value, list) or len(value) != len(surfaces):
+    def named(key: str, value: Json) -> Json:
+        bounds = key.endswith(OF_AN_INTERVAL)
+        if bounds or not isinstance(value, list) or len(value) != len(surfaces):
             return value
         return dict(zip(map(str, surfaces), value, strict=True))
 
     return {
-        key: {name: named(inner) for name, inner in value.items()}
+        key: {name: named(name, inner) for name, inner in value.items()}
         if isinstance(value, dict)
-        else named(value)
+        else named(key, value)
         for key, value in record.items()
         if key != "surfaces"
     }
@@ -144,4 +148,5 @@ def _identified(value: Json) -> str:
     if not isinstance(value, dict):
         return ""
     parts = [value[key] for key in IDENTIFIERS if value.get(key) is not None]
-    return " - ".join(f"{part:g}" if isinstance(part, float) else str(part) for part in parts)
+    words = (f"{part:g}" if isinstance(part, float) else str(part) for part in parts)
+    return " - ".join(dict.fromkeys(words))

@@ -135,6 +135,9 @@ def test_people_of_one_session_each_are_not_compared_within(table_by_hand):
     [
         ("matching", "matching, match less reference"),
         ("constant_stimuli", "constantstimuli, threshold"),
+        ("visual_analogue_scale", "visualanalogue, mean rating"),
+        ("ratio_to_standard", "ratiotostandard, mean ratio"),
+        ("magnitude_production", "magnitudeproduction, mean produced amplitude"),
         ("biet2007", "descending difference, “yes” on changes"),
     ],
 )

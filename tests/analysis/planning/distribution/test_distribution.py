@@ -10,7 +10,7 @@ import pytest
 
 import slipscale
 from analysis.pipeline import analyse
-from analysis.planning.distribution import many_studies
+from analysis.planning.distribution import many_studies, numbers
 from analysis.planning.distribution.distribution import distribution
 from analysis.planning.distribution.many_studies import ManyStudies, StudyResult, results
 from analysis.planning.distribution.numbers import Findings, findings
@@ -142,6 +142,37 @@ def test_numbers_of_one_participant_are_left_out_and_corrected_p_decide(found):
     assert "pairwise.0 - 1.2.p_wilcoxon" not in concluded
     for result in found:
         assert result.found.conclusions["friedman.p"] == (result.found.numbers["friedman.p"] < 0.05)
+
+
+def test_a_list_s_records_are_named_by_what_they_are_of():
+    names = dict(
+        numbers._leaves(
+            {
+                "scales": [
+                    {"task": "pairs", "surfaces": ["1", "fine"], "values": [0.0, 2.0], "ci": [3, 4]}
+                ],
+                "ratings": [
+                    {
+                        "task": "line",
+                        "surfaces": [{"surface": "0", "mean": 5.0}],
+                        "pairs": [{"from_surface": "0", "to_surface": "1.2", "p_holm": 0.1}],
+                        "participants": [{"participant": "sub-01", "mean": 7.0}],
+                    }
+                ],
+                "plain": [{"value": 8.0}, {"value": 9.0}],
+            }
+        )
+    )
+    assert names == {
+        "scales.pairs.values.1": 0.0,
+        "scales.pairs.values.fine": 2.0,
+        "scales.pairs.ci.low": 3,
+        "scales.pairs.ci.high": 4,
+        "ratings.line.surfaces.0.mean": 5.0,
+        "ratings.line.pairs.0 - 1.2.p_holm": 0.1,
+        "plain.1.value": 8.0,
+        "plain.2.value": 9.0,
+    }
 
 
 def test_what_would_take_hours_asks_first(monkeypatch, many):
