@@ -6,7 +6,6 @@ says so) that times out, is repeated at the end of its block under a number of i
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -274,12 +273,6 @@ class RatedSurfaces(Repeating[Presentation]):
         if missed and self.order.repeat_timed_out and trial.repeats is None:
             again = (*again, trial.number)
         return again
-
-    @abstractmethod
-    def trial(
-        self, condition: Presentation, number: int, repeats: int | None
-    ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of the trials to be repeated."""
 
 
 BLOCK = {

@@ -54,8 +54,14 @@ def asked(records):
 
 @pytest.mark.parametrize(
     "study, population",
-    [("biet2007", Population()), ("biet2007", HABITUAL), ("constant_stimuli", HABITUAL)],
-    ids=["default", "habitual", "intervals"],
+    [
+        ("biet2007", Population()),
+        ("biet2007", HABITUAL),
+        ("constant_stimuli", HABITUAL),
+        ("visual_analogue_scale", HABITUAL),
+        ("ratio_to_standard", HABITUAL),
+    ],
+    ids=["default", "habitual", "intervals", "line", "standard"],
 )
 def test_the_bare_path_gives_the_answers_of_a_full_session(tmp_path, study, population):
     plans = pilot_plans(study, participants=5, seed=3, language="en", population=population)
