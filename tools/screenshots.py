@@ -32,6 +32,7 @@ from experiments.protocols.steps import (
     Reply,
     Rest,
     TextQuestion,
+    VisualAnalogueQuestion,
     WholeNumberQuestion,
     YesNoQuestion,
 )
@@ -113,6 +114,19 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
         ),
         time_limit_s=10.0,
     )
+    line = Ask(
+        name="rating",
+        question=VisualAnalogueQuestion(
+            prompt=texts["visual_analogue_scale.rating"],
+            left=texts["visual_analogue_scale.left"],
+            right=texts["visual_analogue_scale.right"],
+            resolution=1.0,
+            key_step=1.0,
+            start=50.0,
+            start_shown=False,
+        ),
+        time_limit_s=10.0,
+    )
     about_you = read_study("biet2007")[0].about_you
     stroke = texts["magnitude_estimation.explore"]
     pages: dict[str, ParticipantStep] = {
@@ -179,6 +193,9 @@ def scenes(language: str, texts: Texts) -> dict[str, Scene]:
         f"asked-{number:02d}-{type(step).__name__.lower()}": screen_for(step, texts)
         for number, step in enumerate(asked_beside(language, texts), start=1)
     }
+    screens["line-refused"] = typed(screen_for(line, texts), " ")
+    screens["line"] = screen_for(line, texts)
+    screens["line"].move(13)
     return {name: screen.scene(3.4) for name, screen in screens.items()} | {
         "hold": scene.message(texts["session.hold"]),
         "release": scene.message(texts["window.release_keys"]),

@@ -231,8 +231,8 @@ def production_biases(found: TaskProductions, confidence: float) -> list[str]:
         )
     if found.at_bounds:
         texts.append(
-            f"{found.at_bounds} of {found.answers} productions ended where the plate could be "
-            "turned no further. Those who meant to go beyond make the slope too small and the "
+            f"{found.at_bounds} of {found.answers} productions ended within a notch of how far the "
+            "plate can be turned. Those who meant to go beyond make the slope too small and the "
             "exponent too large."
         )
     if found.catch_um_pp is not None:

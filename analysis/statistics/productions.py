@@ -101,8 +101,8 @@ class TaskProductions:
     catch_um_pp : float or None
         Geometric mean of catch trials: the standard's own number.
     at_bounds : int
-        Productions that ended where the plate could be turned no further: they are as they are,
-        and make the slope too small.
+        Productions that ended within one notch of how far the plate can be turned: they are as
+        they are; those meant to go beyond make the slope too small.
     numbers : tuple of ProducedNumber
         In rising order.
     slope : MeanOverParticipants or NotComputed

@@ -177,6 +177,7 @@ class _Run(AgainstStandard):
                 "standard_um_pp": options.standard_um_pp,
                 "lowest_um_pp": options.lowest_um_pp,
                 "highest_um_pp": options.highest_um_pp,
+                "step_um_pp": options.step_um_pp,
             },
         )
         yield from self.standard(trial)
@@ -198,11 +199,12 @@ class _Run(AgainstStandard):
 
 
 def _bound(record: TrialRecord) -> str | None:
-    reached = record.answer("produced_um_pp")
-    if reached is None:
+    answer, factors = record.answer("produced_um_pp"), record.trial.factors
+    if answer is None:
         return None
-    ends = {record.trial.factors[f"{name}_um_pp"]: name for name in ("lowest", "highest")}
-    return ends.get(reached, "none")
+    known = (answer, *(factors[f"{name}_um_pp"] for name in ("lowest", "highest", "step")))
+    reached, low, high, step = (float(str(value)) for value in known)
+    return "lowest" if reached < low + step else "highest" if reached > high - step else "none"
 
 
 PROTOCOL = Protocol(
@@ -249,8 +251,8 @@ PROTOCOL = Protocol(
         "bound": Column(
             value=_bound,
             kind="label",
-            description="Whether the plate was turned as far as it can be",
-            levels={"lowest": "to its lowest", "highest": "to its highest", "none": "neither"},
+            description="Whether the plate was left within one notch of how far it can be turned",
+            levels={"lowest": "of its lowest", "highest": "of its highest", "none": "of neither"},
         ),
     },
     intervals=lambda options: JUDGED if options.in_each_trial else STANDARD,

@@ -4,8 +4,11 @@ from collections import Counter
 
 import pytest
 
+from experiments.dataset.schema import columns
 from experiments.participants.bare import bare_run
 from experiments.participants.population import Population
+from experiments.protocols.base import TrialRecord
+from experiments.protocols.magnitude_production import PROTOCOL as MADE
 from experiments.protocols.steps import Adjust, Ask, EndBlock, Explore, Present, Rest
 from experiments.running.dry_run import dry_run, surfaces
 from experiments.study.file import study_text
@@ -242,6 +245,21 @@ def test_a_person_drawn_to_the_start_puts_the_mark_nearer_to_it(plan):
 def test_who_lapses_leaves_the_plate_where_it_began(plan):
     lapsing = answers(plan(short("magnitude_production")), "produced_um_pp", habits={"lapses": 1})
     assert all(len(answer.trace) == 1 for _, answer in lapsing)
+
+
+def test_who_means_a_number_beyond_the_plate_leaves_it_at_its_bound_and_the_row_says_so(plan):
+    text = short("magnitude_production", ("[7.0, 10.0, 14.0, 20.0]", "[0.5, 100.0]"))
+    bound = columns(MADE)["bound"].value
+    for trial, answer in answers(plan(text), "produced_um_pp"):
+        if not trial.factors["catch"]:
+            end = 0.1 if trial.factors["number"] < 1 else 2.3
+            assert abs(answer.value - end) < 0.05
+            assert len(answer.trace) < 2.2 / 0.05 + 2  # and turns on no more
+            record = TrialRecord(trial=trial, answers={"produced_um_pp": {"value": answer.value}})
+            assert bound(record) == ("lowest" if end < 1 else "highest")
+    inside = TrialRecord(trial=trial, answers={"produced_um_pp": {"value": 1.0}})
+    assert bound(inside) == "none"
+    assert bound(TrialRecord(trial=trial)) is None
 
 
 def test_a_production_that_takes_too_long_comes_again(plan):

@@ -149,7 +149,9 @@ class Hand(UnattendedOperator):
         if isinstance(step, Adjust) and first:
             from pyglet.window import key  # noqa: PLC0415 - needs the display
 
-            for motion in (key.MOTION_UP, key.MOTION_UP, key.MOTION_DOWN, key.MOTION_NEXT_PAGE):
+            elsewhere = (key.MOTION_LEFT, key.MOTION_BEGINNING_OF_LINE)  # they turn nothing
+            turns = (key.MOTION_UP, key.MOTION_UP, key.MOTION_DOWN, key.MOTION_NEXT_PAGE)
+            for motion in (*elsewhere, *turns):
                 handle.dispatch_event("on_text_motion", motion)
             handle.dispatch_event("on_mouse_scroll", 0, 0, 0.0, 2.0)
             if step.again and not self.window.again:
