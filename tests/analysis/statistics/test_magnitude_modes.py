@@ -103,6 +103,15 @@ def test_the_pull_of_the_start_is_found_and_not_invented(pull):
     assert (found.interval.low > 0) == (pull > 0)
 
 
+def test_starts_that_differ_between_surfaces_and_people_are_no_pull():
+    frame = rated(each=40)
+    jitter = frame["cursor_start"] / 10
+    level = frame.groupby(["participant_id", "surface"], observed=True)["rating"]
+    found = start_effect(frame.assign(cursor_start=level.transform("mean") + jitter), 0.95)
+    assert found.interval.low < 0 < found.interval.high
+    assert abs(found.mean) < 0.2
+
+
 def test_a_start_that_never_changes_pulls_by_an_amount_that_is_not_known():
     (found,) = ratings(rated().assign(cursor_start=50.0))
     assert "always started at one place" in found.start_effect.reason

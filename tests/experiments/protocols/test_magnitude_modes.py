@@ -1,6 +1,7 @@
 """Visual analogue scale, ratio to a standard and magnitude production: what is planned."""
 
 from collections import Counter
+from itertools import pairwise
 
 import pytest
 
@@ -80,6 +81,17 @@ def test_catch_trials_come_at_any_place_among_the_main_trials(plan):
         places[place] += 1
     assert set(places) == set(range(13))
     assert max(places.values()) < 35  # of some 15 each
+
+
+def test_as_many_catch_trials_as_others_come_in_any_pattern(plan):
+    """Of 24 marks in any order 6 pairs of neighbours, about, are two catch trials."""
+    text = short("ratio_to_standard", ("catch_trials = 2", "catch_trials = 12"))
+    pairs = 0
+    for seed in range(20):
+        asked = [step.trial.factors["catch"] for step in main_trials(plan(text, seed=seed), Ask)]
+        assert sum(asked) == 12
+        pairs += sum(one and other for one, other in pairwise(asked[:20]))
+    assert 75 < pairs < 115  # 20 runs, 19 pairs of neighbours, each with probability 0.239
 
 
 def test_a_line_takes_textures_and_a_ratio_plain_surfaces_alone(plan):
