@@ -27,6 +27,8 @@ BINS = 8
 ACROSS, PANEL = 3, (2.5, 1.7)
 #: More participants than this have no panel of their own.
 PANELS_AT_MOST = 24
+#: How far beside a participant's threshold the same answers stand, fitted in other ways.
+ASIDE = 0.28
 #: More thresholds than this stand without their participants' names.
 NAMED_AT_MOST = 30
 LEVEL = "Difference from the standard (µm, peak to peak)"
@@ -52,7 +54,12 @@ def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
     compared = found.method == COMPARED
     levels = main["level_um_pp"].to_numpy(float)
     levels = levels if compared else levels[levels > 0]
-    low, high = levels.min(), levels.max()
+    there = [
+        each.function.threshold_um_pp.value
+        for each in people
+        if not isinstance(each.function, NotComputed)
+    ]
+    low, high = min([levels.min(), *there]), max([levels.max(), *there])
     margin = 0.05 * (high - low)
     fine = (
         np.linspace(low - margin, high + margin, 200)
@@ -134,6 +141,23 @@ def _thresholds(axes: Axes, found: TaskThresholds) -> None:
             markersize=4,
             gid=tip(f"{each.participant}: {estimate.value:.3g} µm [{low:.3g}, {high:.3g}]"),
         )
+        for offset, marker, other in (
+            (-ASIDE, "^", each.maximum_likelihood),
+            (ASIDE, "s", each.psignifit),
+        ):
+            if not isinstance(other, NotComputed):
+                low, high = other.threshold_um_pp.interval
+                axes.plot([low, high], [place + offset] * 2, color=PALE, linewidth=0.7, zorder=1)
+                axes.plot(
+                    [other.threshold_um_pp.value],
+                    [place + offset],
+                    marker,
+                    color=GREY,
+                    markersize=2.6,
+                    mfc="white",
+                    mew=0.7,
+                    gid=tip(f"{each.participant}, {other.estimator}: {low:.3g} to {high:.3g} µm"),
+                )
     if not isinstance(found.population, NotComputed):
         low, high = found.population.threshold_um_pp.interval
         axes.axvspan(low, high, color="#F6D7C7", linewidth=0, zorder=0)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import figure_style
 from analysis.figures import (
     estimates,
+    exponent_and_weber,
     exponents,
     growth,
     magnitude_modes,
@@ -213,6 +214,9 @@ def draw(analysis: Analysis) -> dict[str, Figure]:
         found[f"thresholds_{task.task}"] = thresholds.functions(task, trials)
         if trials["track"].notna().any():
             found[f"tracks_{task.task}"] = thresholds.tracks(task, trials)
+    together = analysis.inference.exponent_and_weber
+    for one in () if isinstance(together, NotComputed) else together:
+        found[f"exponent_and_weber_{one.task}"] = exponent_and_weber.exponent_and_weber(one)
     return found | _draw_scales(analysis) | _draw_magnitudes(analysis) | _own_figures(analysis)
 
 

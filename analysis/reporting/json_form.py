@@ -170,6 +170,7 @@ def _(found: PsychometricCurve) -> Json:
 def _(found: PsychometricFunction) -> Json:
     slope = found.slope
     return {
+        "estimator": found.estimator,
         "threshold_um": form(found.threshold_um_pp.value),
         "threshold_ci": form(found.threshold_um_pp.interval),
         "slope": form(slope) if isinstance(slope, NotComputed) else form(slope.value),

@@ -13,6 +13,7 @@ from analysis.reading.own_words import in_own_words
 from analysis.reporting import (
     apa,
     apa_difference,
+    apa_exponent_and_weber,
     apa_groups,
     apa_magnitude_modes,
     apa_scales,
@@ -26,6 +27,7 @@ from analysis.reporting.sections.assumptions import assumptions
 from analysis.reporting.sections.comparisons import comparisons
 from analysis.reporting.sections.difference import difference
 from analysis.reporting.sections.estimates import estimates
+from analysis.reporting.sections.exponent_and_weber import exponent_and_weber
 from analysis.reporting.sections.groups import groups
 from analysis.reporting.sections.growth import growth
 from analysis.reporting.sections.measured_friction import measured_friction
@@ -160,6 +162,7 @@ def sections(
         measured_friction(analysis, svgs),
         difference(analysis, svgs),
         thresholds(analysis, svgs),
+        exponent_and_weber(analysis, svgs),
         scales(analysis, svgs),
         matching(analysis, svgs),
         magnitude_modes.ratings(analysis, svgs),
@@ -195,6 +198,9 @@ def results(analysis: Analysis) -> html.ReportSection:
     )
     texts_of["Thresholds"] = apa_thresholds.sentences(
         analysis.inference.thresholds, choices.confidence
+    )
+    texts_of["Exponent and Weber fraction"] = apa_exponent_and_weber.sentences(
+        analysis.inference.exponent_and_weber, choices.confidence
     )
     texts_of["Paired comparison"] = apa_scales.scale_sentences(analysis.inference.scales)
     texts_of["Matching"] = apa_scales.matching_sentences(

@@ -13,6 +13,7 @@ from analysis.statistics.bayesian_growth import bayesian_growth
 from analysis.statistics.descending_difference.coder_agreement import agreement
 from analysis.statistics.descending_difference.verbal_coding import SHIPPED, load_codebook
 from analysis.statistics.descending_difference.yes_no import analyse_differences
+from analysis.statistics.exponent_and_weber import exponent_and_weber
 from analysis.statistics.group_comparison import compare_groups, membership
 from analysis.statistics.growth import growth
 from analysis.statistics.matching import matching
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from analysis.reading.dataset import Dataset
     from analysis.statistics.bayesian_growth import BayesianGrowth
     from analysis.statistics.descending_difference.yes_no import DescendingDifference
+    from analysis.statistics.exponent_and_weber import ExponentAndWeber
     from analysis.statistics.group_comparison import GroupComparison
     from analysis.statistics.growth import Growth
     from analysis.statistics.matching import MatchedReference
@@ -108,10 +110,16 @@ class Inference:
     ratings: tuple[TaskRatings, ...] | NotComputed
     ratios: tuple[TaskRatios, ...] | NotComputed
     productions: tuple[TaskProductions, ...] | NotComputed
+    exponent_and_weber: tuple[ExponentAndWeber, ...] | NotComputed
 
 
 def conclude(
-    data: Dataset, prepared: Prepared | None, rule: str | None, *, bayesian: bool = False
+    data: Dataset,
+    prepared: Prepared | None,
+    rule: str | None,
+    *,
+    bayesian: bool = False,
+    psignifit: bool = True,
 ) -> Inference:
     """Run every test that the study chose.
 
@@ -125,6 +133,8 @@ def conclude(
         How they were normalised.
     bayesian : bool
         Whether to sample the hierarchical Bayesian power function, which takes half a minute.
+    psignifit : bool
+        Whether to fit thresholds by psignifit too, which takes a second a participant and task.
     """
     chosen = data.choices.tests
 
@@ -142,6 +152,9 @@ def conclude(
             return NotComputed("not chosen in the study file")
         return test(trials, data.choices.confidence)
 
+    found_thresholds = of_task(
+        "thresholds", partial(thresholds, psignifit=psignifit), data.forced_choices
+    )
     return Inference(
         rm_anova=run("rm_anova", omnibus.rm_anova),
         friedman=run("friedman", omnibus.friedman),
@@ -169,7 +182,7 @@ def conclude(
         difference=NotComputed("not chosen in the study file")
         if chosen is not None and "difference" not in chosen
         else difference(data),
-        thresholds=of_task("thresholds", thresholds, data.forced_choices),
+        thresholds=found_thresholds,
         scales=of_task("scales", scales, data.comparisons),
         matching=of_task("matching", matching, data.matches),
         ratings=of_task("ratings", ratings, data.ratings),
@@ -179,6 +192,7 @@ def conclude(
             partial(productions, counterpart=counterpart(data, prepared)),
             data.productions,
         ),
+        exponent_and_weber=exponent_and_weber(prepared, found_thresholds, data.choices.confidence),
     )
 
 

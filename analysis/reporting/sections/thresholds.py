@@ -13,6 +13,8 @@ from analysis.statistics.psychometrics.forced_choice import COMPARED
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from markupsafe import Markup
+
     from analysis.result import Analysis
     from analysis.statistics.psychometrics.forced_choice import (
         ParticipantThreshold,
@@ -32,11 +34,19 @@ COLUMNS = (
 )
 
 FITTED = {
-    False: "Weibull functions by maximum likelihood; the threshold is half-way between chance and "
-    "the best",
-    True: "Cumulative normal functions by maximum likelihood; the threshold is the point of "
-    "subjective equality",
+    False: "Weibull functions; the threshold is half-way between chance and the best",
+    True: "Cumulative normal functions; the threshold is the point of subjective equality",
 }
+#: The table of the ways to fit.
+WAYS = (
+    TableColumn(title="Participant", left=True),
+    TableColumn(title="Fitted by", left=True),
+    TableColumn(title="Threshold (µm)"),
+    TableColumn(title="CI"),
+    TableColumn(title="Slope"),
+    TableColumn(title="CI"),
+    TableColumn(title="Lapses"),
+)
 
 
 def thresholds(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
@@ -56,11 +66,13 @@ def thresholds(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             html.table(
                 list(COLUMNS),
                 [_row(each) for each in task.participants],
-                f"{FITTED[task.method == COMPARED]}, its {level:g} % interval by profile "
-                "likelihood. Lapses: 1 less the upper asymptote, at most 6 %. Fit: deviance "
-                "against 1,000 data sets simulated from the curve.",
+                f"{FITTED[task.method == COMPARED]}. Medians and {level:g} % intervals of a "
+                "posterior in which the lapse rate is integrated. Lapses: 1 less the upper "
+                "asymptote, at most 6 %. Fit: deviance of the likeliest curve against 1,000 data "
+                "sets simulated from it.",
             )
         )
+        section.blocks.append(html.details("The same answers, fitted in three ways", [_ways(task)]))
         if (svg := svgs.get(f"tracks_{task.task}")) is not None:
             section.blocks.append(
                 html.figure(
@@ -73,12 +85,47 @@ def thresholds(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     return section
 
 
+def _ways(task: TaskThresholds) -> Markup:
+    """Return a row a participant and way to fit."""
+    rows = []
+    for each in task.participants:
+        for way, found in (
+            ("posterior", each.function),
+            ("maximum likelihood", each.maximum_likelihood),
+            ("psignifit", each.psignifit),
+        ):
+            if isinstance(found, NotComputed):
+                rows.append([each.participant, way, DASH, found.reason, DASH, DASH, DASH])
+                continue
+            slope = found.slope
+            rows.append(
+                [
+                    each.participant,
+                    way,
+                    significant(found.threshold_um_pp.value),
+                    bracketed(found.threshold_um_pp.interval, significant),
+                    DASH if isinstance(slope, NotComputed) else significant(slope.value),
+                    DASH
+                    if isinstance(slope, NotComputed)
+                    else bracketed(slope.interval, significant),
+                    f"{100 * found.lapse:.1f} %",
+                ]
+            )
+    return html.table(
+        list(WAYS),
+        rows,
+        "Posterior: medians, lapse rate and all else integrated; what the report rests on. Maximum "
+        "likelihood: profile likelihood intervals, too narrow after short tracks. psignifit 4: "
+        "mode of a posterior that allows for overdispersion.",
+    )
+
+
 def _caption(task: TaskThresholds, level: float) -> str:
     text = (
         f"{'Called more slippery' if task.method == COMPARED else 'Correct answers'} against the "
         "level. Pale: participants' psychometric functions; blue: "
         "everybody's answers, gathered by level. Below: each participant's threshold with its "
-        f"{level:g} % interval"
+        f"{level:g} % interval (triangles: by maximum likelihood; squares: by psignifit)"
     )
     if isinstance(task.population, NotComputed):
         return f"{text}."

@@ -23,6 +23,8 @@ from analysis.statistics.psychometrics.psychometric_function import (
 from analysis.statistics.psychometrics.thresholds import (
     GoodnessOfFit,
     fit_threshold,
+    fit_threshold_by_posterior,
+    fit_threshold_by_psignifit,
     goodness_of_fit,
 )
 from experiments.dataset.schema import PARTICIPANT
@@ -50,11 +52,13 @@ class ParticipantThreshold:
     catch_trials, catch_correct : int
         Trials that show whether attention holds; not part of the fit.
     function : PsychometricFunction or NotComputed
-        By maximum likelihood.
+        Medians of a posterior, lapse rate and slope integrated: what all that follows rests on.
+    maximum_likelihood, psignifit : PsychometricFunction or NotComputed
+        The same answers fitted in the two ways that are usual, for comparison.
     weber_fraction : Estimate or NotComputed
         Threshold over standard.
     fit : GoodnessOfFit or NotComputed
-        How well the function fits.
+        How well the likeliest function fits.
     """
 
     participant: str
@@ -63,6 +67,8 @@ class ParticipantThreshold:
     catch_trials: int
     catch_correct: int
     function: PsychometricFunction | NotComputed
+    maximum_likelihood: PsychometricFunction | NotComputed
+    psignifit: PsychometricFunction | NotComputed
     weber_fraction: Estimate | NotComputed
     fit: GoodnessOfFit | NotComputed
 
@@ -97,7 +103,7 @@ class TaskThresholds:
 
 
 def thresholds(
-    choices: pd.DataFrame, confidence: float = 0.95
+    choices: pd.DataFrame, confidence: float = 0.95, *, psignifit: bool = False
 ) -> tuple[TaskThresholds, ...] | NotComputed:
     """Return the thresholds of every task of forced choice.
 
@@ -105,20 +111,23 @@ def thresholds(
     ----------
     choices : DataFrame
         `analysis.reading.forced_choice.read_choices`'s trials.
+    psignifit : bool
+        Whether to fit by psignifit too, which takes a second a participant and task.
     """
     if not len(choices):
         return NotComputed("no trials of forced choice")
     return tuple(
-        _task(str(task), rows, confidence) for task, rows in choices.groupby("task", sort=True)
+        _task(str(task), rows, confidence, psignifit=psignifit)
+        for task, rows in choices.groupby("task", sort=True)
     )
 
 
-def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskThresholds:
+def _task(task: str, rows: pd.DataFrame, confidence: float, *, psignifit: bool) -> TaskThresholds:
     method = str(rows["method"].iloc[0])
     standards = rows["standard_um_pp"].dropna().unique()
     standard = float(standards[0]) if len(standards) == 1 and standards[0] > 0 else None
     people = tuple(
-        _participant(str(who), own, method, standard, confidence)
+        _participant(str(who), own, method, standard, confidence, psignifit=psignifit)
         for who, own in rows.groupby(PARTICIPANT, observed=True)
     )
     population = population_threshold([each.function for each in people], confidence)
@@ -133,18 +142,37 @@ def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskThresholds:
 
 
 def _participant(
-    who: str, rows: pd.DataFrame, method: str, standard: float | None, confidence: float
+    who: str,
+    rows: pd.DataFrame,
+    method: str,
+    standard: float | None,
+    confidence: float,
+    *,
+    psignifit: bool,
 ) -> ParticipantThreshold:
     catches, main = rows[rows["catch"]], rows[~rows["catch"]]
-    function: PsychometricFunction | NotComputed = NotComputed("no main trials")
+    likeliest: PsychometricFunction | NotComputed = NotComputed("no main trials")
+    function = theirs = likeliest
     fit: GoodnessOfFit | NotComputed = NotComputed("no function was fitted")
     weber: Estimate | NotComputed = NotComputed("no function was fitted")
     if len(main):
         answers = Answers.of_trials(main["level_um_pp"].tolist(), main["correct"].tolist())
         curve = CURVE_OF.get(method, "weibull")
-        function = fit_threshold(answers, method=method, curve=curve, confidence=confidence)
+        likeliest = fit_threshold(answers, method=method, curve=curve, confidence=confidence)
+        function = theirs = likeliest
+        if not isinstance(likeliest, NotComputed):
+            function = fit_threshold_by_posterior(
+                answers, method=method, curve=curve, confidence=confidence
+            )
+            theirs = (
+                fit_threshold_by_psignifit(
+                    answers, method=method, curve=curve, confidence=confidence
+                )
+                if psignifit
+                else NotComputed("not asked for")
+            )
+            fit = goodness_of_fit(likeliest, answers)
         if not isinstance(function, NotComputed):
-            fit = goodness_of_fit(function, answers)
             weber = (
                 NotComputed("there is no one standard above 0")
                 if standard is None
@@ -157,6 +185,8 @@ def _participant(
         catch_trials=len(catches),
         catch_correct=_correct(catches, method),
         function=function,
+        maximum_likelihood=likeliest,
+        psignifit=theirs,
         weber_fraction=weber,
         fit=fit,
     )

@@ -112,7 +112,7 @@ class PsychometricFunction:
 
     Parameters
     ----------
-    estimator : {"maximum likelihood", "psignifit"}
+    estimator : {"maximum likelihood", "posterior", "psignifit"}
         How it was found.
     curve, method : str
         Keys of `experiments.protocols.adaptive.curves.CURVES` and of `METHODS`.
@@ -130,7 +130,7 @@ class PsychometricFunction:
         How many.
     """
 
-    estimator: Literal["maximum likelihood", "psignifit"]
+    estimator: Literal["maximum likelihood", "posterior", "psignifit"]
     curve: str
     method: str
     share: float

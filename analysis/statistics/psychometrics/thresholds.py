@@ -14,6 +14,7 @@ import numpy as np
 from analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.psychometrics import psychometric_fit as likelihood
+from analysis.statistics.psychometrics.posterior import marginals
 from analysis.statistics.psychometrics.psychometric_fit import Array, Counts, Model
 from analysis.statistics.psychometrics.psychometric_function import (
     METHODS,
@@ -62,15 +63,10 @@ def fit_threshold(
         An unknown method or curve, or a number out of range.
     """
     model = _model(method, curve, share, largest_lapse)
-    if why := _too_little(answers, model):
-        return NotComputed(why)
-    counts = _counts(answers, model)
-    found = likelihood.fit(model, counts)
-    if found.at_bound(likelihood.LOG_SLOPE)[0][0]:
-        return NotComputed("answers do not get better as the level rises")
-    if any(at[0] for at in found.at_bound(likelihood.THRESHOLD)):
-        return NotComputed("the likeliest threshold lies far outside the levels presented")
-    theta = found.theta[0]
+    found = _likeliest(answers, model)
+    if isinstance(found, NotComputed):
+        return found
+    counts, theta = _counts(answers, model), found.theta[0]
     drop = _half_chi_square(confidence)
     (low,), (high,) = likelihood.profile(model, counts, found, likelihood.THRESHOLD, drop=drop)
     (shallow,), (steepest,) = likelihood.profile(
@@ -150,6 +146,40 @@ def _side_by_side(sets: Sequence[Counts]) -> Counts:
     )
 
 
+def fit_threshold_by_posterior(
+    answers: Answers,
+    *,
+    method: str = "two_interval",
+    curve: str = "weibull",
+    share: float = 0.5,
+    confidence: float = 0.95,
+) -> PsychometricFunction | NotComputed:
+    """Fit a psychometric function by medians of a posterior, with equal-tailed intervals.
+
+    `analysis.statistics.psychometrics.posterior` says what is thought beforehand. Parameters and
+    errors as for `fit_threshold`; where that finds no threshold, neither does this.
+    """
+    model = _model(method, curve, share, LARGEST_LAPSE)
+    likeliest = _likeliest(answers, model)
+    if isinstance(likeliest, NotComputed):
+        return likeliest
+    found = marginals(model, _counts(answers, model), confidence)
+    slope = estimate(np.exp(found.log_slope), confidence)
+    return PsychometricFunction(
+        estimator="posterior",
+        curve=curve,
+        method=method,
+        share=share,
+        threshold_um_pp=estimate(model.curve.level_um_pp(found.threshold), confidence),
+        slope=slope,
+        slope_value=slope.value,
+        lapse=found.lapse,
+        guess=found.lapse if model.guess == "equal to lapse" else found.guess,
+        trials=int(answers.trials.sum()),
+        levels=len(answers.levels_um_pp),
+    )
+
+
 def fit_threshold_by_psignifit(
     answers: Answers,
     *,
@@ -163,8 +193,10 @@ def fit_threshold_by_psignifit(
     Bayesian, with overdispersion; the mode and percentiles of the posterior. Parameters and errors
     as for `fit_threshold`; takes about a second.
     """
-    from psignifit import psignifit  # noqa: PLC0415 - loads scipy.stats and matplotlib
-
+    try:
+        from psignifit import psignifit  # noqa: PLC0415 - loads scipy.stats and matplotlib
+    except ModuleNotFoundError:
+        return NotComputed("psignifit is not installed (it comes with slipscale[analysis])")
     model = _model(method, curve, share, LARGEST_LAPSE)
     if why := _too_little(answers, model):
         return NotComputed(why)
@@ -173,15 +205,16 @@ def fit_threshold_by_psignifit(
     lowest, highest = float(seen.min()), float(seen.max())
     # 0 on a logarithmic axis: as far below as psignifit's grid of widths takes as far.
     u = np.where(u > likelihood.FAR_BELOW, u, lowest - 20 * (highest - lowest))
-    found = psignifit(
-        np.stack([u, answers.correct, answers.trials], axis=1),
-        sigmoid=_SIGMOIDS[curve],
-        experiment_type=METHODS[method].psignifit,
-        thresh_PC=share,
-        stimulus_range=(lowest, highest),
-        confP=(confidence,),
-        verbose=False,
-    )
+    with np.errstate(over="ignore"):  # of its Weibull function, far above the threshold
+        found = psignifit(
+            np.stack([u, answers.correct, answers.trials], axis=1),
+            sigmoid=_SIGMOIDS[curve],
+            experiment_type=METHODS[method].psignifit,
+            thresh_PC=share,
+            stimulus_range=(lowest, highest),
+            confP=(confidence,),
+            verbose=False,
+        )
     value = found.get_parameter_estimate("MAP")
     ends = {
         name: next(iter(found.confidence_intervals[name].values()))
@@ -300,6 +333,18 @@ def _counts(answers: Answers, model: Model) -> Counts:
     """Return the answers as one data set of `psychometric_fit`."""
     u = likelihood.coordinates(model.curve, answers.levels_um_pp)
     return Counts(u[None], answers.correct[None], answers.trials[None])
+
+
+def _likeliest(answers: Answers, model: Model) -> likelihood.Fits | NotComputed:
+    """Return the likeliest parameters, or why the answers have no threshold."""
+    if why := _too_little(answers, model):
+        return NotComputed(why)
+    found = likelihood.fit(model, _counts(answers, model))
+    if found.at_bound(likelihood.LOG_SLOPE)[0][0]:
+        return NotComputed("answers do not get better as the level rises")
+    if any(at[0] for at in found.at_bound(likelihood.THRESHOLD)):
+        return NotComputed("the likeliest threshold lies far outside the levels presented")
+    return found
 
 
 def _too_little(answers: Answers, model: Model) -> str | None:

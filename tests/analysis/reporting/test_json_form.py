@@ -47,7 +47,8 @@ def test_inference_has_its_documented_keys_in_their_order(dataset):
     assert " ".join(found) == (
         "rm_anova friedman page_trend linear_trend pairwise mixed_model power_law growth "
         "bayesian_growth order reliability sessions groups normalisation difference thresholds "
-        "scales matching ratings ratios productions"
+        "scales matching ratings ratios productions "
+        "exponent_and_weber"
     )
     assert " ".join(found["rm_anova"]) == (
         "scale F df1 df2 p epsilon_gg p_gg epsilon_hf p_hf eta2_generalised eta2_generalised_ci "

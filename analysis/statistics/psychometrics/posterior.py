@@ -1,0 +1,121 @@
+"""Threshold and slope from a posterior in which all else is integrated, not fitted.
+
+The parameters of `psychometric_fit`, on a grid. What is thought of them before the answers:
+
+- threshold: any coordinate as likely, to one range of levels beyond the outermost;
+- slope: log-normal, `SLOPE_SD`. A logarithmic curve's has its median at `USUAL_SLOPE`: between the
+  1.3 of a d' in proportion to the level and the 3.5 of contrast detection (Watson and Pelli 1983,
+  Percept. Psychophys. 33, 113-120). Another curve's rises from 5 to 95 % over the levels' range;
+- lapse rate: any as likely up to its bound (Wichmann and Hill 2001, Percept. Psychophys. 63,
+  1293-1313), and a free guess rate up to its own.
+
+Levels that depended on the answers before change nothing: a posterior depends on the answers alone.
+How often its intervals hold the truth stands in ``docs/recovery.md``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from analysis.statistics.psychometrics import psychometric_fit as likelihood
+
+if TYPE_CHECKING:
+    from analysis.statistics.psychometrics.psychometric_fit import Array, Counts, Model
+
+USUAL_SLOPE = 2.0
+SLOPE_SD = 0.6
+#: A slope so many standard deviations from the usual one is not looked at.
+SLOPE_SDS = 3.5
+#: Points of threshold and slope on a first grid, to find where to look, and on the second.
+COARSE, FINE = (60, 30), (100, 40)
+LAPSES, GUESSES = 8, 10
+#: Left out at either end of the coarse grid: a probability that changes no interval.
+TAIL = 1e-5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Marginals:
+    """Medians and interval ends of one data set's posterior.
+
+    Parameters
+    ----------
+    threshold, log_slope : array, shape (3,)
+        Median, lower and upper end; coordinates of the curve, natural logarithms.
+    lapse, guess : float
+        Means.
+    """
+
+    threshold: Array
+    log_slope: Array
+    lapse: float
+    guess: float
+
+
+def marginals(model: Model, counts: Counts, confidence: float) -> Marginals:
+    """Return the posterior's medians and equal-tailed intervals.
+
+    Parameters
+    ----------
+    counts : Counts
+        Of one data set.
+    """
+    bounds = likelihood.search_bounds(model, counts.u)
+    low, high = bounds.low[0], bounds.high[0]
+    seen = counts.u[0][counts.u[0] > likelihood.FAR_BELOW]
+    usual = USUAL_SLOPE if model.curve.logarithmic else model.spread / np.ptp(seen)
+    lapses = _middles(low[likelihood.LAPSE], high[likelihood.LAPSE], LAPSES)
+    guesses = _middles(low[likelihood.GUESS], high[likelihood.GUESS], GUESSES)
+
+    def posterior(thresholds: Array, log_slopes: Array) -> Array:
+        """Return probabilities, shape (thresholds, slopes, lapses, guesses)."""
+        away = counts.u[0] - thresholds[:, None, None]
+        share = model.curve.distribution(model.offset + np.exp(log_slopes)[:, None] * away)
+        value = np.stack(
+            [
+                counts.log_likelihood(lower + (1 - lower - lapse) * share)
+                for lapse, guess in product(lapses, guesses)
+                for lower in [lapse if model.guess == "equal to lapse" else guess]
+            ],
+            axis=-1,
+        ).reshape(len(thresholds), len(log_slopes), len(lapses), len(guesses))
+        value -= ((log_slopes - np.log(usual))[:, None, None] / SLOPE_SD) ** 2 / 2
+        weight = np.exp(value - value.max())
+        return np.asarray(weight / weight.sum())
+
+    thresholds = np.linspace(low[likelihood.THRESHOLD], high[likelihood.THRESHOLD], COARSE[0])
+    log_slopes = np.log(usual) + SLOPE_SD * np.linspace(-SLOPE_SDS, SLOPE_SDS, COARSE[1])
+    found = posterior(thresholds, log_slopes)
+    thresholds = _where(thresholds, found.sum(axis=(1, 2, 3)), FINE[0])
+    log_slopes = _where(log_slopes, found.sum(axis=(0, 2, 3)), FINE[1])
+    found = posterior(thresholds, log_slopes)
+    return Marginals(
+        threshold=_quantiles(thresholds, found.sum(axis=(1, 2, 3)), confidence),
+        log_slope=_quantiles(log_slopes, found.sum(axis=(0, 2, 3)), confidence),
+        lapse=float(found.sum(axis=(0, 1, 3)) @ lapses),
+        guess=float(found.sum(axis=(0, 1, 2)) @ guesses),
+    )
+
+
+def _middles(low: float, high: float, parts: int) -> Array:
+    """Return the middles of equal parts of a range; the one value where it has no width."""
+    if low >= high:
+        return np.array([low])
+    return np.asarray(low + (high - low) * (np.arange(parts) + 0.5) / parts)
+
+
+def _where(values: Array, weights: Array, points: int) -> Array:
+    """Return a finer grid over the part of a coarse one that has probability."""
+    below = np.cumsum(weights)
+    first = max(int(np.searchsorted(below, TAIL)) - 1, 0)
+    last = min(int(np.searchsorted(below, 1 - TAIL)) + 1, len(values) - 1)
+    return np.linspace(values[first], values[last], points)
+
+
+def _quantiles(values: Array, weights: Array, confidence: float) -> Array:
+    """Return the median and the ends, each weight spread evenly around its value."""
+    below = np.cumsum(weights) - weights / 2
+    return np.interp([0.5, (1 - confidence) / 2, (1 + confidence) / 2], below, values)

@@ -1,0 +1,193 @@
+"""Measure whether the analysis finds what is true of simulated people, and write docs/recovery.md.
+
+Every protocol and rule: real generators, simulated people by the bare path, the data set's tables,
+the analysis's own reading and functions. A case that is measured is kept in build/recovery and not
+measured again.
+
+    OMP_NUM_THREADS=1 nice -n 19 .venv/bin/python -m benchmarks.recovery [--runs 400] [--write]
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime as dt
+import json
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+
+from analysis.reading.load import load
+from benchmarks.bare_dataset import write_dataset
+from benchmarks.recovery_measures import (
+    PEOPLE,
+    SEED,
+    STANDARD_UM_PP,
+    Case,
+    Row,
+    measure_matching,
+    measure_scales,
+    measure_thresholds,
+)
+from experiments.participants.habits import Habits
+from experiments.participants.population import Population
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "recovery.md"
+KEPT = PAGE.parents[1] / "build" / "recovery"
+START, END = "<!-- measured: begin -->", "<!-- measured: end -->"
+#: 2 % lapses, as in the shipped realistic people; noise so that thresholds are well above the
+#: 0.01 µm to which simulated fingers feel.
+OBSERVERS = Population(name="recovery", noise=5.0, habits=Habits(lapses=0.02))
+#: As shipped: its paired comparison and matching are made for these.
+SHARPER = OBSERVERS.model_copy(update={"noise": 2.2})
+
+STUDY = """
+name = "simulated"
+title = "Simulated"
+language = "en"
+seed = 1
+participants = 8
+amplitudes_um_pp = [{amplitudes}]
+[plate]
+tolerance = 0.01
+tolerance_um_pp = 0.015
+[[tasks]]
+"""
+DIFFERENCE = """protocol = "difference_threshold"
+standard_um_pp = 1.2
+start_um_pp = 0.4
+lowest_um_pp = 0.02
+highest_um_pp = 0.8
+practice = 0
+"""
+DETECTION = """protocol = "detection_threshold"
+start_um_pp = 0.6
+lowest_um_pp = 0.02
+highest_um_pp = 1.2
+practice = 0
+"""
+#: 60 trials each, as the shipped studies have.
+TWO_TRACKS = "steps_up = [0.2, 0.1]\ntracks = 2\nmost_trials = 30\n"
+RULES = {
+    **{
+        f"staircase, {k}-down-1-up": f'rule = "staircase"\ndown_after = {k}\n{TWO_TRACKS}'
+        for k in (1, 2, 3, 4)
+    },
+    "weighted, 75 %": f'rule = "weighted"\n{TWO_TRACKS}',
+    "QUEST+": 'rule = "quest_plus"\ntracks = 1\nmost_trials = 60\n',
+    "QUEST+, 240 trials": 'rule = "quest_plus"\ntracks = 1\nmost_trials = 240\n',
+    "staircase, 2-down-1-up, 240 trials": 'rule = "staircase"\ndown_after = 2\n'
+    "steps_up = [0.2, 0.1]\ntracks = 2\nmost_trials = 120\n",
+}
+CONSTANT = """protocol = "constant_stimuli"
+standard_um_pp = 1.2
+comparisons_um_pp = [{levels}]
+question = "{question}"
+repetitions = {repetitions}
+practice = 0
+"""
+
+
+def cases() -> list[Case]:
+    """Return every protocol and rule."""
+    plain = STUDY.format(amplitudes="1.2")
+    found = [
+        Case(
+            f"{name}, {rule}, {intervals} intervals",
+            f"{plain}{protocol}intervals = {intervals}\n{text}",
+            OBSERVERS,
+            1,
+            measure_thresholds,
+            intervals,
+            standard,
+        )
+        for name, protocol, standard in (
+            ("difference threshold", DIFFERENCE, STANDARD_UM_PP),
+            ("detection threshold", DETECTION, 0.0),
+        )
+        for intervals in (2, 3)
+        for rule, text in RULES.items()
+        if intervals == 2 or "240" not in rule
+    ]
+    one_side, both = "1.23, 1.26, 1.32, 1.4, 1.6", "0.95, 1.05, 1.15, 1.25, 1.35, 1.45"
+    for title, levels, question, repetitions in (
+        ("one side, forced choice", one_side, "forced_choice", 20),
+        ("both sides, forced choice", both, "forced_choice", 16),
+        ("both sides, yes or no", both, "yes_no", 16),
+    ):
+        task = CONSTANT.format(levels=levels, question=question, repetitions=repetitions)
+        found.append(
+            Case(f"constant stimuli, {title}", plain + task, OBSERVERS, 1, measure_thresholds)
+        )
+    five = STUDY.format(amplitudes="1.0, 1.06, 1.12, 1.18, 1.24")
+    for form in ("pairs", "triads"):
+        task = f'protocol = "paired_comparison"\nform = "{form}"\nrepetitions = 2\npractice = 0\n'
+        found.append(
+            Case(f"paired comparison, {form}", five + task, SHARPER, PEOPLE, measure_scales)
+        )
+    task = 'protocol = "matching"\npractice = 0\n'
+    found.append(Case("matching", plain + task, SHARPER, PEOPLE, measure_matching))
+    return found
+
+
+def measured(case: Case, runs: int) -> list[Row]:
+    """Simulate a case and return its rows."""
+    with tempfile.TemporaryDirectory() as folder:
+        write_dataset(
+            Path(folder),
+            case.study,
+            people=runs * case.each,
+            seed=SEED,
+            population=case.people,
+        )
+        return case.measure(load(folder), case, runs)
+
+
+def _kept(case: Case, runs: int) -> list[Row]:
+    """Return a case's rows, measured once."""
+    name = "".join(letter if letter.isalnum() else "-" for letter in case.title)
+    path = KEPT / f"{name}_{runs}.json"
+    if not path.exists():
+        rows = measured(case, runs)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps([asdict(each) for each in rows]), encoding="utf-8")
+    return [Row(**each) for each in json.loads(path.read_text(encoding="utf-8"))]
+
+
+def lines_of(title: str, rows: list[Row]) -> list[str]:
+    """Return a case's lines of the table."""
+    return [
+        f"| {title if not place else ''} | {each.what} | {each.bias:+.3f} {each.unit} | "
+        f"{each.bias / each.error:+.1f} | "
+        f"{'–' if each.coverage is None else f'{each.coverage:.3f}'} | {each.runs}"
+        f"{f' ({each.without} without)' if each.without else ''} |"
+        for place, each in enumerate(rows)
+    ]
+
+
+def main() -> None:
+    """Measure, print, and with --write put the table into the page."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=400)
+    parser.add_argument("--only", default="", help="cases whose title begins so")
+    parser.add_argument("--write", action="store_true", help="put the table into the page")
+    asked = parser.parse_args()
+    lines = [
+        f"{asked.runs} runs a case, seed {SEED}, {dt.datetime.now(dt.UTC):%Y-%m-%d}.",
+        "",
+        "| protocol and rule | quantity | bias | in standard errors | coverage | estimates |",
+        "| --- | --- | --- | --- | --- | --- |",
+    ]
+    for case in cases():
+        if case.title.startswith(asked.only):
+            own = lines_of(case.title, _kept(case, asked.runs))
+            print("\n".join(own), flush=True)
+            lines += own
+    if asked.write:
+        text = PAGE.read_text(encoding="utf-8")
+        before, after = text.split(START)[0], text.split(END)[1]
+        body = "\n".join(lines)
+        PAGE.write_text(f"{before}{START}\n{body}\n{END}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

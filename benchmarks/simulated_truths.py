@@ -1,0 +1,157 @@
+"""What is true of the simulated people, worked out without a protocol or an analysis.
+
+From the rule by which they answer (`experiments.participants.respondent`): an impression is the
+population's mean sensation, with normal noise of the person's own; the largest is picked.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from itertools import combinations
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from scipy import integrate, optimize, stats
+
+from experiments.participants.population import curves
+from experiments.protocols.randomisation import Stream
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from experiments.participants.population import Population
+
+    Array = NDArray[np.float64]
+
+#: People and answers that pseudo-true proportions are the mean of.
+MANY = 200_000
+#: Weibull function: density where it is one half.
+WEIBULL_DENSITY = math.log(2) / 2
+
+
+class Threshold(NamedTuple):
+    """A person's level half-way between guessing and the best, and the slope there."""
+
+    level_um_pp: float
+    slope: float
+
+
+def own_noise(people: Population, seed: int, label: str) -> float:
+    """Return the change of sensation that is d' = 1 for a person of a data set."""
+    deviate = Stream(seed, label, "simulated", "threshold").normal()
+    return people.noise * math.exp(people.threshold_sigma * deviate)
+
+
+def share_found(change: float, intervals: int) -> float:
+    """Return how often a change of sensation, in units of a difference's noise, is found.
+
+    Rescaled from guessing to the best: 0 without a change, 1 with a large one.
+    """
+    if intervals == 2:
+        right = float(stats.norm.cdf(change))
+    else:
+        d_prime = change * math.sqrt(2)
+        right, _ = integrate.quad(
+            lambda z: stats.norm.pdf(z - d_prime) * stats.norm.cdf(z) ** (intervals - 1), -8, 12
+        )
+    return (right - 1 / intervals) / (1 - 1 / intervals)
+
+
+@lru_cache
+def _half_way(intervals: int) -> tuple[float, float]:
+    """Return the change, in units of its noise, that is found half-way, and how steeply then."""
+    half = optimize.brentq(lambda change: share_found(change, intervals) - 0.5, 0, 5)
+    rise = (share_found(half + 0.01, intervals) - share_found(half - 0.01, intervals)) / 0.02
+    return half, rise
+
+
+def forced_choice(
+    people: Population, noise: float, standard_um_pp: float, intervals: int
+) -> Threshold:
+    """Return where a change is found half-way, and the slope of the Weibull function like it."""
+    mean = curves(people).mean
+    half, rise = _half_way(intervals)
+    start = mean(standard_um_pp)
+    top = people.amplitude_um_pp[-1] - standard_um_pp
+    level = optimize.brentq(
+        lambda more: (mean(standard_um_pp + more) - start) / noise - half, 1e-6, top
+    )
+    steepness = (mean(standard_um_pp + 1.01 * level) - mean(standard_um_pp + 0.99 * level)) / noise
+    return Threshold(level, rise * steepness / 0.02 / WEIBULL_DENSITY)
+
+
+def comparison(people: Population, noise: float, standard_um_pp: float) -> Threshold:
+    """Return half the distance of a comparison's quartiles, and the slope at the standard."""
+    mean = curves(people).mean
+    start = mean(standard_um_pp)
+    ends = [
+        optimize.brentq(
+            lambda more, z=z: (mean(standard_um_pp + more) - start) / noise - z, -0.6, 0.6
+        )
+        for z in stats.norm.ppf([0.25, 0.75])
+    ]
+    slope = (mean(standard_um_pp + 0.001) - mean(standard_um_pp - 0.001)) / 0.002 / noise
+    return Threshold((ends[1] - ends[0]) / 2, slope)
+
+
+def chosen_over(people: Population, surfaces_um_pp: Sequence[float]) -> Array:
+    """Return how often the population chooses the row's surface over the column's."""
+    noise = _noises(people)
+    seemed = np.array([curves(people).mean(each) for each in surfaces_um_pp])
+    apart = seemed[:, None] - seemed[None, :]
+    share = stats.norm.cdf(apart[:, :, None] / noise).mean(axis=2)
+    lapses = people.habits.lapses
+    return np.asarray((1 - lapses) * share + lapses / 2)
+
+
+def second_step_larger(
+    people: Population, surfaces_um_pp: Sequence[float]
+) -> dict[tuple[int, int, int], float]:
+    """Return how often the second of two steps seems the larger, by the triad's ranks."""
+    rng = np.random.default_rng(1)
+    each = _noises(people) / math.sqrt(2)
+    mean = [curves(people).mean(surface) for surface in surfaces_um_pp]
+    found = {}
+    for triad in combinations(range(len(mean)), 3):
+        first, second, third = (mean[place] + each * rng.standard_normal(MANY) for place in triad)
+        larger = np.mean(np.abs(third - second) > np.abs(second - first))
+        lapses = people.habits.lapses
+        found[triad] = float((1 - lapses) * larger + lapses / 2)
+    return found
+
+
+def matched(
+    people: Population, reference_um_pp: float, *, sign: int, nearest: float, furthest: float
+) -> float:
+    """Return the mean amplitude at which turning from below (1) or above (-1) stops."""
+    rng = np.random.default_rng(2)
+    noise = _noises(people)
+    table = np.arange(0, 2.31, 0.01)
+    mean = np.array([curves(people).mean(float(each)) for each in table])
+    at = reference_um_pp - sign * rng.uniform(nearest, furthest, MANY)
+    target = mean[round(100 * reference_um_pp)]
+    seems = _seeming(mean, noise, rng)
+    way = np.where(seems(at) < target, 1, -1)
+    going = np.ones(MANY, dtype=bool)
+    for _ in range(150):
+        at[going] = np.clip(at + 0.02 * way, 0, 2.3)[going]
+        reached = way * (seems(at) - target) >= 0
+        going &= ~reached
+    return float(at.mean())
+
+
+def _seeming(mean: Array, noise: Array, rng: np.random.Generator) -> Callable[[Array], Array]:
+    def seems(at_um_pp: Array) -> Array:
+        felt = np.round(100 * at_um_pp).astype(int)
+        return np.asarray(mean[felt] + noise * rng.standard_normal(len(at_um_pp)))
+
+    return seems
+
+
+def _noises(people: Population) -> Array:
+    """Return the noise of a difference of many people."""
+    deviates = np.random.default_rng(3).standard_normal(MANY)
+    return np.asarray(people.noise * np.exp(people.threshold_sigma * deviates))

@@ -1,0 +1,68 @@
+"""A study of magnitude estimates and thresholds, from its tables to the report's section."""
+
+import pytest
+
+from analysis.pipeline import analyse
+from analysis.reporting import json_form
+from analysis.reporting.files import draw
+from analysis.reporting.page import results
+from analysis.reporting.sections.exponent_and_weber import exponent_and_weber
+from benchmarks.bare_dataset import write_dataset
+from experiments.participants.population import Population
+
+STUDY = """
+name = "both"
+title = "Estimates and thresholds"
+language = "en"
+seed = 5
+participants = 4
+amplitudes_um_pp = [0.3, 0.6, 1.2, 2.0]
+[plate]
+tolerance = 0.01
+tolerance_um_pp = 0.015
+[[tasks]]
+protocol = "magnitude_estimation"
+[[tasks]]
+protocol = "difference_threshold"
+standard_um_pp = 1.2
+tracks = 1
+most_trials = 30
+"""
+
+
+def analysed(folder, people):
+    write_dataset(folder, STUDY, people=people, seed=5, population=Population(noise=5.0))
+    return analyse(folder, psignifit=False)
+
+
+@pytest.fixture(scope="module")
+def analysis(tmp_path_factory):
+    return analysed(tmp_path_factory.mktemp("both"), 4)
+
+
+def test_both_stand_on_one_page_with_a_figure_and_a_plain_sentence(analysis):
+    (found,) = analysis.inference.exponent_and_weber
+    assert len(found.participants) == 4
+    assert found.exponent.value == pytest.approx(analysis.inference.power_law.exponent)
+    assert found.weber_fraction.value == pytest.approx(
+        analysis.inference.thresholds[0].weber_fraction.value
+    )
+    figures = draw(analysis)
+    assert "exponent_and_weber_differencethreshold" in figures
+    section = exponent_and_weber(
+        analysis, {"exponent_and_weber_differencethreshold": "<svg></svg>"}
+    )
+    page = " ".join(str(block) for block in section.blocks)
+    assert "4 participants have both: exponent" in page
+    assert "Exponents and Weber fractions of 4 participants" in page
+    said = "\n".join(str(block) for block in results(analysis).blocks)
+    assert "Exponent and Weber fraction" in said
+    written = json_form.form(analysis.inference)["exponent_and_weber"][0]
+    assert written["verdict"] == found.verdict
+    assert written["participants"][0]["participant"] == "sub-00001"
+
+
+def test_two_people_are_too_few_and_the_section_says_so(tmp_path):
+    section = exponent_and_weber(analysed(tmp_path, 2), {})
+    (said,) = section.blocks
+    assert "Not compared: differencethreshold: participants with an exponent" in said
