@@ -142,10 +142,15 @@ def measured(case: Case, runs: int) -> list[Row]:
         return case.measure(load(folder), case, runs)
 
 
+def _path(case: Case, runs: int) -> Path:
+    """Return where a case's rows are kept."""
+    name = "".join(letter if letter.isalnum() else "-" for letter in case.title)
+    return KEPT / f"{name}_{runs}.json"
+
+
 def _kept(case: Case, runs: int) -> list[Row]:
     """Return a case's rows, measured once."""
-    name = "".join(letter if letter.isalnum() else "-" for letter in case.title)
-    path = KEPT / f"{name}_{runs}.json"
+    path = _path(case, runs)
     if not path.exists():
         rows = measured(case, runs)
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -169,24 +174,33 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=400)
     parser.add_argument("--only", default="", help="cases whose title begins so")
-    parser.add_argument("--write", action="store_true", help="put the table into the page")
+    parser.add_argument(
+        "--write", action="store_true", help="put all that is measured into the page"
+    )
     asked = parser.parse_args()
-    lines = [
-        f"{asked.runs} runs a case, seed {SEED}, {dt.datetime.now(dt.UTC):%Y-%m-%d}.",
-        "",
-        "| protocol and rule | quantity | bias | in standard errors | coverage | estimates |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
     for case in cases():
         if case.title.startswith(asked.only):
-            own = lines_of(case.title, _kept(case, asked.runs))
-            print("\n".join(own), flush=True)
-            lines += own
+            print("\n".join(lines_of(case.title, _kept(case, asked.runs))), flush=True)
     if asked.write:
         text = PAGE.read_text(encoding="utf-8")
         before, after = text.split(START)[0], text.split(END)[1]
-        body = "\n".join(lines)
+        body = "\n".join(_table(asked.runs))
         PAGE.write_text(f"{before}{START}\n{body}\n{END}{after}", encoding="utf-8")
+
+
+def _table(runs: int) -> list[str]:
+    """Return the lines of the page: what is measured, and what is not yet."""
+    there = [case for case in cases() if _path(case, runs).exists()]
+    lines = [
+        f"{runs} runs a case, seed {SEED}, {dt.datetime.now(dt.UTC):%Y-%m-%d}.",
+        "",
+        "| protocol and rule | quantity | bias | in standard errors | coverage | estimates |",
+        "| --- | --- | --- | --- | --- | --- |",
+        *(line for case in there for line in lines_of(case.title, _kept(case, runs))),
+    ]
+    if missing := [case.title for case in cases() if case not in there]:
+        lines += ["", f"Not measured yet: {'; '.join(missing)}."]
+    return lines
 
 
 if __name__ == "__main__":

@@ -1,5 +1,7 @@
 """A study of magnitude estimates and thresholds, from its tables to the report's section."""
 
+import json
+
 import pytest
 
 from analysis.pipeline import analyse
@@ -57,7 +59,7 @@ def test_both_stand_on_one_page_with_a_figure_and_a_plain_sentence(analysis):
     assert "Exponents and Weber fractions of 4 participants" in page
     said = "\n".join(str(block) for block in results(analysis).blocks)
     assert "Exponent and Weber fraction" in said
-    written = json_form.form(analysis.inference)["exponent_and_weber"][0]
+    (written,) = json.loads(json_form.text(analysis.inference))["exponent_and_weber"]
     assert written["verdict"] == found.verdict
     assert written["participants"][0]["participant"] == "sub-00001"
 
