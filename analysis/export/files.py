@@ -6,7 +6,7 @@ from importlib.resources import files
 from typing import TYPE_CHECKING
 
 from analysis.export.french_excel import write_french
-from analysis.export.reported_numbers import reported_numbers, settings
+from analysis.export.reported_numbers import reported_numbers, settings, task_trials
 from analysis.export.word import write_word
 from analysis.reading.own_words import in_own_words, own_columns
 from analysis.reporting import methods_text
@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from analysis.result import Analysis
 
 SCRIPTS = ("recompute.py", "recompute.R")
+#: Those for the tasks of thresholds, scales and matching, and the trials that they read.
+TASK_SCRIPTS = ("recompute_tasks.py",)
 
 
 def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[str]:
@@ -89,10 +91,14 @@ def _pdf(_analysis: Analysis, report: Path) -> list[str]:
 def _scripts(analysis: Analysis, report: Path) -> list[str]:
     write_csv(reported_numbers(analysis), report.with_name("numbers.csv"))
     write_csv(settings(analysis), report.with_name("settings.csv"))
-    for name in SCRIPTS:
+    trials = {name: rows for name, rows in task_trials(analysis).items() if len(rows)}
+    for name, rows in trials.items():
+        write_csv(rows, report.with_name(f"{name}.csv"))
+    scripts = [*SCRIPTS, *(TASK_SCRIPTS if trials else ())]
+    for name in scripts:
         text = files("analysis.export").joinpath("scripts", name).read_text(encoding="utf-8")
         report.with_name(name).write_text(text, encoding="utf-8", newline="\n")
-    return [*SCRIPTS, "numbers.csv", "settings.csv"]
+    return [*scripts, "numbers.csv", "settings.csv", *(f"{name}.csv" for name in trials)]
 
 
 def _methods(analysis: Analysis, report: Path) -> list[str]:

@@ -97,3 +97,13 @@ def settings(analysis: Analysis) -> pd.DataFrame:
         "page_method": "" if isinstance(page, NotComputed) else page.method,
     }
     return pd.DataFrame(list(found.items()), columns=["name", "value"])
+
+
+def task_trials(analysis: Analysis) -> dict[str, pd.DataFrame]:
+    """Return the trials of thresholds, comparisons and matching as they were analysed, by name."""
+    data = analysis.dataset
+    return {
+        "choices": data.forced_choices,
+        "comparisons": data.comparisons,
+        "matches": data.matches,
+    }
