@@ -61,12 +61,15 @@ def test_every_pair_is_presented_in_both_orders_and_every_triad_in_order(plan):
 
 def test_a_reference_is_matched_from_below_as_often_as_from_above(plan):
     made = plan(study_text("matching"))
+    caught = 0
     for reference in (0.8, 1.2, 1.6):
         starts = [pair[1] for _, pair in trials(made) if pair[0] == reference]
         below, above = [s for s in starts if s < reference], [s for s in starts if s > reference]
         assert len(below) == len(above) == 3
-        assert all(0.3 <= abs(start - reference) <= 0.6 for start in starts)
-        assert len(set(starts)) == 6
+        assert all(0.3 <= abs(start - reference) <= 0.6 for start in below + above)
+        assert len(set(below + above)) == 6
+        caught += starts.count(reference)
+    assert caught == 2
 
 
 @pytest.mark.parametrize(
