@@ -43,7 +43,7 @@ import json, sys
 from pathlib import Path
 from experiments.journal.journal import Journal
 from experiments.journal.run_record import latest_s, read_plan
-from experiments.protocols.steps import Trial
+from experiments.protocols.steps import Ask, NumberQuestion, Trial
 from experiments.session.mailbox import Mailbox, mailbox_of
 from experiments.session.operator import SessionStatus
 from hardware.clock import SystemClock
@@ -57,7 +57,11 @@ clock = SystemClock(latest_s(read_plan(path)[1]))
 with Journal.reopen(path, clock) as journal, Mailbox(mailbox_of(path), heading) as box:
     journal.write("note", text="the heating came on; a door slammed twice in the corridor")
     for line in sys.stdin:
-        box.tell(SessionStatus(**usual | json.loads(line)))
+        told = json.loads(line)
+        if prompt := told.pop("answering", ""):
+            question = NumberQuestion(prompt=prompt)
+            told["answering"] = Ask(name="estimate", question=question, by="operator")
+        box.tell(SessionStatus(**usual | told))
         print("told", flush=True)
 """
 
@@ -157,6 +161,12 @@ SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
     "live": (lambda stage: stage.tell(), "live", ""),
     "today-live": (nothing, "", ""),
     "live-void": (nothing, "live", "Void trial 5"),
+    "live-answer": (
+        lambda stage: stage.tell(answering="How slippery is this surface?"),
+        "live",
+        "",
+    ),
+    "live-answer-asks": (nothing, "live", "Enter the answer"),
     "live-paused": (lambda stage: stage.tell(state="paused", plate="lost"), "live", ""),
     "live-fault": (
         lambda stage: stage.tell(
