@@ -299,7 +299,11 @@ def results_grow(page, watching):
     wait_until(watching, lambda: watching.locator(".paper img").count() == 1)
     figure = watching.locator(".paper img").get_attribute("src")
     watching.evaluate("window.stays = true")
+    times = watching.locator("#runs circle")
+    answered = times.count()
     begin_session(page)
+    answer_until(page, shows(page, "Trial 2 of 3"))
+    wait_until(watching, lambda: times.count() > answered)  # while the session runs
     answer_until(page, shows(page, "No session runs now"))
     wait_until(watching, lambda: counts(watching) == ["3"] * 3)
     renewed = watching.locator(".paper img")

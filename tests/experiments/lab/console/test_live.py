@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import pytest
 
+from experiments.lab.console import state
 from experiments.lab.console.history import deviations, history
-from experiments.lab.run_summary import Event, PlateReading, RunSummary
+from experiments.lab.run_summary import Event, PlateReading, RunSummary, summary
 
 
 def read(*used, temperature_c=None):
@@ -51,6 +52,27 @@ def test_a_temperature_that_only_flickers_is_no_rise():
     found = history(RunSummary(readings=read(*[None] * 9, temperature_c=21.0), duration_s=90.0))
     assert [label for _, label in found.warmth_ticks] == ["20.0", "22.0"]
     assert found.bars == ()
+
+
+def test_the_deviation_is_told_of_many_presentations_together(
+    visitor, session, status, words_of, monkeypatch
+):
+    """Of a single one it could tell which amplitude that was."""
+    for count, told in ((7, False), (8, True)):
+        readings = read(*(0.1,) * (count - 1), 0.42)
+        run = RunSummary(readings=readings)
+        monkeypatch.setattr(state, "summary", lambda _, run=run: run)
+        with session(status):
+            visitor.console.state.now(fresh=True)
+            assert ("42 % of what is allowed" in words_of(visitor.see("/live"))) is told
+
+
+def test_the_deviation_is_a_share_of_what_the_plate_allows(recorded):
+    path = next((recorded / "sourcedata/sub-01").glob("*_journal.jsonl"))
+    used = [reading.used_tolerance for reading in summary(path).readings]
+    assert len(used) > 8
+    assert all(0 <= share <= 1 for share in used)
+    assert max(used) > 0
 
 
 @pytest.mark.parametrize("run", [RunSummary(), RunSummary(readings=read(0.1, 0.2))])

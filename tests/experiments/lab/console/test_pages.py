@@ -1,6 +1,5 @@
 """What the pages show of the laboratory folder, and what they keep from who runs the sessions."""
 
-import json
 import re
 import shutil
 import zipfile
@@ -10,13 +9,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from experiments.lab.console import state
 from experiments.lab.console.jobs import Job, Jobs
 from experiments.lab.console.plots import scatter
 from experiments.lab.console.words import LANGUAGES, page_texts
-from experiments.lab.run_summary import PlateReading, RunSummary, summary
 from experiments.lab.unblinding import unblinded
-from experiments.languages.texts import blanks, to_translate
+from experiments.languages.texts import blanks
 from experiments.protocols.steps import Ask, NumberQuestion, Trial
 from experiments.session.operator import Request, SessionStatus
 from experiments.study.file import study_text
@@ -106,33 +103,6 @@ def test_no_page_shows_an_amplitude_of_the_running_session(visitor, session, lab
 def test_a_session_that_was_told_to_unblind_shows_its_amplitude(visitor, session):
     with session(replace(STATUS, amplitude_um_pp=1.2, unblinded=True)):
         assert "1.2 µm p-p" in words_of(visitor.see("/live"))
-
-
-def read(*used, temperature_c=None):
-    """Return presentations, ten seconds apart."""
-    return tuple(
-        PlateReading(time_s=10.0 * n, used_tolerance=share, temperature_c=temperature_c)
-        for n, share in enumerate(used)
-    )
-
-
-def test_the_deviation_is_told_of_many_presentations_together(visitor, session, monkeypatch):
-    """Of a single one it could tell which amplitude that was."""
-    for count, told in ((7, False), (8, True)):
-        readings = read(*(0.1,) * (count - 1), 0.42)
-        run = RunSummary(readings=readings)
-        monkeypatch.setattr(state, "summary", lambda _, run=run: run)
-        with session(STATUS):
-            visitor.console.state.now(fresh=True)
-            assert ("42 % of what is allowed" in words_of(visitor.see("/live"))) is told
-
-
-def test_the_deviation_is_a_share_of_what_the_plate_allows(recorded):
-    path = next((recorded / "sourcedata/sub-01").glob("*_journal.jsonl"))
-    used = [reading.used_tolerance for reading in summary(path).readings]
-    assert len(used) > 8
-    assert all(0 <= share <= 1 for share in used)
-    assert max(used) > 0
 
 
 def test_faults_are_told_by_their_code_alone(visitor, session):
@@ -320,82 +290,7 @@ def test_response_times_are_scaled_by_most_of_them_and_none_is_lost():
     assert scatter([[]]) is None
 
 
-# The study ----------------------------------------------------------------------------------------
-
-
-@pytest.fixture
-def own_study(lab):
-    text = study_text("biet2007").replace('name = "biet2007"', 'name = "mine"')
-    (lab / "mine.toml").write_text(text)
-    (lab / "slipscale.toml").write_text('study = "mine.toml"\nplate = "serial:COM9"\n')
-    return lab / "mine.toml"
-
-
-def before_of(visitor):
-    return re.search(r'data-before="([0-9a-f]{64})"', visitor.see("/study"))[1]
-
-
-def test_the_study_is_read_edited_and_judged_as_on_the_command_line(visitor, own_study):
-    text, before = own_study.read_text(), before_of(visitor)
-    assert "Descending difference" in words_of(visitor.see("/study"))
-    changed = text.replace("seed = 2007", "seed = 7")
-    assert visitor.ask("validate", text=changed, before=before) == (200, "no fault")
-    assert visitor.ask("save", text=changed, before=before)[0] == 200
-    assert own_study.read_text() == changed
-
-
-def test_a_texts_file_stays_a_file_of_its_own_when_the_study_is_edited(visitor, own_study):
-    words = [f"{key} = {json.dumps(text)}" for key, text in to_translate({}).items()]
-    (own_study.parent / "texts.de.toml").write_text("\n".join(['language = "de"', *words]))
-    named = 'language = "de"\ntexts_files = ["texts.de.toml"]'
-    text = re.sub(r"(?m)^language = .*$", named, own_study.read_text())
-    text = re.sub(r"(?s)\[\[about_you\]\].*?(?=\[masking)", "", text)
-    own_study.write_text(text)
-    assert "Thank you for taking part" not in visitor.see("/study")
-    changed = text.replace("seed = 2007", "seed = 7")
-    assert visitor.ask("save", text=changed, before=before_of(visitor))[0] == 200
-    assert own_study.read_text() == changed
-    (own_study.parent / "texts.de.toml").write_text('language = "de"')
-    status, said = visitor.ask("validate", text=changed, before=before_of(visitor))
-    assert (status, "texts are missing" in said) == (409, True)
-
-
-def test_every_fault_is_told_at_its_line_and_nothing_is_saved(visitor, own_study):
-    text, before = own_study.read_text(), before_of(visitor)
-    faulty = text.replace("seed = 2007", "seed = -7").replace("series = 1", "series = 0")
-    for action in ("validate", "save"):
-        status, said = visitor.ask(action, text=faulty, before=before)
-        assert status == 409
-        assert re.findall(r"line (\d+), ([a-z.0-9]+)", said) == [
-            ("7", "seed"),
-            ("13", "tasks.1.series"),
-        ]
-    assert own_study.read_text() == text
-
-
-def test_a_study_that_was_edited_on_disk_in_between_is_not_overwritten(visitor, own_study):
-    before = before_of(visitor)
-    own_study.write_text(own_study.read_text().replace("2007", "2008"))
-    status, said = visitor.ask("save", text="x", before=before)
-    assert (status, "was changed on disk" in said) == (409, True)
-
-
-def test_a_study_with_data_is_never_edited_and_a_copy_is_offered(visitor, recorded, lab):
-    (lab / "biet.toml").write_text(study_text("biet2007"))
-    (lab / "slipscale.toml").write_text('study = "biet.toml"\nplate = "serial:COM9"\n')
-    page = visitor.see("/study")
-    assert "has data" in page
-    assert 'data-study="save"' not in page
-    text = (lab / "biet.toml").read_text()
-    assert visitor.ask("save", text=text, before=before_of(visitor))[0] == 409
-    assert visitor.ask("copy", name="second-one", text=text)[0] == 200
-    assert 'name = "second_one"' in (lab / "second-one.toml").read_text()
-    status, said = visitor.ask("copy", name="second-one", text=text)
-    assert (status, "there is one already" in said) == (409, True)
-
-
-def test_a_shipped_study_is_not_edited(visitor):
-    assert "comes with Slipscale" in visitor.see("/study")
+# Pilots -------------------------------------------------------------------------------------------
 
 
 def test_pilots_are_listed_with_their_reports(visitor, lab):

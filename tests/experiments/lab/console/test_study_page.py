@@ -1,0 +1,84 @@
+"""The page of the study: read, judged, edited, and never changed under data."""
+
+import json
+import re
+
+import pytest
+
+from experiments.languages.texts import to_translate
+from experiments.study.file import study_text
+
+
+@pytest.fixture
+def own_study(lab):
+    text = study_text("biet2007").replace('name = "biet2007"', 'name = "mine"')
+    (lab / "mine.toml").write_text(text)
+    (lab / "slipscale.toml").write_text('study = "mine.toml"\nplate = "serial:COM9"\n')
+    return lab / "mine.toml"
+
+
+def before_of(visitor):
+    return re.search(r'data-before="([0-9a-f]{64})"', visitor.see("/study"))[1]
+
+
+def test_the_study_is_read_edited_and_judged_as_on_the_command_line(visitor, own_study, words_of):
+    text, before = own_study.read_text(), before_of(visitor)
+    assert "Descending difference" in words_of(visitor.see("/study"))
+    changed = text.replace("seed = 2007", "seed = 7")
+    assert visitor.ask("validate", text=changed, before=before) == (200, "no fault")
+    assert visitor.ask("save", text=changed, before=before)[0] == 200
+    assert own_study.read_text() == changed
+
+
+def test_a_texts_file_stays_a_file_of_its_own_when_the_study_is_edited(visitor, own_study):
+    words = [f"{key} = {json.dumps(text)}" for key, text in to_translate({}).items()]
+    (own_study.parent / "texts.de.toml").write_text("\n".join(['language = "de"', *words]))
+    named = 'language = "de"\ntexts_files = ["texts.de.toml"]'
+    text = re.sub(r"(?m)^language = .*$", named, own_study.read_text())
+    text = re.sub(r"(?s)\[\[about_you\]\].*?(?=\[masking)", "", text)
+    own_study.write_text(text)
+    assert "Thank you for taking part" not in visitor.see("/study")
+    changed = text.replace("seed = 2007", "seed = 7")
+    assert visitor.ask("save", text=changed, before=before_of(visitor))[0] == 200
+    assert own_study.read_text() == changed
+    (own_study.parent / "texts.de.toml").write_text('language = "de"')
+    status, said = visitor.ask("validate", text=changed, before=before_of(visitor))
+    assert (status, "texts are missing" in said) == (409, True)
+
+
+def test_every_fault_is_told_at_its_line_and_nothing_is_saved(visitor, own_study):
+    text, before = own_study.read_text(), before_of(visitor)
+    faulty = text.replace("seed = 2007", "seed = -7").replace("series = 1", "series = 0")
+    for action in ("validate", "save"):
+        status, said = visitor.ask(action, text=faulty, before=before)
+        assert status == 409
+        assert re.findall(r"line (\d+), ([a-z.0-9]+)", said) == [
+            ("7", "seed"),
+            ("13", "tasks.1.series"),
+        ]
+    assert own_study.read_text() == text
+
+
+def test_a_study_that_was_edited_on_disk_in_between_is_not_overwritten(visitor, own_study):
+    before = before_of(visitor)
+    own_study.write_text(own_study.read_text().replace("2007", "2008"))
+    status, said = visitor.ask("save", text="x", before=before)
+    assert (status, "was changed on disk" in said) == (409, True)
+
+
+def test_a_study_with_data_is_never_edited_and_a_copy_is_offered(visitor, recorded, lab):
+    (lab / "biet.toml").write_text(study_text("biet2007"))
+    (lab / "slipscale.toml").write_text('study = "biet.toml"\nplate = "serial:COM9"\n')
+    page = visitor.see("/study")
+    assert "has data" in page
+    assert 'data-study="save"' not in page
+    text = (lab / "biet.toml").read_text()
+    assert visitor.ask("save", text=text, before=before_of(visitor))[0] == 409
+    assert visitor.ask("copy", name="second-one", text=text)[0] == 200
+    assert 'name = "second_one"' in (lab / "second-one.toml").read_text()
+    status, said = visitor.ask("copy", name="second-one", text=text)
+    assert (status, "there is one already" in said) == (409, True)
+
+
+def test_a_shipped_study_is_not_edited(visitor):
+    assert "comes with Slipscale" in visitor.see("/study")
