@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 #: Options that concern one pilot's plate: a study that is simulated many times has none.
 OF_ONE = ("position", "force")
 MOST = 1_000_000
+#: Of the folder of pilots: beside the pilots, which are data sets.
+FOLDER = "distributions"
 
 
 def add_times(parser: ArgumentParser) -> None:
@@ -31,7 +33,8 @@ def add_times(parser: ArgumentParser) -> None:
         type=int,
         metavar="N",
         help="simulate the study N times instead: median and 5 to 95 %% of every number of its "
-        "table of results, and how often each conclusion holds",
+        "table of results, and how often each conclusion holds (default of --out: a new folder in "
+        "distributions/ of the pilots' folder)",
     )
     group.add_argument(
         "--jobs",
@@ -96,7 +99,7 @@ def _folder(out: Path | None, pilots: Path) -> Path:
     from analysis.planning.distribution.files import claim  # noqa: PLC0415
     from experiments.running.pilot import next_folder  # noqa: PLC0415
 
-    folder = out or next_folder(pilots)
+    folder = out or next_folder(pilots / FOLDER)
     claim(folder)
     return folder
 

@@ -18,7 +18,7 @@ from analysis.preregistration.words import versions, with_results
 from experiments.running.bare_dataset import why_sessions, write_simulated
 from experiments.running.dry_run import check_answered
 from experiments.running.pilot import pilot_plans
-from experiments.study.file import read_study
+from experiments.study.file import read_study, study_text
 from faults import UserError
 
 if TYPE_CHECKING:
@@ -77,7 +77,8 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
         nobody can answer the study in a simulation.
     """
     study, text = read_study(wanted.study_name)
-    named = named_files(text, _folder_of(wanted.study_name))
+    # As the file has it: in the whole text the words of texts files stand in place of their names.
+    named = named_files(study_text(wanted.study_name), _folder_of(wanted.study_name))
     analysis = simulated(wanted.study_name, wanted.population)
     files: dict[str, tuple[bytes, Role, str]] = {STUDY: (text.encode(), "study", "")}
     files |= {name: (f.content, "named by the study", f.key) for name, f in _placed(named)}

@@ -15,6 +15,10 @@ from analysis.preregistration import check, words
 from analysis.preregistration.bundle import read_bundle
 from analysis.reporting.files import software
 from analysis.statistics.not_computed import NotComputed
+from experiments.languages.texts import to_translate
+from experiments.participants.population import Population
+from experiments.running.bare_dataset import write_simulated
+from experiments.running.pilot import pilot_plans
 
 
 def analysed(root, *options, plan="plan"):
@@ -320,3 +324,21 @@ def test_every_byte_of_a_zip_that_is_cut_off_is_noticed(copied, capsys):
         words = ["analyse", str(copied / "data"), "--plan", str(copied / "plan.zip")]
         assert slipscale.main(words) == 2
     assert zipfile.is_zipfile(copied / "plan.zip") is False
+
+
+def test_a_study_in_a_language_of_its_own_has_its_texts_frozen(frozen, tmp_path):
+    (tmp_path / "texts.de.toml").write_text(
+        'language = "de"\n'
+        + "".join(f"{key} = {json.dumps(text)}\n" for key, text in to_translate({}).items()),
+        encoding="utf-8",
+    )
+    path = tmp_path / "mine.toml"
+    own = 'language = "de"\ntexts_files = ["texts.de.toml"]\n[[tasks]]'
+    text = (frozen / "small.toml").read_text(encoding="utf-8")
+    path.write_text(text.replace("[[tasks]]", own, 1).replace('codebook = "words.toml"', ""))
+    assert slipscale.main(["study", "freeze", str(path), "--out", str(tmp_path / "plan")]) == 0
+    copy = tmp_path / "plan" / "study" / "files" / "texts.de.toml"
+    assert copy.read_bytes() == (tmp_path / "texts.de.toml").read_bytes()
+    plans = pilot_plans(str(path), participants=None, seed=None, language=None)
+    write_simulated(tmp_path / "data", plans, Population(), sessions=False)
+    assert deviations(tmp_path) == []

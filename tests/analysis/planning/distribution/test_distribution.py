@@ -185,6 +185,12 @@ def test_what_would_take_hours_asks_first(monkeypatch, many):
         list(results(many, 100))
 
 
+def test_without_a_folder_it_lies_beside_the_pilots(here, study):
+    for number in ("001", "002"):
+        assert slipscale.main(["pilot", study, "--times", "1", "--participants", "3"]) == 0
+        assert (here / "pilots" / "distributions" / number / "distribution.html").exists()
+
+
 def test_the_command_writes_page_figures_and_tables(tmp_path, study, capsys):
     out = tmp_path / "out"
     words = ["pilot", study, "--times", "3", "--out", str(out)]
