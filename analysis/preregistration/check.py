@@ -91,16 +91,21 @@ def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
             "cannot be told."
         )
     planned = _flat(tomllib.loads(bundle.study_text))
+    known = {study_hash(bundle.study_text)}
     for path in studies:
-        text = path.read_text(encoding="utf-8-sig")
-        own = _flat(tomllib.loads(text))
+        try:
+            text = path.read_text(encoding="utf-8-sig")
+            own = _flat(tomllib.loads(text))
+        except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+            yield f"{path.name} cannot be read ({error}), so that it cannot be compared."
+            continue
+        known.add(study_hash(text))
         for key in sorted(planned.keys() | own.keys()):
             # What belongs to the analysis is compared as it was used, below.
             if planned.get(key) != own.get(key) and not key.startswith("analysis."):
-                yield (f"{path.name}: {key} is {_said(own, key)}; planned: {_said(planned, key)}.")
-    known = {study_hash(path.read_text(encoding="utf-8-sig")) for path in studies}
+                yield f"{path.name}: {key} is {_said(own, key)}; planned: {_said(planned, key)}."
     for digest in data.details.get("study_hash", ()):
-        if digest not in known | {study_hash(bundle.study_text)}:
+        if digest not in known:
             yield f"Runs have a study file that is not here (SHA-256 {digest[:12]}...)."
     for key, value in (("seed", str(plan.seed)), ("language", plan.language)):
         others = [other for other in data.details.get(key, ()) if other != value]

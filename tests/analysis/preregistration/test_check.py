@@ -109,6 +109,11 @@ CHANGES = {
         "study",
         "study.toml: runs is 2; planned: left out.",
     ),
+    "study damaged": (
+        lambda root: (root / "data" / "code" / "study_2.toml").write_text("a = ["),
+        "study",
+        "study_2.toml cannot be read",
+    ),
     "study gone": (lambda root: study(root).unlink(), "study", "hold no study file"),
     "seed": (with_seed, "study", "Runs have seed 9; planned: 3."),
     "fewer": (
