@@ -8,7 +8,7 @@ import numpy as np
 
 from analysis.planning.answers import varying
 from analysis.planning.yes_no_steps import CATCH_WIDTH, D_PRIME_LOW
-from figure_style import CYCLE, DASHES, GREY, PALE, canvas, styled
+from figure_style import CYCLE, DASHES, GREY, canvas, styled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 #: More curves than this cannot be told apart.
 CURVES = 8
+#: Beside their colours, for prints in grey.
+MARKERS = "os^D"
 
 
 @styled
@@ -43,7 +45,8 @@ def power_figure(found: Sequence[Row], target: float) -> Figure:
             linewidth=0,
         )
         values = [share.value for share in shares]
-        axes.plot(sizes, values, dash, marker="o", markersize=4, color=colour, label=name)
+        marker = MARKERS[number % len(MARKERS)]
+        axes.plot(sizes, values, dash, marker=marker, markersize=4, color=colour, label=name)
     axes.axhline(target, color=GREY, linewidth=0.9, linestyle=":")
     axes.annotate(
         f"target {target:g}", (0.01, target), xycoords=("axes fraction", "data"), fontsize=8,
@@ -85,8 +88,9 @@ def catch_figure(found: Sequence[Row]) -> Figure:
             axes.fill_between(
                 steps, values - errors, values + errors, color=colour, alpha=0.18, linewidth=0
             )
+            marker = MARKERS[number % len(MARKERS)]
             axes.plot(
-                steps, values, dash, marker="o", markersize=4, color=colour,
+                steps, values, dash, marker=marker, markersize=4, color=colour,
                 label=f"{size} participants",
             )  # fmt: skip
         axes.set(xlabel="Catch steps in each series", ylabel=title, ylim=(0, None))
@@ -136,5 +140,5 @@ def precision_figure(found: Sequence[Row]) -> Figure:
     axes.set_title(first.described(others), fontsize=8.5)
     axes.set(xlabel="Participants", ylabel="Ratings of each surface")
     bar = figure.colorbar(image, ax=axes)
-    bar.set_label("Half-width of the exponent's interval", color=PALE)
+    bar.set_label("Half-width of the exponent's interval")
     return figure

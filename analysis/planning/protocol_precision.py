@@ -9,6 +9,7 @@ by step.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -121,11 +122,11 @@ def _summary(
 ) -> ProtocolPrecision:
     """Return a study's precision from its participants' values, (studies, participants)."""
     if study.quantity == EXPONENT:
-        value = float(np.nanmean(values))
+        value = _mean(values)
         percent = 100 * half_widths(values, CONFIDENCE) / value
     else:
         logs = np.log(values)
-        value = float(np.exp(np.nanmean(logs)))
+        value = math.exp(_mean(logs))
         # The interval runs from value / factor to value * factor.
         percent = 100 * np.sinh(half_widths(logs, CONFIDENCE))
     there = percent[np.isfinite(percent)]
@@ -143,6 +144,12 @@ def _summary(
         without=float((np.isfinite(values).sum(axis=1) < FEWEST).mean()),
         studies=len(values),
     )
+
+
+def _mean(values: Array) -> float:
+    """Return the mean of what there is; NaN of nothing."""
+    there = values[np.isfinite(values)]
+    return float(there.mean()) if len(there) else math.nan
 
 
 def _exponents(

@@ -67,7 +67,9 @@ def reference():
 
 
 @pytest.mark.parametrize(
-    "case", reference(), ids=lambda case: f"N{case['participants']:g}-{case['effect']:g}"
+    "case",
+    reference(),
+    ids=lambda case: f"N{case['participants']:g}-{case['effect']:g}-{case['dropout']:g}",
 )
 def test_power_is_that_of_r_s_simulation_of_the_same_model(case):
     """Model and tests written once more in R: tests/data/power_reference/power.R."""
@@ -76,6 +78,8 @@ def test_power_is_that_of_r_s_simulation_of_the_same_model(case):
         repetitions=int(case["repetitions"]),
         effect=case["effect"],
         lapses=case["lapses"],
+        dropout=case["dropout"],
+        exponent=case["exponent"],
     )
     studies = 2000
     made = design()
