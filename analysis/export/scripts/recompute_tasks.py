@@ -492,8 +492,14 @@ def scales(comparisons, confidence):
 def matching(matches, confidence):
     """Return the numbers of every task and reference that was matched."""
     out = {}
-    for i, (_, rows) in enumerate(matches.groupby(["task", "reference_um_pp"])):
+    asked = matches[~matches["catch"]].groupby(["task", "reference_um_pp"])
+    for i, ((task, reference_um_pp), rows) in enumerate(asked):
         place = f"matching.{i}."
+        caught = matches[
+            matches["catch"]
+            & (matches["task"] == task)
+            & (matches["reference_um_pp"] == reference_um_pp)
+        ]
         reference = rows["reference_um_pp"].iloc[0]
         own = rows.groupby("participant_id")["matched_um_pp"].mean()
         sides = rows.pivot_table(
@@ -508,6 +514,9 @@ def matching(matches, confidence):
             "variability": np.sqrt(spread.mean()) if len(spread) else np.nan,
             "ascending": sides["ascending"].mean(),
             "descending": sides["descending"].mean(),
+            "catch_trials": len(caught),
+            "catch_error": (caught["matched_um_pp"] - reference).abs().mean(),
+            "felt_again": rows["felt_again"].mean(),
         }
         for name, values in (
             ("bias", own - reference),
