@@ -1,6 +1,6 @@
 """Take pictures of every page of the console, in both themes, at two widths; run axe-core on them.
 
-Usage: python tools/console_pages.py FOLDER [--axe axe.min.js] [--only NAME ...]
+Usage: python tools/console_pages.py FOLDER [--axe axe.min.js] [--language fr] [--only NAME ...]
        python tools/console_pages.py docs/images --documentation
 
 Without --axe, npm fetches axe-core into a temporary folder. Exit status 1 where axe-core finds
@@ -23,6 +23,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from playwright.sync_api import sync_playwright
+
+from experiments.lab.console.words import LANGUAGES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -149,10 +151,10 @@ def nothing(_: Stage) -> None:
     """Change nothing."""
 
 
-# Name of a picture: what is done before, the page, and what is pressed on it. In this order.
+# Name of a picture: what is done before, the page, and the button that is pressed, as a selector.
 SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
     "today": (nothing, "", ""),
-    "today-asks": (nothing, "", "Begin the session"),
+    "today-asks": (nothing, "", "[data-do=begin]"),
     "live-nothing": (nothing, "live", ""),
     "study": (nothing, "study", ""),
     "data-blind": (nothing, "data", ""),
@@ -160,13 +162,13 @@ SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
     "pilot-report": (nothing, "pilot/001/report", ""),
     "live": (lambda stage: stage.tell(), "live", ""),
     "today-live": (nothing, "", ""),
-    "live-void": (nothing, "live", "Void trial 5"),
+    "live-void": (nothing, "live", "[data-key=v]"),
     "live-answer": (
         lambda stage: stage.tell(answering="How slippery is this surface?"),
         "live",
         "",
     ),
-    "live-answer-asks": (nothing, "live", "Enter the answer"),
+    "live-answer-asks": (nothing, "live", "[data-key=e]"),
     "live-paused": (lambda stage: stage.tell(state="paused", plate="lost"), "live", ""),
     "live-fault": (
         lambda stage: stage.tell(
@@ -221,20 +223,22 @@ def faults(page: Page, source: str) -> list[str]:
     ]
 
 
-def look(browser: Browser, address: str, out: Path, name: str, source: str) -> list[str]:
+def look(
+    browser: Browser, address: str, out: Path, name: str, *, source: str, language: str
+) -> list[str]:
     """Take a scene's pictures; return axe-core's findings, each with its picture."""
     _, path, press = SCENES[name]
     told = []
     for theme in THEMES:
         for width_name, width in WIDTHS.items():
             context = browser.new_context(
-                color_scheme=theme, viewport={"width": width, "height": 900}, locale="en"
+                color_scheme=theme, viewport={"width": width, "height": 900}, locale=language
             )
             page = context.new_page()
             page.goto(address)
             page.goto(address.partition("?")[0] + path)
             if press:
-                page.get_by_role("button", name=press).first.click()
+                page.locator(press).first.click()
             picture = f"{name}-{theme}-{width_name}"
             page.screenshot(path=out / f"{picture}.png", full_page=not press)
             told += [f"{picture}: {each}" for each in faults(page, source)]
@@ -263,6 +267,7 @@ def main() -> int:
     parser.add_argument(
         "--documentation", action="store_true", help="only the documentation's pictures"
     )
+    parser.add_argument("--language", default="en", choices=LANGUAGES, help="of the pages")
     parser.add_argument("--only", nargs="+", metavar="NAME", choices=SCENES, help="these alone")
     options = parser.parse_args()
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -284,7 +289,9 @@ def main() -> int:
                 if options.documentation:
                     document(browser, address, options.folder, name)
                     continue
-                told += look(browser, address, options.folder, name, source)
+                told += look(
+                    browser, address, options.folder, name, source=source, language=options.language
+                )
             stage.end()
         browser.close()
     if not options.documentation:
