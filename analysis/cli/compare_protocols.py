@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 #: Simulated studies of each: they are answered step by step.
 STUDIES = 50
+WIDTH = 170
 #: Participants that are compared where no number is given.
 SIZES = ("12",)
 #: Options of ``power`` that say nothing to a comparison, and their defaults.
@@ -86,7 +87,8 @@ def compare_protocols(args: Namespace) -> int:
         for row in rows:
             shown.add_row(*row)
         console = Console()
-        console.width = max(console.width, 130)
+        # Cut off, numbers would mislead: a narrower terminal breaks the lines.
+        console.width = max(console.width, WIDTH)
         console.print(shown)
         for line in sentences(found, minutes, population.name):
             console.print(line, highlight=False, markup=False)

@@ -84,7 +84,7 @@ def _cost(axes: Axes, found: Timeline, total: Spread) -> None:
     axes.plot(people, middle, color=BLUE)
     axes.plot([planned], [total.p50], "o", color=INK)
     axes.annotate(
-        f"planned: {planned} participants, {total.p50:.0f} {found.currency}",
+        f"{planned} planned:\n{total.p50:.0f} {found.currency}",
         (planned, total.p50),
         xytext=(8, -4),
         textcoords="offset points",

@@ -111,6 +111,7 @@ def test_the_comparison_is_told_in_words_and_written(capsys, tmp_path):
     more = ["--studies", "2", "--participants", "4,3"]
     assert slipscale.main([*words, *more, "--out", str(tmp_path)]) == 0
     said = " ".join(capsys.readouterr().out.split())
+    assert "…" not in said
     assert "the same simulated people (population 'biet2007'), 4.0 minutes" in said
     assert "exponent, 3 participants: biet2007 knows it to ±" in said
     assert "answer different questions" in said

@@ -1,0 +1,84 @@
+"""Make the pictures of docs/planning.md anew: its own commands, one after the other.
+
+Usage: python tools/planning_pictures.py [--only WORD ...]
+
+A picture ``images/planning/A-B.svg`` is the file ``B.svg`` of the folder ``plan/A/`` that a command
+wrote, ``images/planning/A.svg`` the file ``A.svg``. With ``--only`` the commands that hold one of
+the words, and their pictures. Some minutes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "planning.md"
+PICTURES = ROOT / "docs" / "images" / "planning"
+MOST_BYTES = 150_000
+
+
+def commands(page: str) -> list[list[str]]:
+    """Return the page's commands, in their order, each as its words."""
+    lines = re.findall(r"^    (slipscale .*)$", page, flags=re.MULTILINE)
+    return [shlex.split(line, comments=True) for line in lines]
+
+
+def pictures(page: str) -> list[str]:
+    """Return the names of the page's pictures, without their folder."""
+    return sorted(set(re.findall(r"\]\(images/planning/([\w-]+\.svg)\)", page)))
+
+
+def study_file(page: str, begun: str) -> str:
+    """Return the page's study: the file as it was begun, and what the page says to add."""
+    added = re.search(r"^```toml\n(.*?)^```", page, flags=re.MULTILINE | re.DOTALL)
+    if not added:
+        raise ValueError(f"{PAGE}: no TOML block to add to the study")
+    return f"{begun}\n{added[1]}"
+
+
+def made(folder: Path, picture: str) -> Path:
+    """Return the file that a picture is a copy of."""
+    where, _, name = picture.partition("-")
+    return folder / "plan" / where / name if name else folder / picture
+
+
+def main() -> None:
+    """Follow the page, and copy what it made."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--only", nargs="+", default=[], metavar="WORD")
+    wanted = parser.parse_args().only
+    page = PAGE.read_text(encoding="utf-8")
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as there:
+        folder = Path(there)
+        slipscale = Path(sys.executable).parent / "slipscale"
+        for words in commands(page):
+            first = words[1:3] == ["study", "new"]
+            if wanted and not first and not any(word in " ".join(words) for word in wanted):
+                continue
+            print(shlex.join(words), flush=True)
+            environment = os.environ | {"OMP_NUM_THREADS": "1"}
+            done = subprocess.run([slipscale, *words[1:]], cwd=folder, env=environment, check=False)
+            if done.returncode not in {0, 1}:  # 1: no size is large enough
+                raise SystemExit(done.returncode)
+            if first:
+                file = folder / words[3]
+                file.write_text(study_file(page, file.read_text("utf-8")), encoding="utf-8")
+        for picture in pictures(page):
+            source = made(folder, picture)
+            if source.exists():
+                shutil.copyfile(source, PICTURES / picture)
+                size = source.stat().st_size
+                print(f"{picture}: {size:,} bytes{' TOO LARGE' if size > MOST_BYTES else ''}")
+
+
+if __name__ == "__main__":
+    main()
