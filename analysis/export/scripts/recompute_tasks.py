@@ -492,15 +492,11 @@ def scales(comparisons, confidence):
 def matching(matches, confidence):
     """Return the numbers of every task and reference that was matched."""
     out = {}
-    asked = matches[~matches["catch"]].groupby(["task", "reference_um_pp"])
-    for i, ((task, reference_um_pp), rows) in enumerate(asked):
+    turned = matches[~matches["catch"]]
+    for i, ((task, reference), rows) in enumerate(turned.groupby(["task", "reference_um_pp"])):
         place = f"matching.{i}."
-        caught = matches[
-            matches["catch"]
-            & (matches["task"] == task)
-            & (matches["reference_um_pp"] == reference_um_pp)
-        ]
-        reference = rows["reference_um_pp"].iloc[0]
+        same = (matches["task"] == task) & (matches["reference_um_pp"] == reference)
+        caught = matches[matches["catch"] & same]
         own = rows.groupby("participant_id")["matched_um_pp"].mean()
         sides = rows.pivot_table(
             index="participant_id", columns="direction", values="matched_um_pp"

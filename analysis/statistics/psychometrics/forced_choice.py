@@ -9,6 +9,7 @@ import numpy as np
 
 from analysis.preprocessing.sufficiency import FEWEST, few
 from analysis.statistics.not_computed import NotComputed
+from analysis.statistics.psychometrics.goodness_of_fit import GoodnessOfFit, goodness_of_fit
 from analysis.statistics.psychometrics.population_threshold import (
     PopulationThreshold,
     population_threshold,
@@ -21,11 +22,9 @@ from analysis.statistics.psychometrics.psychometric_function import (
     estimate,
 )
 from analysis.statistics.psychometrics.thresholds import (
-    GoodnessOfFit,
     fit_threshold,
     fit_threshold_by_posterior,
     fit_threshold_by_psignifit,
-    goodness_of_fit,
 )
 from experiments.dataset.schema import PARTICIPANT
 

@@ -1,4 +1,4 @@
-"""Thresholds: a participant's psychometric function, its intervals and how well it fits.
+"""Thresholds: a participant's psychometric function and its intervals, in three ways.
 
 Levels are µm peak to peak: an amplitude (detection) or a difference of amplitudes
 (discrimination). The definitions and figures measured stand in ``docs/thresholds.md``.
@@ -6,12 +6,11 @@ Levels are µm peak to peak: an amplitude (detection) or a difference of amplitu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from analysis.preprocessing.sufficiency import few
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.psychometrics import psychometric_fit as likelihood
 from analysis.statistics.psychometrics.posterior import marginals
@@ -62,11 +61,11 @@ def fit_threshold(
     UserError
         An unknown method or curve, or a number out of range.
     """
-    model = _model(method, curve, share, largest_lapse)
+    model = model_of(method, curve, share, largest_lapse)
     found = _likeliest(answers, model)
     if isinstance(found, NotComputed):
         return found
-    counts, theta = _counts(answers, model), found.theta[0]
+    counts, theta = counts_of(answers, model), found.theta[0]
     drop = _half_chi_square(confidence)
     (low,), (high,) = likelihood.profile(model, counts, found, likelihood.THRESHOLD, drop=drop)
     (shallow,), (steepest,) = likelihood.profile(
@@ -111,12 +110,12 @@ def threshold_values(
     array, shape (people,)
         NaN where `fit_threshold` finds none.
     """
-    model = _model(method, curve, 0.5, LARGEST_LAPSE)
+    model = model_of(method, curve, 0.5, LARGEST_LAPSE)
     found = np.full(len(people), np.nan)
     enough = [place for place, each in enumerate(people) if not _too_little(each, model)]
     if not enough:
         return found
-    counts = _side_by_side([_counts(people[place], model) for place in enough])
+    counts = _side_by_side([counts_of(people[place], model) for place in enough])
     fits = likelihood.fit(model, counts)
     theta = fits.theta
     low, high = fits.at_bound(likelihood.THRESHOLD)
@@ -159,11 +158,11 @@ def fit_threshold_by_posterior(
     `analysis.statistics.psychometrics.posterior` says what is thought beforehand. Parameters and
     errors as for `fit_threshold`; where that finds no threshold, neither does this.
     """
-    model = _model(method, curve, share, LARGEST_LAPSE)
+    model = model_of(method, curve, share, LARGEST_LAPSE)
     likeliest = _likeliest(answers, model)
     if isinstance(likeliest, NotComputed):
         return likeliest
-    found = marginals(model, _counts(answers, model), confidence)
+    found = marginals(model, counts_of(answers, model), confidence)
     slope = estimate(np.exp(found.log_slope), confidence)
     return PsychometricFunction(
         estimator="posterior",
@@ -197,10 +196,10 @@ def fit_threshold_by_psignifit(
         from psignifit import psignifit  # noqa: PLC0415 - loads scipy.stats and matplotlib
     except ModuleNotFoundError:
         return NotComputed("psignifit is not installed (it comes with slipscale[analysis])")
-    model = _model(method, curve, share, LARGEST_LAPSE)
+    model = model_of(method, curve, share, LARGEST_LAPSE)
     if why := _too_little(answers, model):
         return NotComputed(why)
-    u = _counts(answers, model).u[0]
+    u = counts_of(answers, model).u[0]
     seen = u[u > likelihood.FAR_BELOW]
     lowest, highest = float(seen.min()), float(seen.max())
     # 0 on a logarithmic axis: as far below as psignifit's grid of widths takes as far.
@@ -243,74 +242,8 @@ def fit_threshold_by_psignifit(
 _SIGMOIDS = {"weibull": "weibull", "logistic": "logistic", "normal": "norm"}
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class GoodnessOfFit:
-    """How far answers lie from a fitted curve.
-
-    Parameters
-    ----------
-    deviance : float
-        Twice the log likelihood that a curve through every proportion would gain.
-    p : float
-        Share of data sets simulated from the curve, and fitted anew, with at least this deviance.
-    simulations : int
-        How many.
-    """
-
-    deviance: float
-    p: float
-    simulations: int
-
-
-def goodness_of_fit(
-    fitted: PsychometricFunction,
-    answers: Answers,
-    *,
-    largest_lapse: float = LARGEST_LAPSE,
-    simulations: int = 1000,
-    seed: int = 2001,
-) -> GoodnessOfFit | NotComputed:
-    """Test a curve by its deviance, against data sets simulated from it and fitted anew.
-
-    Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313: with few answers a level the
-    deviance is not chi-square distributed, so its distribution is simulated.
-
-    Parameters
-    ----------
-    fitted : PsychometricFunction
-        `fit_threshold`'s, with the same ``largest_lapse``.
-    """
-    repeated = int((answers.trials > 1).sum())
-    needed = FEWEST + 1
-    if repeated < needed:
-        return NotComputed(few("levels with more than one answer", repeated, needed))
-    model = _model(fitted.method, fitted.curve, fitted.share, largest_lapse)
-    counts = _counts(answers, model)
-    proportion = fitted.proportion(answers.levels_um_pp)
-    observed = float(deviance(counts, proportion[None])[0])
-    drawn = np.random.default_rng(seed).binomial(
-        answers.trials.astype(int), np.clip(proportion, 0, 1), size=(simulations, proportion.size)
-    )
-    simulated = Counts(
-        np.broadcast_to(counts.u, drawn.shape),
-        drawn.astype(float),
-        np.broadcast_to(counts.trials, drawn.shape),
-    )
-    again = model.proportion(likelihood.fit(model, simulated).theta, simulated.u)
-    # The observed data set is one of those that the curve could have given.
-    as_far = int((deviance(simulated, again) >= observed - TINY).sum())
-    return GoodnessOfFit(
-        deviance=observed, p=(1 + as_far) / (1 + simulations), simulations=simulations
-    )
-
-
-def deviance(counts: Counts, proportion: Array) -> Array:
-    """Return the deviance of answers from proportions, shape (sets,)."""
-    own = counts.log_likelihood(counts.correct / counts.trials)
-    return 2 * (own - counts.log_likelihood(proportion))
-
-
-def _model(method: str, curve: str, share: float, largest_lapse: float) -> Model:
+def model_of(method: str, curve: str, share: float, largest_lapse: float) -> Model:
+    """Return what is fitted, its choices checked."""
     if method not in METHODS:
         raise UserError(f"method is {method!r}, expected one of {', '.join(METHODS)}")
     if curve not in CURVES:
@@ -329,7 +262,7 @@ def _model(method: str, curve: str, share: float, largest_lapse: float) -> Model
     )
 
 
-def _counts(answers: Answers, model: Model) -> Counts:
+def counts_of(answers: Answers, model: Model) -> Counts:
     """Return the answers as one data set of `psychometric_fit`."""
     u = likelihood.coordinates(model.curve, answers.levels_um_pp)
     return Counts(u[None], answers.correct[None], answers.trials[None])
@@ -339,7 +272,7 @@ def _likeliest(answers: Answers, model: Model) -> likelihood.Fits | NotComputed:
     """Return the likeliest parameters, or why the answers have no threshold."""
     if why := _too_little(answers, model):
         return NotComputed(why)
-    found = likelihood.fit(model, _counts(answers, model))
+    found = likelihood.fit(model, counts_of(answers, model))
     if found.at_bound(likelihood.LOG_SLOPE)[0][0]:
         return NotComputed("answers do not get better as the level rises")
     if any(at[0] for at in found.at_bound(likelihood.THRESHOLD)):

@@ -12,6 +12,7 @@ from scipy import optimize, stats
 
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.psychometrics import psychometric_fit as likelihood
+from analysis.statistics.psychometrics.goodness_of_fit import goodness_of_fit
 from analysis.statistics.psychometrics.population_threshold import (
     population_threshold,
     weber_fraction,
@@ -20,7 +21,6 @@ from analysis.statistics.psychometrics.psychometric_function import Answers
 from analysis.statistics.psychometrics.thresholds import (
     fit_threshold,
     fit_threshold_by_psignifit,
-    goodness_of_fit,
 )
 from experiments.protocols.adaptive.curves import CURVES
 from faults import UserError
