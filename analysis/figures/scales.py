@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from analysis.figures.shared import tip
+from analysis.reading.surface_labels import amplitude_of
 from analysis.statistics.not_computed import NotComputed
 from experiments.dataset.schema import PARTICIPANT
 from figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
@@ -44,7 +45,7 @@ def _points(
     values: Sequence[float],
     intervals: Sequence[ConfidenceInterval | None],
 ) -> None:
-    numbers = [_number(name) for name in surfaces]
+    numbers = [amplitude_of(name) for name in surfaces]
     known = [each for each in numbers if each is not None]
     # Textures have no place on an axis of amplitudes: then all stand side by side.
     amplitudes = len(known) == len(surfaces)
@@ -58,13 +59,6 @@ def _points(
     axes.axhline(0, color=GREY, linewidth=0.8, linestyle=":", zorder=0)
     axes.set_xticks(places, list(surfaces))
     axes.set_xlabel("Amplitude (µm, peak to peak)" if amplitudes else "Surface")
-
-
-def _number(name: str) -> float | None:
-    try:
-        return float(name)
-    except ValueError:
-        return None
 
 
 @styled

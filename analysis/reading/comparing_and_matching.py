@@ -9,6 +9,7 @@ import pandas as pd
 
 from analysis.reading.cleaning import TRUE, labels, numbers
 from analysis.reading.labelled_tasks import add_counts, read_main_trials
+from analysis.reading.surface_labels import amplitude_of
 from analysis.reading.trial_tables import IDENTITY
 from experiments.dataset.schema import INTERVAL, PARTICIPANT
 
@@ -112,10 +113,8 @@ def _plain(label: str) -> str:
     >>> _plain("0.50"), _plain("fine")
     ('0.5', 'fine')
     """
-    try:
-        return f"{float(label):g}"
-    except ValueError:
-        return label
+    amplitude = amplitude_of(label)
+    return label if amplitude is None else f"{amplitude:g}"
 
 
 def _named(rows: pd.DataFrame, columns: tuple[str, ...]) -> pd.DataFrame:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from analysis.reading.surface_labels import amplitude_of
 from analysis.statistics.not_computed import NotComputed
 from analysis.statistics.scaling.difference_scaling import (
     DifferenceScale,
@@ -131,7 +132,8 @@ def in_order(names: set[str]) -> tuple[str, ...]:
     """
 
     def place(name: str) -> tuple[bool, float, str]:
-        return (False, float(name), name) if _is_amplitude(name) else (True, 0.0, name)
+        amplitude = amplitude_of(name)
+        return (True, 0.0, name) if amplitude is None else (False, amplitude, name)
 
     return tuple(sorted(names, key=place))
 
@@ -153,7 +155,7 @@ def choices(main: pd.DataFrame, surfaces: tuple[str, ...]) -> dict[str, NDArray[
 def _differences(
     main: pd.DataFrame, surfaces: tuple[str, ...], confidence: float
 ) -> DifferenceScale | NotComputed:
-    textures = [name for name in surfaces if not _is_amplitude(name)]
+    textures = [name for name in surfaces if amplitude_of(name) is None]
     if textures:
         return NotComputed(f"{', '.join(textures)}: textures have no order known beforehand")
     number = {name: place for place, name in enumerate(surfaces)}
@@ -163,11 +165,3 @@ def _differences(
         main["response"].to_numpy(float) == 2,  # noqa: PLR2004 - the second step
         confidence=confidence,
     )
-
-
-def _is_amplitude(name: str) -> bool:
-    try:
-        float(name)
-    except ValueError:
-        return False
-    return True
