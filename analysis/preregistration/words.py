@@ -48,6 +48,7 @@ TESTS: Mapping[str, str] = {
     "ratings": "ratings on a line: means, Friedman's test, ordered trend, pairs",
     "ratios": "ratios to a standard, and their exponent",
     "productions": "magnitude production: produced amplitudes, slope and exponent",
+    "exponent_and_weber": "whether exponent and Weber fraction agree (Ekman's law)",
 }
 #: What `Inference` holds beside tests.
 NO_TEST = ("normalisation",)

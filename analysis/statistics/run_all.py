@@ -138,19 +138,21 @@ def conclude(
     """
     chosen = data.choices.tests
 
-    def run(name: Test, test: Callable[[Prepared], T]) -> T | NotComputed:
+    def chosen_only(name: Test, test: Callable[[], T | NotComputed]) -> T | NotComputed:
         if chosen is not None and name not in chosen:
             return NotComputed("not chosen in the study file")
-        if prepared is None:
-            return NotComputed("no magnitude estimates")
-        return test(prepared)
+        return test()
+
+    def run(name: Test, test: Callable[[Prepared], T]) -> T | NotComputed:
+        def tested() -> T | NotComputed:
+            return NotComputed("no magnitude estimates") if prepared is None else test(prepared)
+
+        return chosen_only(name, tested)
 
     def of_task(
         name: Test, test: Callable[[pd.DataFrame, float], T], trials: pd.DataFrame
     ) -> T | NotComputed:
-        if chosen is not None and name not in chosen:
-            return NotComputed("not chosen in the study file")
-        return test(trials, data.choices.confidence)
+        return chosen_only(name, lambda: test(trials, data.choices.confidence))
 
     found_thresholds = of_task(
         "thresholds", partial(thresholds, psignifit=psignifit), data.forced_choices
@@ -169,9 +171,7 @@ def conclude(
         else NotComputed("not asked for (--bayesian)"),
         order=run("order", order_effects),
         reliability=run("reliability", reliability),
-        sessions=NotComputed("not chosen in the study file")
-        if chosen is not None and "sessions" not in chosen
-        else session_effects(data, prepared),
+        sessions=chosen_only("sessions", lambda: session_effects(data, prepared)),
         groups=run("groups", partial(compare_groups, group_of=membership(data))),
         normalisation=NormalisationUsed(
             rule=rule,
@@ -179,9 +179,7 @@ def conclude(
             zeros=prepared.zeros if prepared else 0,
             standard_deviation=data.choices.standard_deviation,
         ),
-        difference=NotComputed("not chosen in the study file")
-        if chosen is not None and "difference" not in chosen
-        else difference(data),
+        difference=chosen_only("difference", lambda: difference(data)),
         thresholds=found_thresholds,
         scales=of_task("scales", scales, data.comparisons),
         matching=of_task("matching", matching, data.matches),
@@ -192,7 +190,10 @@ def conclude(
             partial(productions, counterpart=counterpart(data, prepared)),
             data.productions,
         ),
-        exponent_and_weber=exponent_and_weber(prepared, found_thresholds, data.choices.confidence),
+        exponent_and_weber=chosen_only(
+            "exponent_and_weber",
+            lambda: exponent_and_weber(prepared, found_thresholds, data.choices.confidence),
+        ),
     )
 
 

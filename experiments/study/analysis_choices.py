@@ -55,6 +55,7 @@ Test = Literal[
     "ratings",
     "ratios",
     "productions",
+    "exponent_and_weber",
 ]
 Primary = Literal["ranks", "logarithms"]
 Share = Annotated[float, Field(ge=0, le=1)]
