@@ -92,6 +92,12 @@ def add_data(parser: ArgumentParser) -> None:
         help="analyse the trials of one session alone (default: all together)",
     )
     parser.add_argument(
+        "--task",
+        metavar="LABEL",
+        help="which task, where a study has magnitude estimation or descending difference under "
+        "several labels (default: the first)",
+    )
+    parser.add_argument(
         "--normalise",
         metavar="RULE",
         choices=rules,
@@ -163,7 +169,7 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
         import_module("numpyro")  # a missing extra is told before anything is computed
     progress("reading the data")
     mapping = mapping_from(args)
-    data = load(args.dataset, mapping)
+    data = load(args.dataset, mapping, task=args.task)
     if args.in_session:
         data = only_session(data, args.in_session)
     if args.map and mapping is not None:
@@ -195,6 +201,8 @@ def run_analyse(args: Namespace) -> int:
         out = Path(args.out) if args.out else default_folder(data, args.dataset)
         if args.in_session and not args.out:
             out /= f"ses-{args.in_session}"  # beside the results of all together
+        if args.task and not args.out:
+            out /= f"task-{args.task}"
         # Matplotlib takes a second to load: not before something is to be drawn.
         from analysis.reporting.files import write_analysis  # noqa: PLC0415
 

@@ -44,6 +44,7 @@ from analysis.reading.magnitude_modes import (
 )
 from analysis.reading.mapping import beside
 from analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
+from analysis.reading.repeatable_tasks import is_repeatable, of_one_task
 from analysis.reading.table_by_hand import read_table
 from analysis.reading.trial_tables import BLOCK, DIFFERENCE, ESTIMATION, IDENTITY, STEP_AMPLITUDES
 from experiments.dataset.runs import journals
@@ -87,7 +88,9 @@ def kind_of(header: frozenset[str]) -> str | None:
     return next((kind for kind, (belongs, _) in KINDS.items() if belongs(header)), None)
 
 
-def load(path: str | Path, mapping: TableMapping | None = None) -> Dataset:
+def load(
+    path: str | Path, mapping: TableMapping | None = None, *, task: str | None = None
+) -> Dataset:
     """Read a data set's folder or a table.
 
     Parameters
@@ -97,6 +100,9 @@ def load(path: str | Path, mapping: TableMapping | None = None) -> Dataset:
     mapping : TableMapping, optional
         What the columns mean; default: what ``analysis.toml`` in the folder, or beside the table,
         says, else the names of our own tables.
+    task : str, optional
+        The label of a task, where a data set holds magnitude estimation or descending difference
+        under several; default: the one without a label of its own, else the first by name.
 
     Raises
     ------
@@ -110,16 +116,14 @@ def load(path: str | Path, mapping: TableMapping | None = None) -> Dataset:
     if mapping is not None and where.exists():
         return _load_foreign(where, mapping)
     if where.is_dir():
-        return _load_folder(where)
+        return _load_folder(where, task)
     if where.is_file():
         return _load_table(where)
     raise UserError(f"{where}: no such file or folder; expected a data set")
 
 
-def _load_folder(folder: Path) -> Dataset:
-    files: dict[str, list[tuple[Path, re.Match[str]]]] = {
-        table.task: [] for table in (ESTIMATION, DIFFERENCE)
-    }
+def _load_folder(folder: Path, task: str | None) -> Dataset:
+    repeatable: list[tuple[Path, re.Match[str]]] = []
     labelled: dict[str, list[tuple[Path, re.Match[str]]]] = {name: [] for name in KINDS}
     others: dict[str, list[tuple[Path, re.Match[str]]]] = {}
     problems = Problems()
@@ -127,15 +131,16 @@ def _load_folder(folder: Path) -> Dataset:
         match = TABLE_NAME.fullmatch(path.name)
         if match and path.relative_to(folder).parts[0] != f"sub-{match['sub']}":
             problems.add(f"{path.relative_to(folder)}: in another participant's folder; not read")
-        elif match and match["task"] in files:
-            files[match["task"]].append((path, match))
+        elif match and is_repeatable(match["task"], path):
+            repeatable.append((path, match))
         elif match and (kind := kind_of(header_of(path))) is not None:
             labelled[kind].append((path, match))
         elif match:
             others.setdefault(match["task"], []).append((path, match))
         else:
             problems.add(f"{path.relative_to(folder)}: not a name of the BIDS form; not read")
-    found = any(files.values()) or any(labelled.values()) or others
+    files = of_one_task(repeatable, task, folder, problems)
+    found = repeatable or any(labelled.values()) or others
     if not found and journals(folder):
         raise UserError(
             f"{folder}: holds journals and no tables; slipscale data build {folder} makes them"
