@@ -51,7 +51,7 @@ def of_one_task(
     if wanted is not None and wanted not in labels:
         raise UserError(
             f"--task {wanted}: {folder} holds no magnitude estimation or descending difference "
-            f"of that label; expected {' or '.join(labels) or 'none'}"
+            f"of that label; expected {' or '.join(labels) or 'no --task'}"
         )
     chosen = {}
     for own, found in tasks.items():
