@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from analysis.cli.population_options import chosen_population
@@ -11,7 +10,6 @@ from faults import DONE, UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
-    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from analysis.planning.distribution.distribution import Distribution
@@ -58,6 +56,7 @@ def run_times(args: Namespace) -> int:
     """Simulate a study many times; print and write how its results spread."""
     jobs = 1 if args.jobs is None else args.jobs
     _refuse(args, jobs)
+    from analysis.cli.power import showing  # noqa: PLC0415
     from analysis.planning.distribution.distribution import distribution  # noqa: PLC0415
     from analysis.planning.distribution.many_studies import ManyStudies, results  # noqa: PLC0415
 
@@ -74,10 +73,10 @@ def run_times(args: Namespace) -> int:
     studies.check()
     folder = _folder(args.out, defaults.pilots)
     found = []
-    with _bar(args.times) as advance:
+    with showing(enabled=True) as show:
         for each in results(studies, args.times, jobs=jobs, patient=args.yes):
             found.append(each)
-            advance()
+            show(len(found), args.times)
     for sentence in fitted.sentences if fitted else ():
         print(sentence)
     return _tell(distribution(studies, found), folder)
@@ -121,27 +120,3 @@ def _refuse(args: Namespace, jobs: int) -> None:
                 f"--{name} {getattr(args, name)}: studies that are simulated many times take what "
                 f"the study names; leave out --{name}, or --times"
             )
-
-
-@contextmanager
-def _bar(total: int) -> Iterator[Callable[[], None]]:
-    """Show a bar with the time left on stderr, where that is a terminal."""
-    from rich.console import Console  # noqa: PLC0415
-    from rich.progress import (  # noqa: PLC0415
-        BarColumn,
-        MofNCompleteColumn,
-        Progress,
-        TextColumn,
-        TimeRemainingColumn,
-    )
-
-    console = Console(stderr=True)
-    columns = (
-        TextColumn("simulated studies"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-    )
-    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
-        task = bar.add_task("", total=total)
-        yield lambda: bar.advance(task)
