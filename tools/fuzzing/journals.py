@@ -69,6 +69,8 @@ def _rewritten(lines: Sequence[bytes], records: Sequence[Record], random: Random
     new = list(records)
     first = len(new)
     for _ in range(random.choice((1, 1, 2))):
+        if not new:  # the only record was dropped
+            break
         at = random.randrange(len(new))
         first = min(first, at)
         new[at : at + 1] = _changed(new[at], random)
