@@ -226,7 +226,7 @@ def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysi
     """Return an analysis with what it does otherwise than a frozen plan."""
     from analysis.preregistration.check import check_plan  # noqa: PLC0415
 
-    named = (*COLUMN_OPTIONS, "in_session", "in_unit", "levels", "only", "decimal", "sheet")
+    named = (*COLUMN_OPTIONS, "in_session", "task", "in_unit", "levels", "only", "decimal", "sheet")
     given = [f"--{name.replace('_', '-')}" for name in named if getattr(args, name)]
     return replace(analysis, plan=check_plan(bundle, analysis, given))
 

@@ -44,7 +44,7 @@ from analysis.reading.magnitude_modes import (
 )
 from analysis.reading.mapping import beside
 from analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
-from analysis.reading.repeatable_tasks import is_repeatable, of_one_task
+from analysis.reading.repeatable_tasks import KNOWN_BY, of_one_task, protocol_of
 from analysis.reading.table_by_hand import read_table
 from analysis.reading.trial_tables import BLOCK, DIFFERENCE, ESTIMATION, IDENTITY, STEP_AMPLITUDES
 from experiments.dataset.runs import journals
@@ -123,7 +123,9 @@ def load(
 
 
 def _load_folder(folder: Path, task: str | None) -> Dataset:
-    repeatable: list[tuple[Path, re.Match[str]]] = []
+    repeatable: dict[str, dict[str, list[tuple[Path, re.Match[str]]]]] = {
+        own: {} for own in KNOWN_BY
+    }
     labelled: dict[str, list[tuple[Path, re.Match[str]]]] = {name: [] for name in KINDS}
     others: dict[str, list[tuple[Path, re.Match[str]]]] = {}
     problems = Problems()
@@ -131,8 +133,8 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         match = TABLE_NAME.fullmatch(path.name)
         if match and path.relative_to(folder).parts[0] != f"sub-{match['sub']}":
             problems.add(f"{path.relative_to(folder)}: in another participant's folder; not read")
-        elif match and is_repeatable(match["task"], path):
-            repeatable.append((path, match))
+        elif match and (own := protocol_of(match["task"], path)) is not None:
+            repeatable[own].setdefault(match["task"], []).append((path, match))
         elif match and (kind := kind_of(header_of(path))) is not None:
             labelled[kind].append((path, match))
         elif match:
@@ -140,7 +142,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         else:
             problems.add(f"{path.relative_to(folder)}: not a name of the BIDS form; not read")
     files = of_one_task(repeatable, task, folder, problems)
-    found = repeatable or any(labelled.values()) or others
+    found = any(repeatable.values()) or any(labelled.values()) or others
     if not found and journals(folder):
         raise UserError(
             f"{folder}: holds journals and no tables; slipscale data build {folder} makes them"

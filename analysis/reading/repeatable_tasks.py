@@ -13,7 +13,7 @@ from analysis.reading.trial_tables import DIFFERENCE, ESTIMATION
 from faults import UserError
 
 if TYPE_CHECKING:
-    import re
+    from collections.abc import Mapping
     from pathlib import Path
 
     from analysis.reading.delimited import Problems
@@ -27,35 +27,42 @@ KNOWN_BY = {
 WHAT = {ESTIMATION.task: "magnitude estimation", DIFFERENCE.task: "descending difference"}
 
 
-def is_repeatable(task: str, path: Path) -> bool:
-    """Return whether a task's table is one of magnitude estimation or descending difference."""
-    return task in KNOWN_BY or any(map(header_of(path).issuperset, KNOWN_BY.values()))
+def protocol_of(task: str, path: Path) -> str | None:
+    """Return which of the two protocols wrote a task's table, by its own label; None: neither."""
+    if task in KNOWN_BY:
+        return task
+    header = header_of(path)
+    return next((own for own, columns in KNOWN_BY.items() if header.issuperset(columns)), None)
 
 
 def of_one_task(
-    entries: Entries, wanted: str | None, folder: Path, problems: Problems
-) -> dict[str, list[tuple[Path, re.Match[str]]]]:
+    tasks: Mapping[str, Mapping[str, Entries]],
+    wanted: str | None,
+    folder: Path,
+    problems: Problems,
+) -> dict[str, Entries]:
     """Return the tables of one task of each protocol, by the protocol's own label.
+
+    Parameters
+    ----------
+    tasks : Mapping
+        Protocol's own label -> task's label -> its tables.
 
     Raises
     ------
     UserError
         No such task is called as the wanted one.
     """
-    tasks: dict[str, dict[str, list[tuple[Path, re.Match[str]]]]] = {own: {} for own in KNOWN_BY}
-    for path, match in entries:
-        label = match["task"]
-        own = label if label in KNOWN_BY else _protocol(path)
-        tasks[own].setdefault(label, []).append((path, match))
     labels = sorted(label for found in tasks.values() for label in found)
     if wanted is not None and wanted not in labels:
         raise UserError(
             f"--task {wanted}: {folder} holds no magnitude estimation or descending difference "
             f"of that label; expected {' or '.join(labels) or 'no --task'}"
         )
-    chosen = {}
+    chosen: dict[str, Entries] = {}
     for own, found in tasks.items():
-        label = wanted if wanted in found else own if own in found else min(found, default=own)
+        usual = own if own in found else min(found, default=own)
+        label = wanted if wanted is not None and wanted in found else usual
         chosen[own] = found.get(label, [])
         if left := sorted(set(found) - {label}):
             problems.add(
@@ -64,8 +71,3 @@ def of_one_task(
                 f"{left[0]} analyses that one"
             )
     return chosen
-
-
-def _protocol(path: Path) -> str:
-    header = header_of(path)
-    return next(own for own, columns in KNOWN_BY.items() if header.issuperset(columns))

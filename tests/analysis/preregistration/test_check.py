@@ -28,6 +28,8 @@ def analysed(root, *options, plan="plan"):
     folder = data / "derivatives" / "slipscale"
     if "--in-session" in options:
         folder /= "ses-01"
+    if "--task" in options:
+        folder /= "task-magnitudeestimation"
     told = json.loads((folder / "results.json").read_text())["plan"]
     return status, [(each["kind"], each["what"]) for each in told["deviations"]]
 
@@ -202,6 +204,11 @@ def test_what_a_file_manager_leaves_is_none(copied):
 def test_runs_after_the_date_are_none(copied):
     of_people("2107-12-01T09:00:00Z")(copied)
     assert deviations(copied) == []
+
+
+def test_a_task_that_was_named_is_a_deviation(copied):
+    status, found = analysed(copied, "--task", "magnitudeestimation")
+    assert (status, found) == (1, [("options", "--task was given; the plan names no such option.")])
 
 
 def test_options_of_the_command_are_deviations(copied, capsys):
