@@ -8,7 +8,6 @@ from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from analysis.planning.answers import as_json, varying
@@ -87,14 +86,6 @@ def _csv(found: Sequence[Row]) -> list[list[str]]:
 
 
 def _page(design: Design, found: Sequence[Row], target: float) -> str:
-    environment = Environment(
-        loader=PackageLoader("analysis.planning"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     css = files("analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
     blocks = [
         html.figure(
@@ -119,12 +110,16 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
             )
         )
     blocks.append(_table(found))
-    return environment.get_template("power.html").render(
-        title=f"Power of {design.name}",
-        version=VERSION,
-        css=Markup(css),  # noqa: S704 - our own file
-        sentences=summary(design, found, target),
-        blocks=blocks,
+    return (
+        html.environment("analysis.planning")
+        .get_template("power.html")
+        .render(
+            title=f"Power of {design.name}",
+            version=VERSION,
+            css=Markup(css),  # noqa: S704 - our own file
+            sentences=summary(design, found, target),
+            blocks=blocks,
+        )
     )
 
 

@@ -6,7 +6,6 @@ import json
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from analysis.preregistration.manifest import STUDY
@@ -41,14 +40,6 @@ def render(
     people : str
         The population's name.
     """
-    environment = Environment(
-        loader=PackageLoader("analysis.preregistration"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     css = files("analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
     sections = [
         _participants(plan, people),
@@ -58,18 +49,22 @@ def render(
         _design(study),
         _provenance(plan),
     ]
-    return environment.get_template("plan.html").render(
-        title=plan.title,
-        version=plan.software.get("slipscale", ""),
-        css=Markup(css),  # noqa: S704 - our own file
-        facts=[
-            ("Study", plan.name),
-            ("Frozen", plan.frozen_utc),
-            ("Participants planned", str(plan.participants)),
-            ("Sessions", ", ".join(plan.sessions) or "1"),
-            ("Study file, SHA-256", next(f.sha256 for f in plan.files if f.path == STUDY)),
-        ],
-        sections=html.numbered(sections),
+    return (
+        html.environment("analysis.preregistration")
+        .get_template("plan.html")
+        .render(
+            title=plan.title,
+            version=plan.software.get("slipscale", ""),
+            css=Markup(css),  # noqa: S704 - our own file
+            facts=[
+                ("Study", plan.name),
+                ("Frozen", plan.frozen_utc),
+                ("Participants planned", str(plan.participants)),
+                ("Sessions", ", ".join(plan.sessions) or "1"),
+                ("Study file, SHA-256", next(f.sha256 for f in plan.files if f.path == STUDY)),
+            ],
+            sections=html.numbered(sections),
+        )
     )
 
 

@@ -6,14 +6,12 @@ import csv
 import io
 from base64 import b64encode
 from dataclasses import dataclass
-from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from analysis.reconstruction.report import column_lines, printed_test_details, ratings
@@ -81,7 +79,7 @@ def render(source: Source) -> str:
     if samples := long_samples(source):
         sections.append(_samples(samples))
     return (
-        _environment()
+        html.environment("analysis.reconstruction_page")
         .get_template("page.html")
         .render(
             title=source.title or "Published table",
@@ -90,18 +88,6 @@ def render(source: Source) -> str:
             facts=_facts(source),
             sections=sections,
         )
-    )
-
-
-@cache
-def _environment() -> Environment:
-    return Environment(
-        loader=PackageLoader("analysis.reconstruction_page"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
     )
 
 

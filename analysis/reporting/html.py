@@ -60,10 +60,10 @@ class TableColumn:
 
 
 @cache
-def environment() -> Environment:
-    """Return the templates' environment: everything is escaped, nothing may be undefined."""
+def environment(package: str = "analysis.reporting") -> Environment:
+    """Return the environment of a package's templates: all is escaped, nothing may be undefined."""
     return Environment(
-        loader=PackageLoader("analysis.reporting"),
+        loader=PackageLoader(package),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

@@ -7,7 +7,6 @@ from importlib.resources import files
 from typing import TYPE_CHECKING
 
 import pandas as pd
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from analysis.planning.distribution.figures import (
@@ -130,21 +129,17 @@ def _record(found: Distribution) -> dict[str, object]:
 
 
 def _page(found: Distribution, figures: dict[str, Figure]) -> str:
-    environment = Environment(
-        loader=PackageLoader("analysis.planning"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-        keep_trailing_newline=True,
-    )
     css = files("analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
-    return environment.get_template("distribution.html").render(
-        title=f"{found.title}, simulated {len(found.results)} times",
-        version=VERSION,
-        css=Markup(css),  # noqa: S704 - our own file
-        sentences=sentences(found),
-        sections=html.numbered(_sections(found, figures)),
+    return (
+        html.environment("analysis.planning")
+        .get_template("distribution.html")
+        .render(
+            title=f"{found.title}, simulated {len(found.results)} times",
+            version=VERSION,
+            css=Markup(css),  # noqa: S704 - our own file
+            sentences=sentences(found),
+            sections=html.numbered(_sections(found, figures)),
+        )
     )
 
 
