@@ -11,21 +11,21 @@ from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING
 
-from analysis.own.run import are_installed, own_analyses
-from analysis.preprocessing import data_quality, data_warnings, normalisation, sessions
-from analysis.preprocessing.log_transform import prepare
-from analysis.reading.dataset import Dataset
-from analysis.reading.load import load
-from analysis.result import Analysis
-from analysis.statistics import descriptives, textures
-from analysis.statistics.individuals import individuals
-from analysis.statistics.measured_friction import measured_friction
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.robustness import robustness
-from analysis.statistics.run_all import conclude
-from analysis.statistics.sensitivity import sensitivity
-from experiments.dataset.schema import PARTICIPANT
-from faults import UserError
+from slipscale.analysis.own.run import are_installed, own_analyses
+from slipscale.analysis.preprocessing import data_quality, data_warnings, normalisation, sessions
+from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.reading.dataset import Dataset
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.result import Analysis
+from slipscale.analysis.statistics import descriptives, textures
+from slipscale.analysis.statistics.individuals import individuals
+from slipscale.analysis.statistics.measured_friction import measured_friction
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.robustness import robustness
+from slipscale.analysis.statistics.run_all import conclude
+from slipscale.analysis.statistics.sensitivity import sensitivity
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.preprocessing.log_transform import Prepared
 
 
 def analyse(
@@ -50,9 +50,10 @@ def analyse(
     Parameters
     ----------
     dataset : str, Path or Dataset
-        A data set's folder, a tidy table, or what `analysis.reading.load.load` returned.
+        A data set's folder, a tidy table, or what `slipscale.analysis.reading.load.load` returned.
     normalise : str, optional
-        A rule of `analysis.preprocessing.normalisation.RULES`, in place of the study's frozen one.
+        A rule of `slipscale.analysis.preprocessing.normalisation.RULES`, in place of the study's
+        frozen one.
     equivalence_ratio : float, optional
         In place of the study's: within which ratio two amplitudes count as equal.
     bayesian : bool

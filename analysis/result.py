@@ -10,46 +10,46 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from analysis.own.declaration import OwnFinding
-    from analysis.plan_check import PlanCheck
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.reading.dataset import Dataset
-    from analysis.statistics.measured_friction import MeasuredFriction
-    from analysis.statistics.robustness import SubsetSummary
-    from analysis.statistics.run_all import Inference
-    from analysis.statistics.sensitivity import RuleSummary
+    from slipscale.analysis.own.declaration import OwnFinding
+    from slipscale.analysis.plan_check import PlanCheck
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.statistics.measured_friction import MeasuredFriction
+    from slipscale.analysis.statistics.robustness import SubsetSummary
+    from slipscale.analysis.statistics.run_all import Inference
+    from slipscale.analysis.statistics.sensitivity import RuleSummary
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Analysis:
-    """Everything that `analysis.pipeline.analyse` computes.
+    """Everything that `slipscale.analysis.pipeline.analyse` computes.
 
     Parameters
     ----------
     dataset : Dataset
         What was analysed: as read, less the participants excluded.
     rule : str
-        The normalisation, a key of `analysis.preprocessing.normalisation.RULES`.
+        The normalisation, a key of `slipscale.analysis.preprocessing.normalisation.RULES`.
     estimates : DataFrame
         Analysed trials with their ``normalised`` estimate, ``log``, ``position``, ``repetition``.
     cells : DataFrame, shape (participants, amplitudes)
         Participants' mean normalised estimates.
     table3, description : DataFrame
-        See `analysis.statistics.descriptives`.
+        See `slipscale.analysis.statistics.descriptives`.
     textures : DataFrame
-        See `analysis.statistics.textures.describe`.
+        See `slipscale.analysis.statistics.textures.describe`.
     prepared : Prepared or None
         What the tests were computed from; None where there are no magnitude estimates.
     inference : Inference
-        One field a test, see `analysis.statistics.run_all`.
+        One field a test, see `slipscale.analysis.statistics.run_all`.
     sensitivity : tuple of RuleSummary
         Means and spreads under every normalisation.
     robustness : tuple of SubsetSummary
         The chief results with and without flagged participants.
     individuals : DataFrame
-        See `analysis.statistics.individuals`.
+        See `slipscale.analysis.statistics.individuals`.
     measures, flags : DataFrame
-        Data quality of every participant read, see `analysis.preprocessing.data_quality`.
+        Data quality of every participant read, see `slipscale.analysis.preprocessing.data_quality`.
     excluded : Mapping
         Participant -> the flags that excluded them.
     friction : MeasuredFriction or None

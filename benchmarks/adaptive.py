@@ -20,21 +20,21 @@ import numpy as np
 from questplus import QuestPlus as Loop
 from scipy import stats
 
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics import psychometric_fit as likelihood
-from analysis.statistics.scaling.difference_scaling import difference_scale
-from analysis.statistics.scaling.paired_comparison_scale import bradley_terry, thurstone
-from experiments.protocols.adaptive.batched import QuestPlusBatch
-from experiments.protocols.adaptive.curves import CURVES
-from experiments.protocols.adaptive.quest_plus import LARGEST_GRID, QuestPlus
-from experiments.protocols.adaptive.staircase import staircase
-from experiments.protocols.adaptive.weighted import weighted
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
+from slipscale.analysis.statistics.scaling.difference_scaling import difference_scale
+from slipscale.analysis.statistics.scaling.paired_comparison_scale import bradley_terry, thurstone
+from slipscale.experiments.protocols.adaptive.batched import QuestPlusBatch
+from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocols.adaptive.quest_plus import LARGEST_GRID, QuestPlus
+from slipscale.experiments.protocols.adaptive.staircase import staircase
+from slipscale.experiments.protocols.adaptive.weighted import weighted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.protocols.adaptive.curves import Array
-    from experiments.protocols.adaptive.up_down import UpDown
+    from slipscale.experiments.protocols.adaptive.curves import Array
+    from slipscale.experiments.protocols.adaptive.up_down import UpDown
 
 FRAME_MS = 1000 / 60
 GRID = QuestPlus(

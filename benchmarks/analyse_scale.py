@@ -35,20 +35,20 @@ assert len(table) == rows, len(table)
 """
 
 FIGURES = """
-from analysis.reading.load import load
-from analysis.pipeline import analyse
-from analysis.reporting import files
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reporting import files
 analysis = analyse(folder)
 start, spent = time.perf_counter(), time.process_time()
-import figure_style
+from slipscale import figure_style
 for name, figure in files.draw(analysis).items():
     figure_style.svg(figure, salt=name)
     figure_style.save(figure, folder.parent / name, (".png", ".pdf"))
 """
 
 ANALYSE = """
-from analysis.pipeline import analyse
-from analysis.reporting.files import write_analysis
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reporting.files import write_analysis
 write_analysis(analyse(folder), folder.parent / "out")
 """
 

@@ -1,28 +1,35 @@
 """A data set of simulated people, without sessions: the protocols' own tables, in seconds.
 
 Each run goes through the real generator and a simulated person by the bare path
-(`experiments.participants.bare`: the answers of a whole session), and its table is the one that a
-session's journal would give.
+(`slipscale.experiments.participants.bare`: the answers of a whole session), and its table is the
+one that a session's journal would give.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from experiments.dataset.rows_from_journal import gather
-from experiments.dataset.schema import columns, table_stem
-from experiments.dataset.tsv import cell, table
-from experiments.journal.record import Record
-from experiments.journal.serialisation import answer_record, step_record
-from experiments.participants.bare import bare_run
-from experiments.protocols.steps import EndBlock, Explore, Feedback, Instruct, Rest, Silence
-from experiments.study.run_plan import RunPlan
+from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.dataset.schema import columns, table_stem
+from slipscale.experiments.dataset.tsv import cell, table
+from slipscale.experiments.journal.record import Record
+from slipscale.experiments.journal.serialisation import answer_record, step_record
+from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.protocols.steps import (
+    EndBlock,
+    Explore,
+    Feedback,
+    Instruct,
+    Rest,
+    Silence,
+)
+from slipscale.experiments.study.run_plan import RunPlan
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from experiments.participants.population import Population
+    from slipscale.experiments.participants.population import Population
 
 #: Steps that the analysis reads nothing of.
 UNREAD = (Instruct, Rest, Explore, Silence, EndBlock, Feedback)

@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING
 
 import serial
 
-from hardware.backends.serial_board import protocol as wire
-from hardware.backends.serial_board.link import BoardLink
-from hardware.backends.serial_board.serial_line import SerialLine
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.backends.serial_board.link import BoardLink
+from slipscale.hardware.backends.serial_board.serial_line import SerialLine
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,7 +33,7 @@ STATUS = "HOLD,2.3000,2.2987,30499.6,14.981,24.1"
 # Answers every line at once with a correct reply: the cost of the emulated plate is not measured.
 RESPONDER = """
 import os, sys
-from hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.backends.serial_board import protocol as wire
 master, status, buffer = int(sys.argv[1]), sys.argv[2], b""
 while True:
     buffer += os.read(master, 4096)

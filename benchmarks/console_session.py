@@ -14,13 +14,13 @@ import time
 from itertools import pairwise
 from pathlib import Path
 
-from experiments.journal.journal import Journal
-from experiments.languages.texts import load_texts
-from experiments.participants.psychopy_window import PsychoPyWindow
-from experiments.protocols.steps import Ask, YesNoQuestion
-from experiments.session.mailbox import Mailbox, mailbox_of
-from experiments.session.operator import SessionStatus
-from hardware.clock import SystemClock
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.languages.texts import load_texts
+from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
+from slipscale.experiments.protocols.steps import Ask, YesNoQuestion
+from slipscale.experiments.session.mailbox import Mailbox, mailbox_of
+from slipscale.experiments.session.operator import SessionStatus
+from slipscale.hardware.clock import SystemClock
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 

@@ -29,12 +29,12 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments.journal.run_record import read_plan
-from experiments.participants.scripted import ScriptedParticipant
-from hardware.clock import VirtualClock
-from hardware.emulator.process import EmulatorProcess
-from hardware.emulator.response_faults import ANSWER_FAULTS, COMMAND_FAULTS, EMULATED_ONLY
-from hardware.errors import PlateFault
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.participants.scripted import ScriptedParticipant
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.emulator.process import EmulatorProcess
+from slipscale.hardware.emulator.response_faults import ANSWER_FAULTS, COMMAND_FAULTS, EMULATED_ONLY
+from slipscale.hardware.errors import PlateFault
 from tools.board_sessions import (
     TEXTURED,
     PatientOperator,
@@ -48,8 +48,8 @@ from tools.board_sessions import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from experiments.participants.base import Watch
-    from experiments.protocols.steps import ParticipantStep, Reply
+    from slipscale.experiments.participants.base import Watch
+    from slipscale.experiments.protocols.steps import ParticipantStep, Reply
 
 SURFACES = 5
 

@@ -33,10 +33,10 @@ import time; time.sleep(60)
 """
 
 OURS = """
-from experiments.participants.psychopy_window import PsychoPyWindow
-from experiments.protocols.steps import Instruct
-from experiments.languages.texts import load_texts
-from hardware.clock import SystemClock
+from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
+from slipscale.experiments.protocols.steps import Instruct
+from slipscale.experiments.languages.texts import load_texts
+from slipscale.hardware.clock import SystemClock
 with PsychoPyWindow(texts=load_texts("en"), clock=SystemClock(), pilot=False) as window:
     window.perform(Instruct(text="Welcome"), lambda: None)
 """

@@ -20,11 +20,11 @@ import time
 from fractions import Fraction
 from pathlib import Path
 
-from analysis.reconstruction.batch import verdict
-from analysis.reconstruction.published_table import Column, Scale
-from analysis.reconstruction.rounding import Printed
-from analysis.reconstruction.solutions import Solutions
-from analysis.reconstruction.table_files import read_rows
+from slipscale.analysis.reconstruction.batch import verdict
+from slipscale.analysis.reconstruction.published_table import Column, Scale
+from slipscale.analysis.reconstruction.rounding import Printed
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.table_files import read_rows
 
 # n, mean, SD and the scale's ends.
 COLUMNS = [

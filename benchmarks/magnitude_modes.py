@@ -20,25 +20,25 @@ from scipy.special import betaincinv, ndtr
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.productions import productions
-from analysis.statistics.ratings import ratings
-from analysis.statistics.ratio_judgements import ratios
-from experiments.participants.bare import bare_run
-from experiments.participants.habits import Habits
-from experiments.participants.population import Population, curves
-from experiments.protocols.magnitude_production import MagnitudeProduction
-from experiments.protocols.ratio_to_standard import RatioToStandard
-from experiments.protocols.steps import Adjust, Ask, Present
-from experiments.running.pilot import pilot_plans
-from experiments.study.file import read_study
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.productions import productions
+from slipscale.analysis.statistics.ratings import ratings
+from slipscale.analysis.statistics.ratio_judgements import ratios
+from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.participants.habits import Habits
+from slipscale.experiments.participants.population import Population, curves
+from slipscale.experiments.protocols.magnitude_production import MagnitudeProduction
+from slipscale.experiments.protocols.ratio_to_standard import RatioToStandard
+from slipscale.experiments.protocols.steps import Adjust, Ask, Present
+from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.study.file import read_study
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
     Array = NDArray[np.float64]
 

@@ -14,12 +14,12 @@ import time
 
 from scipy.integrate import solve_ivp
 
-from hardware.backends.mock import RAMP_S
-from hardware.clock import VirtualClock
-from hardware.plate.dynamics import Resonator, conditions
-from hardware.plate.twin import SETTLING_TIME_CONSTANTS
-from hardware.registry import open_plate
-from stimuli.surface import VirtualSurface
+from slipscale.hardware.backends.mock import RAMP_S
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.plate.dynamics import Resonator, conditions
+from slipscale.hardware.plate.twin import SETTLING_TIME_CONSTANTS
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.surface import VirtualSurface
 
 PRESENTATIONS = 5_000
 INTEGRATED = 100

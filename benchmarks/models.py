@@ -14,10 +14,10 @@ from scipy.sparse.linalg import eigsh
 from skfem import Basis, BilinearForm, ElementHexS2, ElementVector
 from skfem.helpers import ddot, sym_grad, trace
 
-from hardware.plate.finite_elements import _mesh, assemble
-from hardware.plate.geometry import Density, Layout
-from hardware.plate.vibration import modes, support
-from stimuli.periodic_film import periodic_state
+from slipscale.hardware.plate.finite_elements import _mesh, assemble
+from slipscale.hardware.plate.geometry import Density, Layout
+from slipscale.hardware.plate.vibration import modes, support
+from slipscale.stimuli.periodic_film import periodic_state
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING
 
 from scipy.stats import chisquare
 
-from experiments.protocols.base import Context
-from experiments.protocols.magnitude_estimation import MagnitudeEstimation
-from experiments.protocols.rated_surfaces import order_blocks
-from experiments.protocols.williams import williams_group, williams_square
+from slipscale.experiments.protocols.base import Context
+from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
+from slipscale.experiments.protocols.rated_surfaces import order_blocks
+from slipscale.experiments.protocols.williams import williams_group, williams_square
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

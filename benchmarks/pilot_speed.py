@@ -16,14 +16,14 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING
 
-from experiments.participants.bare import bare_run
-from experiments.participants.population import Population
-from experiments.running.pilot import pilot_plans, run_simulated
+from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.running.pilot import pilot_plans, run_simulated
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.study.run_plan import RunPlan
 
 # A mock whose sensor has its usual noise, said in words: the journal then waits for the disk.
 SYNCED = "mock:"

@@ -19,12 +19,12 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
-from analysis.planning.design import design_of
-from analysis.planning.grid import Condition
-from analysis.planning.run_grid import run_grid, shards
-from experiments.participants.population import Population
-from experiments.study.file import read_study
-from figure_style import BLUE, GREY, canvas, save, styled
+from slipscale.analysis.planning.design import design_of
+from slipscale.analysis.planning.grid import Condition
+from slipscale.analysis.planning.run_grid import run_grid, shards
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.study.file import read_study
+from slipscale.figure_style import BLUE, GREY, canvas, save, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

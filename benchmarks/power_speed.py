@@ -15,11 +15,11 @@ import time
 from pathlib import Path
 from statistics import median
 
-from analysis.planning.design import design_of
-from analysis.planning.grid import Condition
-from analysis.planning.shard import Shard
-from experiments.participants.population import Population
-from experiments.study.file import read_study
+from slipscale.analysis.planning.design import design_of
+from slipscale.analysis.planning.grid import Condition
+from slipscale.analysis.planning.shard import Shard
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.study.file import read_study
 
 SCRIPT = Path(__file__).parents[1] / "tests" / "data" / "power_reference" / "power.R"
 # The model and the tests of the script, without its cases, and one timed loop of them.

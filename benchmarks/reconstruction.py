@@ -32,16 +32,16 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from analysis.reconstruction.published_table import Column, Scale
-from analysis.reconstruction.rounding import Printed
-from analysis.reconstruction.sampling import Sampler
-from analysis.reconstruction.solutions import Solutions
-from analysis.reconstruction.table_files import read
+from slipscale.analysis.reconstruction.published_table import Column, Scale
+from slipscale.analysis.reconstruction.rounding import Printed
+from slipscale.analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.table_files import read
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from analysis.reconstruction.partition import Wanted
+    from slipscale.analysis.reconstruction.partition import Wanted
 
 BUDGET_S = 20.0
 DRAWN = 2**18

@@ -17,12 +17,12 @@ from math import log10
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.reconstruction.problem import seconds_to_count
-from analysis.reconstruction.published_table import Column, Scale
-from analysis.reconstruction.rounding import Printed
-from analysis.reconstruction.saddle_point import log10_multisets
-from analysis.reconstruction.solutions import Solutions
-from figure_style import BLUE, canvas, styled, svg
+from slipscale.analysis.reconstruction.problem import seconds_to_count
+from slipscale.analysis.reconstruction.published_table import Column, Scale
+from slipscale.analysis.reconstruction.rounding import Printed
+from slipscale.analysis.reconstruction.saddle_point import log10_multisets
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.figure_style import BLUE, canvas, styled, svg
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -16,7 +16,6 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
-from analysis.reading.load import load
 from benchmarks.bare_dataset import write_dataset
 from benchmarks.recovery_measures import (
     PEOPLE,
@@ -28,8 +27,9 @@ from benchmarks.recovery_measures import (
     measure_scales,
     measure_thresholds,
 )
-from experiments.participants.habits import Habits
-from experiments.participants.population import Population
+from slipscale.analysis.reading.load import load
+from slipscale.experiments.participants.habits import Habits
+from slipscale.experiments.participants.population import Population
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "recovery.md"
 KEPT = PAGE.parents[1] / "build" / "recovery"

@@ -7,31 +7,36 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.statistics.matching import matching
-from analysis.statistics.mean_over_participants import MeanOverParticipants
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics.forced_choice import COMPARED, CURVE_OF
-from analysis.statistics.psychometrics.population_threshold import (
+from benchmarks import simulated_truths as truths
+from benchmarks.bare_dataset import label
+from slipscale.analysis.statistics.matching import matching
+from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.forced_choice import COMPARED, CURVE_OF
+from slipscale.analysis.statistics.psychometrics.population_threshold import (
     population_threshold,
     weber_fraction,
 )
-from analysis.statistics.psychometrics.psychometric_function import Answers
-from analysis.statistics.psychometrics.thresholds import fit_threshold_by_posterior
-from analysis.statistics.scaling.difference_scaling import difference_scale, triads_as_quadruples
-from analysis.statistics.scaling.paired_comparison_scale import bradley_terry, thurstone
-from analysis.statistics.scaling.task_scales import scales
-from benchmarks import simulated_truths as truths
-from benchmarks.bare_dataset import label
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
+from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold_by_posterior
+from slipscale.analysis.statistics.scaling.difference_scaling import (
+    difference_scale,
+    triads_as_quadruples,
+)
+from slipscale.analysis.statistics.scaling.paired_comparison_scale import bradley_terry, thurstone
+from slipscale.analysis.statistics.scaling.task_scales import scales
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
     import pandas as pd
 
-    from analysis.reading.dataset import Dataset
-    from analysis.statistics.confidence_interval import ConfidenceInterval
-    from analysis.statistics.psychometrics.psychometric_function import PsychometricFunction
-    from experiments.participants.population import Population
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.psychometrics.psychometric_function import (
+        PsychometricFunction,
+    )
+    from slipscale.experiments.participants.population import Population
 
 SEED = 15
 #: Participants of a study of which a population's interval is asked.

@@ -16,10 +16,10 @@ import time
 
 import numpy as np
 
-from experiments.languages.texts import load_texts
-from experiments.participants.psychopy_window import PsychoPyWindow
-from experiments.protocols.steps import Ask, YesNoQuestion
-from hardware.clock import SystemClock
+from slipscale.experiments.languages.texts import load_texts
+from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
+from slipscale.experiments.protocols.steps import Ask, YesNoQuestion
+from slipscale.hardware.clock import SystemClock
 
 PRESSES = 200
 KEYCODE_Y = 29  # a PC keyboard's, under X11

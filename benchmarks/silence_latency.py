@@ -18,9 +18,9 @@ import time
 import tty
 from statistics import median
 
-from hardware.backends.serial_board import protocol as wire
-from hardware.emulator.firmware import Board
-from hardware.plate.twin import Twin
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.emulator.firmware import Board
+from slipscale.hardware.plate.twin import Twin
 
 TIMES = 20
 GOAL_MS = 50
@@ -28,10 +28,10 @@ GIVE_UP_S = 2.0
 
 HOST = """
 import sys, time
-from hardware.clock import SystemClock
-from hardware.registry import open_plate
-from hardware.signals import silent_on_signals
-from stimuli.surface import VirtualSurface
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.registry import open_plate
+from slipscale.hardware.signals import silent_on_signals
+from slipscale.stimuli.surface import VirtualSurface
 
 plate = open_plate("serial:" + sys.argv[1], clock=SystemClock())
 with silent_on_signals(plate):

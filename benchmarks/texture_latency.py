@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hardware.clock import SystemClock, VirtualClock
-from hardware.contact.followed_texture import FollowedTexture
-from hardware.contact.source import Sample
-from hardware.emulator.process import EmulatorProcess
-from hardware.registry import open_plate
-from stimuli.texture import Grating
+from slipscale.hardware.clock import SystemClock, VirtualClock
+from slipscale.hardware.contact.followed_texture import FollowedTexture
+from slipscale.hardware.contact.source import Sample
+from slipscale.hardware.emulator.process import EmulatorProcess
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Callable

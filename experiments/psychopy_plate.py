@@ -5,7 +5,7 @@ session's. After `psychopy.plugins.activatePlugins()` it is ``psychopy.hardware.
 
     from psychopy.hardware import DeviceManager
     plate = DeviceManager.addDevice(
-        "experiments.psychopy_plate.SlipscalePlate", "plate", spec="serial:/dev/ttyACM0"
+        "slipscale.experiments.psychopy_plate.SlipscalePlate", "plate", spec="serial:/dev/ttyACM0"
     )
     plate.present(1.2)   # µm peak to peak; returns once it has settled
     ...                  # each frame: plate.check() raises the fault that came up
@@ -20,13 +20,13 @@ from typing import TYPE_CHECKING, Any
 from psychopy.hardware.base import BaseDevice
 from serial.tools.list_ports import comports
 
-from hardware.address import without_session_watchdog
-from hardware.clock import SystemClock
-from hardware.registry import open_plate
-from stimuli.surface import VirtualSurface
+from slipscale.hardware.address import without_session_watchdog
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
-    from hardware.records import Presentation
+    from slipscale.hardware.records import Presentation
 
 
 class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without types
@@ -53,7 +53,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         Raises
         ------
         UserError, PlateFault
-            As `hardware.driver.PlateDriver.present`; the plate is silent or as it was.
+            As `slipscale.hardware.driver.PlateDriver.present`; the plate is silent or as it was.
         """
         return self._plate.present(VirtualSurface(amplitude_um_pp=float(amplitude_um_pp)))
 

@@ -12,7 +12,7 @@ from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
 from typing import TYPE_CHECKING, TypeVar
 
-from faults import RigError, UserError
+from slipscale.faults import RigError, UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

@@ -6,9 +6,9 @@ import re
 import tomllib
 from typing import TYPE_CHECKING, TypeVar
 
-from faults import UserError
-from faults.toml_lines import Lines
-from faults.validation import complaint, faults_in, sentences
+from slipscale.faults import UserError
+from slipscale.faults.toml_lines import Lines
+from slipscale.faults.validation import complaint, faults_in, sentences
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-    from faults.toml_lines import Place
-    from faults.validation import Fault
+    from slipscale.faults.toml_lines import Place
+    from slipscale.faults.validation import Fault
 
     Model = TypeVar("Model", bound=BaseModel)
 

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from faults import UserError
-from faults.toml_lines import Place
+from slipscale.faults import UserError
+from slipscale.faults.toml_lines import Place
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from faults import UserError
-from hardware.limits import PlateLimits
+from slipscale.faults import UserError
+from slipscale.hardware.limits import PlateLimits
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from hardware.calibration.record import Calibration
-    from hardware.plate_file import PlateFile
+    from slipscale.hardware.calibration.record import Calibration
+    from slipscale.hardware.plate_file import PlateFile
 
 
 def split_address(
@@ -72,7 +72,7 @@ def positive_number(text: str) -> float:
 
 def calibration(text: str) -> Calibration:
     """Return the calibration in a file. Raises UserError."""
-    from hardware.calibration.record import (  # noqa: PLC0415 - pydantic, when needed
+    from slipscale.hardware.calibration.record import (  # noqa: PLC0415 - pydantic, when needed
         read_calibration,
     )
 
@@ -90,7 +90,7 @@ class Plate:
 
 def plate_file(text: str) -> tuple[PlateFile, Calibration | None]:
     """Return the plate in a file, or of a name in the folder ``plates``. Raises UserError."""
-    from hardware.plate_file import open_plate_file, path_of  # noqa: PLC0415 - pydantic
+    from slipscale.hardware.plate_file import open_plate_file, path_of  # noqa: PLC0415 - pydantic
 
     return open_plate_file(path_of(text, Path()))
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
-from hardware.errors import WrongDevice
+from slipscale.hardware.errors import WrongDevice
 
 if TYPE_CHECKING:
-    from hardware.calibration.record import Calibration
-    from hardware.plate_file import PlateFile
-    from hardware.records import PlateIdentity
+    from slipscale.hardware.calibration.record import Calibration
+    from slipscale.hardware.plate_file import PlateFile
+    from slipscale.hardware.records import PlateIdentity
 
 
 class Checked(Protocol):

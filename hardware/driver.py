@@ -14,17 +14,17 @@ from contextlib import contextmanager, suppress
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from faults import UserError
-from hardware.device_check import check_device
-from hardware.errors import (
+from slipscale.faults import UserError
+from slipscale.hardware.device_check import check_device
+from slipscale.hardware.errors import (
     NotReached,
     OverLimit,
     PlateFault,
     PlateRefused,
     StillVibrating,
 )
-from hardware.limits import OnTime, PlateLimits
-from stimuli.modulation import DEFAULT_MODULATOR
+from slipscale.hardware.limits import OnTime, PlateLimits
+from slipscale.stimuli.modulation import DEFAULT_MODULATOR
 
 RING_DOWN_TIME_CONSTANTS = 7  # to 0.1 % of what it was
 UNKNOWN_TIME_CONSTANT_S = 0.01  # Q = 1,000 at 30.5 kHz
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import TracebackType
 
-    from hardware.calibration.record import Calibration
-    from hardware.clock import Clock
-    from hardware.plate_file import PlateFile
-    from hardware.records import PlateIdentity, Presentation, Readback
-    from stimuli.modulation import Loop, Modulator
-    from stimuli.surface import Surface
+    from slipscale.hardware.calibration.record import Calibration
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.plate_file import PlateFile
+    from slipscale.hardware.records import PlateIdentity, Presentation, Readback
+    from slipscale.stimuli.modulation import Loop, Modulator
+    from slipscale.stimuli.surface import Surface
 
 
 class PlateDriver(ABC):
@@ -69,7 +69,7 @@ class PlateDriver(ABC):
         How long `follow` takes to reach the plate; None: an amplitude is held until it is settled.
     tracks : bool
         It is driven where the calibration says, so that its resonance can be tracked
-        (`hardware.resonance_tracking`); others follow it by themselves.
+        (`slipscale.hardware.resonance_tracking`); others follow it by themselves.
     tracked_hz : float or None
         Where it is driven instead, once its resonance was tracked.
     simulated : bool

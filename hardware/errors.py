@@ -1,13 +1,14 @@
 """Everything that can go wrong on the rig: a type each, a code for the journal, a remedy.
 
-Backends raise these and nothing else for a fault of the rig; `hardware.driver` offers them too.
+Backends raise these and nothing else for a fault of the rig; `slipscale.hardware.driver` offers
+them too.
 """
 
 from __future__ import annotations
 
 from typing import ClassVar
 
-from faults import RigError
+from slipscale.faults import RigError
 
 
 class PlateFault(RigError):

@@ -1,6 +1,6 @@
 """What a plate may be asked to do, and the record of how long it has vibrated.
 
-The rules stand here; `hardware.driver` enforces them before a backend hears of a command.
+The rules stand here; `slipscale.hardware.driver` enforces them before a backend hears of a command.
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ import math
 from collections import deque
 from dataclasses import dataclass, replace
 
-from faults import UserError
-from hardware.errors import NotReached, OverLimit
+from slipscale.faults import UserError
+from slipscale.hardware.errors import NotReached, OverLimit
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from faults import UserError
-from faults.toml_file import read_toml
-from hardware.calibration.record import read_calibration
-from hardware.limits import PlateLimits
+from slipscale.faults import UserError
+from slipscale.faults.toml_file import read_toml
+from slipscale.hardware.calibration.record import read_calibration
+from slipscale.hardware.limits import PlateLimits
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hardware.calibration.record import Calibration
+    from slipscale.hardware.calibration.record import Calibration
 
 FOLDER = "plates"  # where a plate that is named without a path is looked for
 SUFFIX = ".toml"

@@ -6,11 +6,11 @@ from functools import cache
 from importlib.metadata import EntryPoints, entry_points
 from typing import TYPE_CHECKING, Protocol
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from hardware.clock import Clock
-    from hardware.driver import PlateDriver
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.driver import PlateDriver
 
 BACKENDS = "slipscale.backends"  # the entry-point group
 

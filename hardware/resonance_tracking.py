@@ -16,14 +16,14 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from faults import UserError
-from hardware.errors import PlateRefused
+from slipscale.faults import UserError
+from slipscale.hardware.errors import PlateRefused
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from hardware.calibration.record import Resonance
-    from hardware.driver import PlateDriver
+    from slipscale.hardware.calibration.record import Resonance
+    from slipscale.hardware.driver import PlateDriver
 
 SWEEP_UM_PP = 0.3  # the amplitude at resonance that is swept with: hardly felt
 POINTS = (-0.5, 0.0, 0.5)  # in half widths of the resonance

@@ -1,7 +1,8 @@
 """Signals that end a session become exceptions, so that every `finally` silences the plate.
 
 Without this SIGTERM and SIGHUP end Python with no ``with`` block left and no ``finally`` run. What
-silences then: the driver's ``close`` (`hardware.driver`), in a session `Session.run` before it.
+silences then: the driver's ``close`` (`slipscale.hardware.driver`), in a session `Session.run`
+before it.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import FrameType
 
-    from hardware.driver import PlateDriver
+    from slipscale.hardware.driver import PlateDriver
 
 # Whoever presses Ctrl-C twice, or closes the terminal (which sends several signals), must not
 # interrupt what silences the plate. No longer: an exception can be lost in a library's callback,

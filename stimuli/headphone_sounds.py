@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from faults import UserError
-from stimuli.masking_noise import pink_noise
+from slipscale.faults import UserError
+from slipscale.stimuli.masking_noise import pink_noise
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

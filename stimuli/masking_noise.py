@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

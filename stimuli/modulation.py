@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from faults import UserError
+from slipscale.faults import UserError
 
 STEPS_MAX = 64  # a period: smoother is not felt, and loads the line
 EDGE_TIME_CONSTANTS = 3  # of the plate

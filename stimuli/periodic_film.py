@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from stimuli.quantities import Array
+    from slipscale.stimuli.quantities import Array
 
 _TOLERANCE = 1e-10  # of the largest Newton step in P
 _NEWTON_STEPS = 40

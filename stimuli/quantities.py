@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from faults import UserError
+from slipscale.faults import UserError
 
 Array = npt.NDArray[np.float64]
 

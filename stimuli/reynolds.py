@@ -1,7 +1,7 @@
 """The squeeze film at any squeeze number: the full Reynolds equation in the plate's units.
 
 Equation (3) of Biet et al. (2007) with equation (4) corrected as in
-`stimuli.squeeze_film.squeeze_number`; `stimuli.periodic_film` solves it.
+`slipscale.stimuli.squeeze_film.squeeze_number`; `slipscale.stimuli.periodic_film` solves it.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stimuli.periodic_film import FilmState, Resolution, periodic_state
-from stimuli.quantities import positive
-from stimuli.squeeze_film import (
+from slipscale.stimuli.periodic_film import FilmState, Resolution, periodic_state
+from slipscale.stimuli.quantities import positive
+from slipscale.stimuli.squeeze_film import (
     AIR,
     FINGER,
     NORMAL_FORCE_N,

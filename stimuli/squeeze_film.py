@@ -1,8 +1,8 @@
 """The squeeze film in closed form: equations (1) to (15), for squeeze numbers without bound.
 
 One rule governs this file: **lengths come in with their unit in their name and vibration is peak**
-(`stimuli.surface` alone converts from peak to peak). Equation numbers are those of Biet, Giraud
-and Lemaire-Semail (2007), Section II; where the printed equation needs a correction, the
+(`slipscale.stimuli.surface` alone converts from peak to peak). Equation numbers are those of Biet,
+Giraud and Lemaire-Semail (2007), Section II; where the printed equation needs a correction, the
 function that uses it says which.
 """
 
@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stimuli.quantities import MICRO, MILLI, Array, not_negative, positive
+from slipscale.stimuli.quantities import MICRO, MILLI, Array, not_negative, positive
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -245,7 +245,7 @@ def relative_friction(
     if least < SQUEEZE_NUMBER_MIN:
         warnings.warn(
             f"the squeeze number is {least:.3g}, below {SQUEEZE_NUMBER_MIN:g}: the closed form "
-            "overstates the film; stimuli.reynolds solves it at any squeeze number",
+            "overstates the film; slipscale.stimuli.reynolds solves it at any squeeze number",
             ClosedFormWarning,
             stacklevel=2,
         )

@@ -11,11 +11,11 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Protocol, TypeVar
 
-from faults import UserError
-from stimuli.modulation import DEFAULT_MODULATOR, AmplitudeStep, Loop, Modulator
+from slipscale.faults import UserError
+from slipscale.stimuli.modulation import DEFAULT_MODULATOR, AmplitudeStep, Loop, Modulator
 
 if TYPE_CHECKING:
-    from stimuli.quantities import Array
+    from slipscale.stimuli.quantities import Array
 
 # A number, or a NumPy array of them.
 Amplitude = TypeVar("Amplitude", float, "Array")
@@ -135,7 +135,7 @@ class VirtualSurface:
         0.74
         """
         # NumPy is heavy: only a surface that is asked for its physics pays for it.
-        from stimuli import reynolds, squeeze_film  # noqa: PLC0415
+        from slipscale.stimuli import reynolds, squeeze_film  # noqa: PLC0415
 
         peak = self.amplitude_um_peak
         if model == "closed form":

@@ -11,8 +11,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 
-from faults import UserError
-from stimuli.modulation import (
+from slipscale.faults import UserError
+from slipscale.stimuli.modulation import (
     DEFAULT_MODULATOR,
     STEPS_MAX,
     AmplitudeStep,

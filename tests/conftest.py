@@ -11,7 +11,7 @@ from contextlib import ExitStack
 import pytest
 from hypothesis import settings
 
-from hardware.emulator.process import EmulatorProcess
+from slipscale.hardware.emulator.process import EmulatorProcess
 
 # Nothing is timed in a test: on a busy machine a deadline fails for no fault of the code.
 settings.register_profile("slipscale", deadline=None)

@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 import slipscale
+from slipscale import commands
 from tools.site import command_reference, decisions
 from tools.site.hooks import SOURCES
 
@@ -92,13 +93,13 @@ def test_a_wrong_command_or_option_in_a_page_is_seen(tmp_path):
 
 def test_the_readme_names_every_command():
     text = (ROOT / "README.md").read_text(encoding="utf-8")
-    unnamed = [name for name in slipscale.COMMANDS if f"slipscale {name}" not in text]
+    unnamed = [name for name in commands.COMMANDS if f"slipscale {name}" not in text]
     assert unnamed == []
 
 
 def test_the_installed_version_and_the_cited_one_are_those_of_the_front_door():
     cited = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-    assert version("slipscale") == cited["version"] == slipscale.VERSION
+    assert version("slipscale") == cited["version"] == slipscale.__version__
 
 
 def test_a_version_has_a_release_date_once_it_is_released():

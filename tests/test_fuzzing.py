@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from faults import UserError
+from slipscale.faults import UserError
 from tools.fuzzing import __main__ as fuzzing
 from tools.fuzzing import bounds, campaign, changes
 from tools.fuzzing.kind import Case, Kind

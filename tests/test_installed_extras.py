@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from faults.extras import EXTRA_OF, how_to_install
+from slipscale.faults.extras import EXTRA_OF, how_to_install
 from tools import setup
 
 ROOT = Path(__file__).parent.parent

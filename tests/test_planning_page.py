@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-import slipscale
+from slipscale.commands import main
 from tools.planning_pictures import MOST_BYTES, PAGE, PICTURES, commands, made, pictures, study_file
 
 TEXT = PAGE.read_text(encoding="utf-8")
@@ -33,7 +33,7 @@ def followed(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         for words in commands(TEXT):
-            status = slipscale.main(quick(words))
+            status = main(quick(words))
             # 1: none of so few people is enough.
             assert status == 0 or (status == 1 and words[1] == "power"), words
             if words[1:3] == ["study", "new"]:

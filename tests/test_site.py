@@ -10,7 +10,7 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
-from experiments.study.schema import study_schema
+from slipscale.experiments.study.schema import study_schema
 from tools.site import command_reference, hooks, study_reference
 
 ROOT = Path(__file__).parents[1]

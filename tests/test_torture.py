@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from experiments.protocols.registry import protocol_names
-from experiments.study.file import read_study
-from hardware.emulator.process import EmulatorProcess
-from hardware.errors import PlateTimeout
+from slipscale.experiments.protocols.registry import protocol_names
+from slipscale.experiments.study.file import read_study
+from slipscale.hardware.emulator.process import EmulatorProcess
+from slipscale.hardware.errors import PlateTimeout
 from tools.torture import __main__ as torture
 from tools.torture import pilots, soak, system_calls, writers
 from tools.torture.disk_faults import FAULTS, Journal

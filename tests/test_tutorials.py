@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-import slipscale
-from experiments.running.pilot import pilot_plans, run_pilot
-from experiments.study.file import study_text
+from slipscale import commands
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.experiments.study.file import study_text
 from tools.tutorial_pictures import TUTORIALS, picture_name
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -28,8 +28,8 @@ def page_of(study):
 def run(words, study):
     """Run a command of a page; return its exit status."""
     if words[0] != "pilot":
-        return slipscale.main(words)
-    parser, _ = slipscale.load("pilot")
+        return commands.main(words)
+    parser, _ = commands.load_command("pilot")
     given = parser.parse_args(words[1:])
     assert given.participants == TUTORIALS[study].participants
     plans = pilot_plans(given.study, participants=1, seed=given.seed, language=given.language)

@@ -6,22 +6,22 @@ import csv
 import time
 from typing import TYPE_CHECKING
 
-from experiments.dataset.bids import build_dataset
-from experiments.journal.journal import Journal
-from experiments.running.run import run_plan
-from experiments.session.operator import UnattendedOperator
-from experiments.study.run_plan import RunPlan
-from hardware.registry import open_plate
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.running.run import run_plan
+from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.hardware.registry import open_plate
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
-    from experiments.participants.base import Participant
-    from experiments.session.operator import Operator, Request
-    from experiments.session.session import RunOutcome
-    from hardware.clock import Clock
-    from hardware.emulator.process import EmulatorProcess
+    from slipscale.experiments.participants.base import Participant
+    from slipscale.experiments.session.operator import Operator, Request
+    from slipscale.experiments.session.session import RunOutcome
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.emulator.process import EmulatorProcess
 
 STUDY = """
 name = "wire"

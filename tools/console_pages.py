@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from playwright.sync_api import sync_playwright
 
-from experiments.lab.console.words import LANGUAGES
+from slipscale.experiments.lab.console.words import LANGUAGES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -43,12 +43,12 @@ COMMAND = [sys.executable, "-P", "-m", "slipscale"]
 SESSION = """
 import json, sys
 from pathlib import Path
-from experiments.journal.journal import Journal
-from experiments.journal.run_record import latest_s, read_plan
-from experiments.protocols.steps import Ask, NumberQuestion, Trial
-from experiments.session.mailbox import Mailbox, mailbox_of
-from experiments.session.operator import SessionStatus
-from hardware.clock import SystemClock
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.run_record import latest_s, read_plan
+from slipscale.experiments.protocols.steps import Ask, NumberQuestion, Trial
+from slipscale.experiments.session.mailbox import Mailbox, mailbox_of
+from slipscale.experiments.session.operator import SessionStatus
+from slipscale.hardware.clock import SystemClock
 path = Path(sys.argv[1])
 heading = ("participant 08, run 01", "study mine", "plate serial:/dev/ttyACM0")
 usual = {"state": "waiting", "task": "t", "trial": 5, "total": 8, "done": 9, "planned": 12,

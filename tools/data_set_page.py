@@ -9,8 +9,8 @@ import sys
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from experiments.dataset.measured import MEASURED
-from experiments.dataset.schema import (
+from slipscale.experiments.dataset.measured import MEASURED
+from slipscale.experiments.dataset.schema import (
     FLAG_SEPARATOR,
     FLAGS,
     MISSING,
@@ -25,12 +25,12 @@ from experiments.dataset.schema import (
     session_columns,
     table_stem,
 )
-from experiments.protocols.registry import load_protocol, protocol_names
+from slipscale.experiments.protocols.registry import load_protocol, protocol_names
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from experiments.protocols.base import Column, Protocol
+    from slipscale.experiments.protocols.base import Column, Protocol
 
 INTRODUCTION = f"""# The data set
 
@@ -106,7 +106,7 @@ def page() -> str:
 
 def _is_shipped(protocol: Protocol) -> bool:
     """Return whether a protocol is Slipscale's own, not an installed laboratory's."""
-    return protocol.steps.__module__.startswith("experiments.protocols.")
+    return protocol.steps.__module__.startswith("slipscale.experiments.protocols.")
 
 
 def _columns(described: Mapping[str, Column]) -> str:

@@ -14,13 +14,13 @@ from typing import TYPE_CHECKING
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from experiments.languages.texts import answers, languages, load_texts
-from experiments.participants.psychopy_window import scene
-from experiments.participants.psychopy_window.asking import Stopping
-from experiments.participants.psychopy_window.display import Display
-from experiments.participants.psychopy_window.screens import screen_for
-from experiments.protocols.repeating import part_over
-from experiments.protocols.steps import (
+from slipscale.experiments.languages.texts import answers, languages, load_texts
+from slipscale.experiments.participants.psychopy_window import scene
+from slipscale.experiments.participants.psychopy_window.asking import Stopping
+from slipscale.experiments.participants.psychopy_window.display import Display
+from slipscale.experiments.participants.psychopy_window.screens import screen_for
+from slipscale.experiments.protocols.repeating import part_over
+from slipscale.experiments.protocols.steps import (
     Adjust,
     Ask,
     ChoiceQuestion,
@@ -36,21 +36,21 @@ from experiments.protocols.steps import (
     WholeNumberQuestion,
     YesNoQuestion,
 )
-from experiments.running.dry_run import dry_run
-from experiments.running.pilot import pilot_plans
-from experiments.study.file import read_study, shipped_studies
-from experiments.study.headphone_test import HeadphoneTest
-from experiments.study.questionnaires import Item, Questionnaire
-from hardware.clock import SystemClock
-from stimuli.headphone_sounds import NoiseInEar
+from slipscale.experiments.running.dry_run import dry_run
+from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.study.file import read_study, shipped_studies
+from slipscale.experiments.study.headphone_test import HeadphoneTest
+from slipscale.experiments.study.questionnaires import Item, Questionnaire
+from slipscale.hardware.clock import SystemClock
+from slipscale.stimuli.headphone_sounds import NoiseInEar
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from experiments.languages.texts import Texts
-    from experiments.participants.psychopy_window.scene import Scene
-    from experiments.participants.psychopy_window.screens import Screen
-    from experiments.protocols.steps import ParticipantStep
+    from slipscale.experiments.languages.texts import Texts
+    from slipscale.experiments.participants.psychopy_window.scene import Scene
+    from slipscale.experiments.participants.psychopy_window.screens import Screen
+    from slipscale.experiments.protocols.steps import ParticipantStep
 
 DECIMAL = {"en": "12.5", "fr": "12,5"}
 PROMPT = {"en": "Where did you grow up?", "fr": "Où avez-vous grandi ?"}

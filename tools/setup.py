@@ -16,7 +16,9 @@ ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
 STAMP = VENV / "ready"
 BOOTSTRAP = ROOT / ".setup"
-INPUTS = ("pyproject.toml", "requirements.txt", "tools/setup.py")
+INPUTS = ("pyproject.toml", "requirements.txt", "tools/setup.py", "src/slipscale/__init__.py")
+#: A link that the editable installation makes; without it nothing can be imported.
+LINK = ROOT / "src" / "slipscale" / "analysis"
 OLDEST, NEWEST = (3, 11), (3, 13)
 
 
@@ -25,9 +27,6 @@ def fingerprint() -> str:
     digest = hashlib.sha256(sys.version.encode())
     for name in INPUTS:
         digest.update((ROOT / name).read_bytes())
-    # The version that the environment's metadata, and so every data set, names.
-    front_door = (ROOT / "slipscale.py").read_text(encoding="utf-8").splitlines()
-    digest.update(next(line for line in front_door if line.startswith("VERSION")).encode())
     return digest.hexdigest()
 
 
@@ -81,7 +80,7 @@ def main() -> int:
             file=sys.stderr,
         )
         return 1
-    if STAMP.exists() and STAMP.read_text() == fingerprint():
+    if LINK.exists() and STAMP.exists() and STAMP.read_text() == fingerprint():
         return 0
     print("Setting up Slipscale in .venv (once; some 2 GB, a minute or two) ...", flush=True)
     uv = find_uv()

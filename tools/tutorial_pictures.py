@@ -17,20 +17,20 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from PIL import Image
 
-import figure_style
-from analysis.pipeline import analyse
-from analysis.reporting.files import draw
-from experiments.participants.psychopy_window.display import Display
-from experiments.participants.psychopy_window.screens import screen_for
-from experiments.protocols.steps import Adjust, Ask
-from experiments.running.dry_run import dry_run
-from experiments.running.pilot import pilot_plans, run_pilot
-from hardware.clock import SystemClock
+from slipscale import figure_style
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reporting.files import draw
+from slipscale.experiments.participants.psychopy_window.display import Display
+from slipscale.experiments.participants.psychopy_window.screens import screen_for
+from slipscale.experiments.protocols.steps import Adjust, Ask
+from slipscale.experiments.running.dry_run import dry_run
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.hardware.clock import SystemClock
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from experiments.participants.psychopy_window.scene import Scene
+    from slipscale.experiments.participants.psychopy_window.scene import Scene
 
 
 IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images"

@@ -9,16 +9,16 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from analysis.cli.progress_line import telling
-from experiments.lab.defaults import dataset_default, here, say
-from faults import ANSWER_IS_NO, DONE, UserError, harmless
+from slipscale.analysis.cli.progress_line import telling
+from slipscale.experiments.lab.defaults import dataset_default, here, say
+from slipscale.faults import ANSWER_IS_NO, DONE, UserError, harmless
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Callable
 
-    from analysis.preregistration.bundle import Bundle
-    from analysis.result import Analysis
+    from slipscale.analysis.preregistration.bundle import Bundle
+    from slipscale.analysis.result import Analysis
 
 
 #: What the columns of a foreign table mean: option -> its value's name, its help.
@@ -77,7 +77,7 @@ def add_data(parser: ArgumentParser) -> None:
     """Add what is analysed, and how."""
     from typing import get_args  # noqa: PLC0415
 
-    from experiments.study.analysis_choices import Normalisation  # noqa: PLC0415
+    from slipscale.experiments.study.analysis_choices import Normalisation  # noqa: PLC0415
 
     rules = get_args(Normalisation)
     parser.add_argument(
@@ -159,11 +159,11 @@ def add_mapping(parser: ArgumentParser) -> None:
 
 def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     """Read what the options name, under their mapping, and analyse it as they say."""
-    from analysis.cli.mapping_options import mapping_from  # noqa: PLC0415
-    from analysis.pipeline import analyse  # noqa: PLC0415
-    from analysis.preprocessing.sessions import only_session  # noqa: PLC0415
-    from analysis.reading import mapping as mappings  # noqa: PLC0415
-    from analysis.reading.load import load  # noqa: PLC0415
+    from slipscale.analysis.cli.mapping_options import mapping_from  # noqa: PLC0415
+    from slipscale.analysis.pipeline import analyse  # noqa: PLC0415
+    from slipscale.analysis.preprocessing.sessions import only_session  # noqa: PLC0415
+    from slipscale.analysis.reading import mapping as mappings  # noqa: PLC0415
+    from slipscale.analysis.reading.load import load  # noqa: PLC0415
 
     if args.bayesian:
         import_module("numpyro")  # a missing extra is told before anything is computed
@@ -186,10 +186,10 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
 
 def run_analyse(args: Namespace) -> int:
     """Analyse a data set; print Table III and where everything lies."""
-    from analysis.preregistration.bundle import read_bundle  # noqa: PLC0415
-    from analysis.reading.own_words import in_own_words, own_columns  # noqa: PLC0415
-    from analysis.reporting.output_folder import default_folder  # noqa: PLC0415
-    from analysis.reporting.terminal import print_own, print_table3  # noqa: PLC0415
+    from slipscale.analysis.preregistration.bundle import read_bundle  # noqa: PLC0415
+    from slipscale.analysis.reading.own_words import in_own_words, own_columns  # noqa: PLC0415
+    from slipscale.analysis.reporting.output_folder import default_folder  # noqa: PLC0415
+    from slipscale.analysis.reporting.terminal import print_own, print_table3  # noqa: PLC0415
 
     say(here())
     bundle = read_bundle(args.plan) if args.plan else None
@@ -204,7 +204,7 @@ def run_analyse(args: Namespace) -> int:
         if args.task and not args.out:
             out /= f"task-{args.task}"
         # Matplotlib takes a second to load: not before something is to be drawn.
-        from analysis.reporting.files import write_analysis  # noqa: PLC0415
+        from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
 
         report = write_analysis(analysis, out, progress)
     for sentence in analysis.problems:
@@ -224,7 +224,7 @@ def run_analyse(args: Namespace) -> int:
 
 def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysis:
     """Return an analysis with what it does otherwise than a frozen plan."""
-    from analysis.preregistration.check import check_plan  # noqa: PLC0415
+    from slipscale.analysis.preregistration.check import check_plan  # noqa: PLC0415
 
     named = (*COLUMN_OPTIONS, "in_session", "task", "in_unit", "levels", "only", "decimal", "sheet")
     given = [f"--{name.replace('_', '-')}" for name in named if getattr(args, name)]
@@ -233,7 +233,7 @@ def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysi
 
 def tell_plan(analysis: Analysis) -> int:
     """Print every deviation from a plan; return the exit status: 1 where there is one."""
-    from analysis.reporting.sections.plan import summary  # noqa: PLC0415
+    from slipscale.analysis.reporting.sections.plan import summary  # noqa: PLC0415
 
     if analysis.plan is None:
         return DONE

@@ -6,10 +6,10 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.cli.analyse import add_data, add_mapping, analysed
-from analysis.cli.progress_line import telling
-from experiments.lab.defaults import here, say
-from faults import DONE, harmless
+from slipscale.analysis.cli.analyse import add_data, add_mapping, analysed
+from slipscale.analysis.cli.progress_line import telling
+from slipscale.experiments.lab.defaults import here, say
+from slipscale.faults import DONE, harmless
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -44,14 +44,14 @@ def add_export(parser: ArgumentParser) -> None:
 
 def run_export(args: Namespace) -> int:
     """Analyse a data set and write every form asked for; print what was written."""
-    from analysis.reading.own_words import in_own_words  # noqa: PLC0415
+    from slipscale.analysis.reading.own_words import in_own_words  # noqa: PLC0415
 
     say(here())
     with telling() as progress:
         analysis = analysed(args, progress)
         progress("writing tables, figures, the report and its other forms")
         # Matplotlib takes a second to load: not before something is to be drawn.
-        from analysis.export.files import write_export  # noqa: PLC0415
+        from slipscale.analysis.export.files import write_export  # noqa: PLC0415
 
         out = Path(args.out)
         names = write_export(analysis, out, [name for name in FORMS if name in args.forms])

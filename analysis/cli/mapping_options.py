@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from analysis.reading.mapping import parse_mapping
-from faults import UserError
+from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from argparse import Namespace
     from collections.abc import Sequence
 
-    from analysis.reading.mapping import TableMapping
+    from slipscale.analysis.reading.mapping import TableMapping
 
 COLUMNS = (
     *("participant", "stimulus", "response", "answer", "reference"),

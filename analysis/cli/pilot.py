@@ -6,11 +6,11 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.cli.pilot_times import add_times, refuse_without_times, run_times
-from analysis.cli.population_options import add_population, chosen_population
-from experiments.cli.sessions import add_contact, add_study, simulated_contact
-from experiments.lab.defaults import here, say
-from faults import DONE
+from slipscale.analysis.cli.pilot_times import add_times, refuse_without_times, run_times
+from slipscale.analysis.cli.population_options import add_population, chosen_population
+from slipscale.experiments.cli.sessions import add_contact, add_study, simulated_contact
+from slipscale.experiments.lab.defaults import here, say
+from slipscale.faults import DONE
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -56,7 +56,7 @@ def run(args: Namespace) -> int:
     from rich.console import Console  # noqa: PLC0415 - `slipscale --help` stays instant
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn  # noqa: PLC0415
 
-    from experiments.running.pilot import next_folder, pilot_plans, run_pilot  # noqa: PLC0415
+    from slipscale.experiments.running.pilot import next_folder, pilot_plans, run_pilot  # noqa: PLC0415
 
     defaults = here()
     say(defaults)
@@ -83,10 +83,10 @@ def run(args: Namespace) -> int:
             )
             work = progress.add_task("analysis", total=None)
             # Loaded while the bar is on the screen: pandas, SciPy and matplotlib take a moment.
-            from analysis.pipeline import analyse  # noqa: PLC0415
-            from analysis.reporting.files import write_analysis  # noqa: PLC0415
-            from analysis.reporting.output_folder import default_folder  # noqa: PLC0415
-            from analysis.reporting.terminal import print_own, print_table3  # noqa: PLC0415
+            from slipscale.analysis.pipeline import analyse  # noqa: PLC0415
+            from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
+            from slipscale.analysis.reporting.output_folder import default_folder  # noqa: PLC0415
+            from slipscale.analysis.reporting.terminal import print_own, print_table3  # noqa: PLC0415
 
             analysis = analyse(folder)
             report = write_analysis(analysis, default_folder(analysis.dataset, folder))

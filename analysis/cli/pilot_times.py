@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.cli.population_options import chosen_population
-from experiments.lab.defaults import here, say
-from faults import DONE, UserError
+from slipscale.analysis.cli.population_options import chosen_population
+from slipscale.experiments.lab.defaults import here, say
+from slipscale.faults import DONE, UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from pathlib import Path
 
-    from analysis.planning.distribution.distribution import Distribution
+    from slipscale.analysis.planning.distribution.distribution import Distribution
 
 #: Options that concern one pilot's plate: a study that is simulated many times has none.
 OF_ONE = ("position", "force")
@@ -56,9 +56,9 @@ def run_times(args: Namespace) -> int:
     """Simulate a study many times; print and write how its results spread."""
     jobs = 1 if args.jobs is None else args.jobs
     _refuse(args, jobs)
-    from analysis.cli.power import showing  # noqa: PLC0415
-    from analysis.planning.distribution.distribution import distribution  # noqa: PLC0415
-    from analysis.planning.distribution.many_studies import ManyStudies, results  # noqa: PLC0415
+    from slipscale.analysis.cli.power import showing  # noqa: PLC0415
+    from slipscale.analysis.planning.distribution.distribution import distribution  # noqa: PLC0415
+    from slipscale.analysis.planning.distribution.many_studies import ManyStudies, results  # noqa: PLC0415
 
     defaults = here()
     say(defaults)
@@ -84,8 +84,8 @@ def run_times(args: Namespace) -> int:
 
 def _tell(found: Distribution, folder: Path) -> int:
     # Matplotlib takes a second to load: not before something is to be drawn.
-    from analysis.planning.distribution.files import write_distribution  # noqa: PLC0415
-    from analysis.planning.distribution.terminal import print_distribution  # noqa: PLC0415
+    from slipscale.analysis.planning.distribution.files import write_distribution  # noqa: PLC0415
+    from slipscale.analysis.planning.distribution.terminal import print_distribution  # noqa: PLC0415
 
     page = write_distribution(folder, found)
     print_distribution(found)
@@ -95,8 +95,8 @@ def _tell(found: Distribution, folder: Path) -> int:
 
 def _folder(out: Path | None, pilots: Path) -> Path:
     """Return where the results go; a folder that holds anything else is refused beforehand."""
-    from analysis.planning.distribution.files import claim  # noqa: PLC0415
-    from experiments.running.pilot import next_folder  # noqa: PLC0415
+    from slipscale.analysis.planning.distribution.files import claim  # noqa: PLC0415
+    from slipscale.experiments.running.pilot import next_folder  # noqa: PLC0415
 
     folder = out or next_folder(pilots / FOLDER)
     claim(folder)

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-    from analysis.planning.fitted_population import FittedPopulation
-    from experiments.participants.population import Population
+    from slipscale.analysis.planning.fitted_population import FittedPopulation
+    from slipscale.experiments.participants.population import Population
 
 
 def add_population(parser: ArgumentParser) -> None:
@@ -33,7 +33,7 @@ def add_population(parser: ArgumentParser) -> None:
 
 def chosen_population(args: Namespace) -> tuple[Population, FittedPopulation | None]:
     """Return who is simulated and, if fitted, what to say of it."""
-    from experiments.participants.population import (  # noqa: PLC0415
+    from slipscale.experiments.participants.population import (  # noqa: PLC0415
         Population,
         read_population,
     )
@@ -42,8 +42,8 @@ def chosen_population(args: Namespace) -> tuple[Population, FittedPopulation | N
         return read_population(args.population) if args.population else Population(), None
     if args.population:
         raise UserError("--population and --from both say who is simulated; expected one of them")
-    from analysis.pipeline import analyse  # noqa: PLC0415 - a second's import
-    from analysis.planning.fitted_population import fit_population  # noqa: PLC0415
+    from slipscale.analysis.pipeline import analyse  # noqa: PLC0415 - a second's import
+    from slipscale.analysis.planning.fitted_population import fit_population  # noqa: PLC0415
 
     fitted = fit_population(analyse(args.dataset))
     return fitted.population, fitted

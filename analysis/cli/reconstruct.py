@@ -7,17 +7,17 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     import argparse
     from collections.abc import Iterator
 
-    from analysis.reconstruction.answers import Across
-    from analysis.reconstruction.published_table import Design, PublishedTable
-    from analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.reconstruction.answers import Across
+    from slipscale.analysis.reconstruction.published_table import Design, PublishedTable
+    from slipscale.analysis.reconstruction.solutions import Solutions
 
-from faults import ANSWER_IS_NO, DONE
+from slipscale.faults import ANSWER_IS_NO, DONE
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -97,11 +97,11 @@ def run(arguments: argparse.Namespace) -> int:
     """Answer for every column; 1 if one of them is inconsistent, or a printed test impossible."""
     # Imported here so that --help needs no NumPy.
     if arguments.batch:
-        from analysis.cli.reconstruct_batch import run_batch  # noqa: PLC0415
+        from slipscale.analysis.cli.reconstruct_batch import run_batch  # noqa: PLC0415
 
         return run_batch(arguments)
-    from analysis.reconstruction.solutions import Solutions  # noqa: PLC0415
-    from analysis.reconstruction.table_files import read  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.solutions import Solutions  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.table_files import read  # noqa: PLC0415
 
     _check(arguments)
     table = read(arguments.table)
@@ -128,7 +128,7 @@ WORTH_SAYING_S = 5.0
 
 def _announce(columns: list[Solutions]) -> None:
     """Say on stderr what takes long, before it starts."""
-    from analysis.reconstruction.problem import duration, seconds_to_count  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.problem import duration, seconds_to_count  # noqa: PLC0415
 
     for solutions in columns:
         if solutions.refused:
@@ -173,7 +173,7 @@ def _answer(
     """
     import json  # noqa: PLC0415
 
-    from analysis.reconstruction import answers, report  # noqa: PLC0415
+    from slipscale.analysis.reconstruction import answers, report  # noqa: PLC0415
 
     found = [
         answers.column_answer(solutions, arguments.measure, variants=arguments.variants)
@@ -187,7 +187,7 @@ def _answer(
     said = report.lines(table.title, found)
     tests = []
     if table.tests:
-        from analysis.reconstruction.printed_test_answers import answer  # noqa: PLC0415 - if printed
+        from slipscale.analysis.reconstruction.printed_test_answers import answer  # noqa: PLC0415 - if printed
 
         tests = [answer(test, columns) for test in table.tests]
         written["tests"] = report.printed_tests_json(tests)
@@ -202,7 +202,7 @@ def _answer(
         written["conclusions"] = report.across_json(known)
         said += report.across_lines(known)
     if arguments.html:
-        from analysis.reconstruction_page.page import Source, render  # noqa: PLC0415 - matplotlib
+        from slipscale.analysis.reconstruction_page.page import Source, render  # noqa: PLC0415 - matplotlib
 
         source = Source(
             title=table.title,
@@ -221,9 +221,9 @@ def _answer(
 
 def _across(columns: list[Solutions], design: Design, arguments: argparse.Namespace) -> Across:
     """Return what is known across columns, and show what goes on: it may take long."""
-    from analysis.cli.progress_line import telling  # noqa: PLC0415 - if asked for
-    from analysis.reconstruction.answers import across, seconds_across  # noqa: PLC0415
-    from analysis.reconstruction.problem import duration  # noqa: PLC0415
+    from slipscale.analysis.cli.progress_line import telling  # noqa: PLC0415 - if asked for
+    from slipscale.analysis.reconstruction.answers import across, seconds_across  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.problem import duration  # noqa: PLC0415
 
     seconds = seconds_across(columns, design)
     if seconds > WORTH_SAYING_S:
@@ -274,8 +274,8 @@ def _write_samples(
 
     import numpy as np  # noqa: PLC0415
 
-    from analysis.reconstruction.sampling import Sampler  # noqa: PLC0415
-    from experiments.dataset.spreadsheet_cells import harmless_cell  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.sampling import Sampler  # noqa: PLC0415
+    from slipscale.experiments.dataset.spreadsheet_cells import harmless_cell  # noqa: PLC0415
 
     # All columns are checked before the first row is written.
     samplers = {

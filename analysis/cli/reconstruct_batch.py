@@ -7,21 +7,21 @@ import io
 from dataclasses import asdict, fields
 from typing import TYPE_CHECKING
 
-from experiments.dataset.spreadsheet_cells import harmless_cell
-from faults import ANSWER_IS_NO, DONE, UserError
+from slipscale.experiments.dataset.spreadsheet_cells import harmless_cell
+from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:
     from argparse import Namespace
     from collections.abc import Sequence
     from pathlib import Path
 
-    from analysis.reconstruction.table_files import Row
+    from slipscale.analysis.reconstruction.table_files import Row
 
 
 def run_batch(arguments: Namespace) -> int:
     """Write a verdict a row, going on where an earlier run stopped; 1 if a row is inconsistent."""
-    from analysis.reconstruction.batch import Verdict, summary, verdicts  # noqa: PLC0415
-    from analysis.reconstruction.table_files import read_rows  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.batch import Verdict, summary, verdicts  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.table_files import read_rows  # noqa: PLC0415
 
     if arguments.out is None:
         raise UserError("--batch needs --out FILE, the CSV to write the verdicts to")
@@ -61,7 +61,7 @@ def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[st
     UserError
         The file holds something else, or verdicts on other rows.
     """
-    from analysis.reconstruction.batch import digest  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.batch import digest  # noqa: PLC0415
 
     if not path.exists():
         return []

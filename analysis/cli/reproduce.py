@@ -6,8 +6,8 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.cli.progress_line import telling
-from faults import ANSWER_IS_NO, DONE
+from slipscale.analysis.cli.progress_line import telling
+from slipscale.faults import ANSWER_IS_NO, DONE
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -29,9 +29,9 @@ def add_reproduce(parser: ArgumentParser) -> None:
 
 def run_reproduce(args: Namespace) -> int:
     """Compare ours with the paper; 1 on drift, or where a cell of Table III disagrees."""
-    from analysis.reporting.output_folder import make_folder  # noqa: PLC0415
-    from analysis.reproduction.comparison import choose, compare, write_figures  # noqa: PLC0415
-    from analysis.reproduction.terminal import print_comparisons  # noqa: PLC0415
+    from slipscale.analysis.reporting.output_folder import make_folder  # noqa: PLC0415
+    from slipscale.analysis.reproduction.comparison import choose, compare, write_figures  # noqa: PLC0415
+    from slipscale.analysis.reproduction.terminal import print_comparisons  # noqa: PLC0415
 
     choose(args.items)
     make_folder(Path(args.out))

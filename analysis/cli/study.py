@@ -1,14 +1,14 @@
-"""The command ``slipscale study``: what `experiments.cli.study` does, and freeze."""
+"""The command ``slipscale study``: what `slipscale.experiments.cli.study` does, and freeze."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.cli.population_options import add_population, chosen_population
-from experiments.cli import study
-from experiments.lab.defaults import here, say
-from faults import DONE, UserError, harmless
+from slipscale.analysis.cli.population_options import add_population, chosen_population
+from slipscale.experiments.cli import study
+from slipscale.experiments.lab.defaults import here, say
+from slipscale.faults import DONE, UserError, harmless
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -68,7 +68,7 @@ def _freeze(args: Namespace) -> int:
     """Write a bundle; print where it is, and the SHA-256 that stands for all of it."""
     import tempfile  # noqa: PLC0415
 
-    from analysis.preregistration.bundle import refuse_taken  # noqa: PLC0415
+    from slipscale.analysis.preregistration.bundle import refuse_taken  # noqa: PLC0415
 
     say(here())
     refuse_taken(args.out)
@@ -86,9 +86,9 @@ def _compute_power(args: Namespace, folder: Path) -> None:
     """Compute power around the planned number of participants, as slipscale power does."""
     from argparse import ArgumentParser  # noqa: PLC0415
 
-    from analysis.cli.power import add_power, run_power  # noqa: PLC0415
-    from analysis.planning.grid import FEWEST_PARTICIPANTS  # noqa: PLC0415
-    from experiments.study.file import read_study  # noqa: PLC0415
+    from slipscale.analysis.cli.power import add_power, run_power  # noqa: PLC0415
+    from slipscale.analysis.planning.grid import FEWEST_PARTICIPANTS  # noqa: PLC0415
+    from slipscale.experiments.study.file import read_study  # noqa: PLC0415
 
     planned = read_study(args.study)[0].participants
     sizes = sorted({max(round(planned * part), FEWEST_PARTICIPANTS) for part in AROUND})
@@ -104,9 +104,9 @@ def _compute_power(args: Namespace, folder: Path) -> None:
 def _written(args: Namespace, power: Path | None) -> int:
     from datetime import UTC, datetime  # noqa: PLC0415
 
-    from analysis.cli.progress_line import telling  # noqa: PLC0415
-    from analysis.preregistration.bundle import write_bundle  # noqa: PLC0415
-    from analysis.preregistration.freeze import Wanted, freeze  # noqa: PLC0415
+    from slipscale.analysis.cli.progress_line import telling  # noqa: PLC0415
+    from slipscale.analysis.preregistration.bundle import write_bundle  # noqa: PLC0415
+    from slipscale.analysis.preregistration.freeze import Wanted, freeze  # noqa: PLC0415
 
     population, fitted = chosen_population(args)
     with telling() as progress:

@@ -5,21 +5,21 @@ from __future__ import annotations
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
-from analysis.export.french_excel import write_french
-from analysis.export.reported_numbers import reported_numbers, settings, task_trials
-from analysis.export.word import write_word
-from analysis.reading.own_words import in_own_words, own_columns
-from analysis.reporting import methods_text
-from analysis.reporting.csv_file import write_csv
-from analysis.reporting.files import software, write_analysis
-from analysis.reporting.tables import tables
-from faults import UserError
+from slipscale.analysis.export.french_excel import write_french
+from slipscale.analysis.export.reported_numbers import reported_numbers, settings, task_trials
+from slipscale.analysis.export.word import write_word
+from slipscale.analysis.reading.own_words import in_own_words, own_columns
+from slipscale.analysis.reporting import methods_text
+from slipscale.analysis.reporting.csv_file import write_csv
+from slipscale.analysis.reporting.files import software, write_analysis
+from slipscale.analysis.reporting.tables import tables
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from analysis.result import Analysis
+    from slipscale.analysis.result import Analysis
 
 SCRIPTS = ("recompute.py", "recompute.R")
 #: Those for the tasks of thresholds, scales and matching, and the trials that they read.
@@ -96,7 +96,9 @@ def _scripts(analysis: Analysis, report: Path) -> list[str]:
         write_csv(rows, report.with_name(f"{name}.csv"))
     scripts = [*SCRIPTS, *(TASK_SCRIPTS if trials else ())]
     for name in scripts:
-        text = files("analysis.export").joinpath("scripts", name).read_text(encoding="utf-8")
+        text = (
+            files("slipscale.analysis.export").joinpath("scripts", name).read_text(encoding="utf-8")
+        )
         report.with_name(name).write_text(text, encoding="utf-8", newline="\n")
     return [*scripts, "numbers.csv", "settings.csv", *(f"{name}.csv" for name in trials)]
 

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from analysis.reading.own_words import own_name
-from analysis.reporting import json_form
-from analysis.statistics.not_computed import NotComputed
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.reading.own_words import own_name
+from slipscale.analysis.reporting import json_form
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from analysis.reporting.json_form import Json
-    from analysis.result import Analysis
+    from slipscale.analysis.reporting.json_form import Json
+    from slipscale.analysis.result import Analysis
 
 #: What a name of inference.json says of the unit, which a script need not know.
 PER_UNIT, UNIT = re.compile(r"per_um(_pp)?\b"), re.compile(r"_um(_pp)?\b")

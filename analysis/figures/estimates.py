@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.figures.shared import LINES_AT_MOST, amplitude_axis, over_decades, tip
-from analysis.published import biet2007
-from analysis.reading.own_words import in_own_words
-from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
-from analysis.statistics import omnibus
-from analysis.statistics.descriptives import within_intervals
-from figure_style import BLUE, INK, PALE, VERMILION, styled
+from slipscale.analysis.figures.shared import LINES_AT_MOST, amplitude_axis, over_decades, tip
+from slipscale.analysis.published import biet2007
+from slipscale.analysis.reading.own_words import in_own_words
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.analysis.statistics import omnibus
+from slipscale.analysis.statistics.descriptives import within_intervals
+from slipscale.figure_style import BLUE, INK, PALE, VERMILION, styled
 
 if TYPE_CHECKING:
     import pandas as pd

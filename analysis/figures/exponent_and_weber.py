@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from analysis.figures.shared import tip
-from analysis.statistics.exponent_and_weber import EKMAN, PUBLISHED
-from figure_style import BLUE, GREY, PALE, VERMILION, canvas, styled
+from slipscale.analysis.figures.shared import tip
+from slipscale.analysis.statistics.exponent_and_weber import EKMAN, PUBLISHED
+from slipscale.figure_style import BLUE, GREY, PALE, VERMILION, canvas, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from analysis.statistics.exponent_and_weber import ExponentAndWeber
+    from slipscale.analysis.statistics.exponent_and_weber import ExponentAndWeber
 
 
 @styled

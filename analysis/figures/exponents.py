@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.figures.shared import tip
-from figure_style import BLUE, GREY, INK, PALE, styled
+from slipscale.analysis.figures.shared import tip
+from slipscale.figure_style import BLUE, GREY, INK, PALE, styled
 
 if TYPE_CHECKING:
-    from analysis.statistics.bayesian_growth import BayesianGrowth
+    from slipscale.analysis.statistics.bayesian_growth import BayesianGrowth
 
 #: More participants than this cannot be told apart by name.
 NAMED_AT_MOST = 40
@@ -26,7 +26,7 @@ def exponents(found: BayesianGrowth) -> Figure:
     Parameters
     ----------
     found : BayesianGrowth
-        `analysis.statistics.bayesian_growth.bayesian_growth`'s result.
+        `slipscale.analysis.statistics.bayesian_growth.bayesian_growth`'s result.
     """
     people = sorted(found.individuals, key=lambda one: one.exponent)
     rows = np.arange(len(people))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from figure_style import BLUE, GREY, INK, ORANGE, canvas, styled
-from stimuli.surface import VirtualSurface
+from slipscale.figure_style import BLUE, GREY, INK, ORANGE, canvas, styled
+from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,20 +7,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.figures.shared import LINES_AT_MOST, apart
-from analysis.reading.own_words import in_own_words
-from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
-from analysis.statistics.descriptives import student_intervals
-from analysis.statistics.growth_models import MODELS
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.regression import fit_lines
-from figure_style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, VERMILION, styled
+from slipscale.analysis.figures.shared import LINES_AT_MOST, apart
+from slipscale.analysis.reading.own_words import in_own_words
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.analysis.statistics.descriptives import student_intervals
+from slipscale.analysis.statistics.growth_models import MODELS
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.figure_style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, VERMILION, styled
 
 if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
-    from analysis.statistics.growth import Growth
+    from slipscale.analysis.statistics.growth import Growth
 
     Array = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ def growth(
     logs : DataFrame, shape (participants, amplitudes)
         Mean natural logarithms of normalised estimates; 0 µm is left out.
     found : Growth or NotComputed
-        `analysis.statistics.growth.growth`'s result.
+        `slipscale.analysis.statistics.growth.growth`'s result.
     unit : str
         Of the estimates.
     confidence : float

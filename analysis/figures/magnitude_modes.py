@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.figures.shared import LINES_AT_MOST, apart, tip
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.ratings import cells
-from analysis.statistics.ratio_judgements import log_cells
-from analysis.statistics.regression import fit_lines
-from figure_style import BLUE, GREY, INK, PALE, styled
+from slipscale.analysis.figures.shared import LINES_AT_MOST, apart, tip
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.ratings import cells
+from slipscale.analysis.statistics.ratio_judgements import log_cells
+from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.figure_style import BLUE, GREY, INK, PALE, styled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from analysis.statistics.confidence_interval import ConfidenceInterval
-    from analysis.statistics.productions import TaskProductions
-    from analysis.statistics.ratings import TaskRatings
-    from analysis.statistics.ratio_judgements import TaskRatios
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.productions import TaskProductions
+    from slipscale.analysis.statistics.ratings import TaskRatings
+    from slipscale.analysis.statistics.ratio_judgements import TaskRatios
 
     Array = NDArray[np.float64]
 
@@ -39,7 +39,7 @@ def ratings(found: TaskRatings, trials: pd.DataFrame) -> Figure:
     ----------
     found : TaskRatings
     trials : DataFrame
-        `analysis.reading.magnitude_modes.read_ratings`'s trials of the task.
+        `slipscale.analysis.reading.magnitude_modes.read_ratings`'s trials of the task.
     """
     figure = Figure(figsize=SIZE, layout="constrained")
     axes = figure.add_subplot()

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.figures.shared import LINES_AT_MOST
-from analysis.statistics.measured_friction import used_trials
-from experiments.dataset.measured import COEFFICIENT
-from experiments.dataset.schema import PARTICIPANT
-from figure_style import BLUE, GREY, INK, PALE, styled
+from slipscale.analysis.figures.shared import LINES_AT_MOST
+from slipscale.analysis.statistics.measured_friction import used_trials
+from slipscale.experiments.dataset.measured import COEFFICIENT
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.figure_style import BLUE, GREY, INK, PALE, styled
 
 if TYPE_CHECKING:
-    from analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.preprocessing.log_transform import Prepared
 
 
 @styled

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from analysis.figures.shared import tip
-from analysis.reading.surface_labels import amplitude_of
-from analysis.statistics.not_computed import NotComputed
-from experiments.dataset.schema import PARTICIPANT
-from figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
+from slipscale.analysis.figures.shared import tip
+from slipscale.analysis.reading.surface_labels import amplitude_of
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from analysis.statistics.confidence_interval import ConfidenceInterval
-    from analysis.statistics.matching import MatchedReference
-    from analysis.statistics.scaling.task_scales import TaskScale
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.matching import MatchedReference
+    from slipscale.analysis.statistics.scaling.task_scales import TaskScale
 
 
 @styled
@@ -70,7 +70,7 @@ def matches(found: Sequence[MatchedReference], trials: pd.DataFrame) -> Figure:
     found : sequence of MatchedReference
         Of one task.
     trials : DataFrame
-        `analysis.reading.comparing_and_matching.read_matches`'s trials of the task.
+        `slipscale.analysis.reading.comparing_and_matching.read_matches`'s trials of the task.
     """
     figure = Figure(figsize=(5.6, 4.2), layout="constrained")
     axes = figure.add_subplot()

@@ -7,16 +7,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from figure_style import BLUE, CYCLE, DASHES, GREY, INK, ORANGE, VERMILION, canvas, note, styled
-from stimuli import reynolds, squeeze_film
-from stimuli.reynolds import WorkingPoint
-from stimuli.squeeze_film import FINGER, Finger
-from stimuli.surface import peak_from_pp, pp_from_peak
+from slipscale.figure_style import (
+    BLUE,
+    CYCLE,
+    DASHES,
+    GREY,
+    INK,
+    ORANGE,
+    VERMILION,
+    canvas,
+    note,
+    styled,
+)
+from slipscale.stimuli import reynolds, squeeze_film
+from slipscale.stimuli.reynolds import WorkingPoint
+from slipscale.stimuli.squeeze_film import FINGER, Finger
+from slipscale.stimuli.surface import peak_from_pp, pp_from_peak
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from stimuli.quantities import Array
+    from slipscale.stimuli.quantities import Array
 
 ROUGHNESS_UM = (0.4, 0.8, 1.2, 1.6)  # Table I
 WORST_CASE = (3.0, 1.6)  # h_vib in µm peak and h_r in µm of Figs. 3 and 4

@@ -8,18 +8,18 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, PercentFormatter
 
-from analysis.figures.shared import LINES_AT_MOST, tip
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics.forced_choice import COMPARED
-from analysis.statistics.psychometrics.psychometric_function import METHODS
-from experiments.dataset.schema import PARTICIPANT
-from figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
+from slipscale.analysis.figures.shared import LINES_AT_MOST, tip
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.forced_choice import COMPARED
+from slipscale.analysis.statistics.psychometrics.psychometric_function import METHODS
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from analysis.statistics.psychometrics.forced_choice import TaskThresholds
+    from slipscale.analysis.statistics.psychometrics.forced_choice import TaskThresholds
 
 #: Levels are gathered into so many bins for the dots: an adaptive track has a level a trial.
 BINS = 8
@@ -44,7 +44,7 @@ def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
     found : TaskThresholds
         The task.
     trials : DataFrame
-        `analysis.reading.forced_choice.read_choices`'s trials of the task.
+        `slipscale.analysis.reading.forced_choice.read_choices`'s trials of the task.
     """
     main = trials[~trials["catch"]]
     people = [each for each in found.participants if not isinstance(each.function, NotComputed)]

@@ -9,22 +9,27 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import PercentFormatter
 
-from analysis.figures.shared import LINES_AT_MOST, tip
-from analysis.reading.own_words import in_own_words
-from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
-from analysis.statistics.descending_difference.step_size_curve import curve
-from analysis.statistics.descending_difference.yes_no import interval_of, step_sizes
-from analysis.statistics.not_computed import NotComputed
-from experiments.dataset.schema import PARTICIPANT
-from figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
+from slipscale.analysis.figures.shared import LINES_AT_MOST, tip
+from slipscale.analysis.reading.own_words import in_own_words
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.analysis.statistics.descending_difference.step_size_curve import curve
+from slipscale.analysis.statistics.descending_difference.yes_no import interval_of, step_sizes
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
 
-    from analysis.statistics.confidence_interval import ConfidenceInterval
-    from analysis.statistics.descending_difference.step_size_curve import PsychometricCurve
-    from analysis.statistics.descending_difference.yes_no import DescendingDifference, StepAnswers
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.descending_difference.step_size_curve import (
+        PsychometricCurve,
+    )
+    from slipscale.analysis.statistics.descending_difference.yes_no import (
+        DescendingDifference,
+        StepAnswers,
+    )
 
 #: Area of a ring for each participant, square points.
 RING = 34.0
@@ -45,9 +50,9 @@ def difference(
     Parameters
     ----------
     found : DescendingDifference
-        `analysis.statistics.descending_difference.yes_no.analyse_differences`'s result.
+        `slipscale.analysis.statistics.descending_difference.yes_no.analyse_differences`'s result.
     steps : DataFrame
-        `analysis.reading.dataset.Dataset.differences`, what it was computed from.
+        `slipscale.analysis.reading.dataset.Dataset.differences`, what it was computed from.
     confidence : float
         Of all intervals and of the curve's band.
     quantity : Quantity

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from analysis.reading.dataset import Dataset
-    from analysis.statistics.not_computed import NotComputed
-    from experiments.study.model import Study
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.statistics.not_computed import NotComputed
+    from slipscale.experiments.study.model import Study
 
 CELL = (str, int, float, bool, type(None))
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-import figure_style
-from analysis.own.declaration import OwnAnalysis, OwnFinding, OwnInput, OwnResult
-from analysis.statistics.not_computed import NotComputed
-from experiments.study.file import parse_study
-from faults import UserError
-from faults.plug_ins import ANALYSES, called, installed, package_of
+from slipscale import figure_style
+from slipscale.analysis.own.declaration import OwnAnalysis, OwnFinding, OwnInput, OwnResult
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.study.file import parse_study
+from slipscale.faults import UserError
+from slipscale.faults.plug_ins import ANALYSES, called, installed, package_of
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-    from analysis.reading.dataset import Dataset
-    from experiments.study.model import Study
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.experiments.study.model import Study
 
 
 def are_installed() -> bool:

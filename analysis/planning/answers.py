@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from analysis.planning.grid import AXES, Condition, without_its_effect
-from analysis.planning.outcome import Share
+from slipscale.analysis.planning.grid import AXES, Condition, without_its_effect
+from slipscale.analysis.planning.outcome import Share
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from analysis.planning.design import Design
-    from analysis.planning.outcome import Outcome, Sums
-    from analysis.planning.shard import Looks
+    from slipscale.analysis.planning.design import Design
+    from slipscale.analysis.planning.outcome import Outcome, Sums
+    from slipscale.analysis.planning.shard import Looks
 
 LOOK = "look after "
 #: Places of the effect's distribution that assurance is computed from (Gauss and Hermite's rule).

@@ -5,22 +5,22 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from analysis.planning.fast_tests import DIVISORS, OMNIBUS, TESTS
-from analysis.planning.simulation import Task
-from analysis.planning.yes_no_steps import StepTask
-from experiments.protocols.descending_difference import DescendingDifference, descent
-from experiments.protocols.magnitude_estimation import MagnitudeEstimation
-from experiments.study.run_plan import RunPlan
-from faults import UserError
+from slipscale.analysis.planning.fast_tests import DIVISORS, OMNIBUS, TESTS
+from slipscale.analysis.planning.simulation import Task
+from slipscale.analysis.planning.yes_no_steps import StepTask
+from slipscale.experiments.protocols.descending_difference import DescendingDifference, descent
+from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.planning.grid import Condition
-    from experiments.participants.population import Population
-    from experiments.protocols.base import Context, Options
-    from experiments.study.analysis_choices import AnalysisChoices
-    from experiments.study.model import Study
+    from slipscale.analysis.planning.grid import Condition
+    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.protocols.base import Context, Options
+    from slipscale.experiments.study.analysis_choices import AnalysisChoices
+    from slipscale.experiments.study.model import Study
 
 #: Tests that are computed study by study; "growth", "order" and "reliability" decide nothing.
 SLOW = ("page_trend", "mixed_model")

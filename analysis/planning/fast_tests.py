@@ -1,7 +1,8 @@
 """The report's tests of thousands of simulated studies at once, under the study's own choices.
 
-The same tests as `analysis.statistics`, on arrays; a test compares both. Of Wilcoxon's test ties
-are ranked, and small samples take the exact distribution without ties, where the report permutes.
+The same tests as `slipscale.analysis.statistics`, on arrays; a test compares both. Of Wilcoxon's
+test ties are ranked, and small samples take the exact distribution without ties, where the report
+permutes.
 """
 
 from __future__ import annotations
@@ -12,18 +13,18 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from analysis.planning.simulation import means
-from analysis.preprocessing.sufficiency import FEWEST
-from analysis.statistics import batched
-from analysis.statistics.regression import fit_lines
+from slipscale.analysis.planning.simulation import means
+from slipscale.analysis.preprocessing.sufficiency import FEWEST
+from slipscale.analysis.statistics import batched
+from slipscale.analysis.statistics.regression import fit_lines
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
-    from analysis.planning.simulation import Ratings
-    from experiments.study.analysis_choices import Primary, ZeroRule
+    from slipscale.analysis.planning.simulation import Ratings
+    from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
 
     Array = NDArray[np.float64]
 

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.data_quality import TRIALS_FOR_DRIFT
-from analysis.preprocessing.sufficiency import FEWEST
-from analysis.statistics.not_computed import NotComputed
-from experiments.dataset.schema import PARTICIPANT
-from experiments.participants.habits import ROUND_TO_PERCENT
-from experiments.participants.population import Population
-from faults import UserError
+from slipscale.analysis.preprocessing.data_quality import TRIALS_FOR_DRIFT
+from slipscale.analysis.preprocessing.sufficiency import FEWEST
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.participants.habits import ROUND_TO_PERCENT
+from slipscale.experiments.participants.population import Population
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from analysis.result import Analysis
+    from slipscale.analysis.result import Analysis
 
 #: Of the whole variance; a model without any of a part is none that people would follow.
 LEAST_SHARE = 0.02

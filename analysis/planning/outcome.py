@@ -106,8 +106,8 @@ class Outcome:
     widths : Mapping
         What is estimated ("exponent", "mean at 0.5") -> half-widths of its interval.
     steps : Mapping
-        What catch steps tell, see `analysis.planning.yes_no_steps.precision`; empty where they
-        were not asked for.
+        What catch steps tell, see `slipscale.analysis.planning.yes_no_steps.precision`; empty where
+        they were not asked for.
     """
 
     studies: int = 0

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.planning.answers import varying
-from analysis.planning.yes_no_steps import CATCH_WIDTH, D_PRIME_LOW
-from figure_style import CYCLE, DASHES, GREY, canvas, styled
+from slipscale.analysis.planning.answers import varying
+from slipscale.analysis.planning.yes_no_steps import CATCH_WIDTH, D_PRIME_LOW
+from slipscale.figure_style import CYCLE, DASHES, GREY, canvas, styled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.figure import Figure
 
-    from analysis.planning.answers import Row
+    from slipscale.analysis.planning.answers import Row
 
 #: More curves than this cannot be told apart.
 CURVES = 8

@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
-from analysis.planning.answers import as_json, varying
-from analysis.planning.grid import AXES
-from analysis.planning.power_figures import catch_figure, power_figure, precision_figure
-from analysis.planning.terminal import summary
-from analysis.reporting import html
-from faults import UserError
-from figure_style import save, svg
+from slipscale.analysis.planning.answers import as_json, varying
+from slipscale.analysis.planning.grid import AXES
+from slipscale.analysis.planning.power_figures import catch_figure, power_figure, precision_figure
+from slipscale.analysis.planning.terminal import summary
+from slipscale.analysis.reporting import html
+from slipscale.faults import UserError
+from slipscale.figure_style import save, svg
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from analysis.planning.answers import Row
-    from analysis.planning.design import Design
+    from slipscale.analysis.planning.answers import Row
+    from slipscale.analysis.planning.design import Design
 
 try:
     VERSION = version("slipscale")
@@ -86,7 +86,9 @@ def _csv(found: Sequence[Row]) -> list[list[str]]:
 
 
 def _page(design: Design, found: Sequence[Row], target: float) -> str:
-    css = files("analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
+    css = (
+        files("slipscale.analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
+    )
     blocks = [
         html.figure(
             svg(power_figure(found, target), salt="power"),
@@ -111,7 +113,7 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
         )
     blocks.append(_table(found))
     return (
-        html.environment("analysis.planning")
+        html.environment("slipscale.analysis.planning")
         .get_template("power.html")
         .render(
             title=f"Power of {design.name}",

@@ -12,22 +12,22 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pandas as pd
 
-from analysis.planning.protocol_studies import RATIO, minutes_of
-from analysis.reading.forced_choice import told_choices
-from analysis.statistics.psychometrics.psychometric_function import Answers
-from analysis.statistics.regression import fit_lines
-from experiments.dataset.rows_from_journal import gather
-from experiments.dataset.schema import INTERVAL, MAIN
-from experiments.journal.record import Record
-from experiments.journal.serialisation import answer_record, step_record
-from experiments.participants.bare import bare_run, drops_out
-from experiments.protocols.steps import Ask, EndTrial, Present
+from slipscale.analysis.planning.protocol_studies import RATIO, minutes_of
+from slipscale.analysis.reading.forced_choice import told_choices
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
+from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.dataset.schema import INTERVAL, MAIN
+from slipscale.experiments.journal.record import Record
+from slipscale.experiments.journal.serialisation import answer_record, step_record
+from slipscale.experiments.participants.bare import bare_run, drops_out
+from slipscale.experiments.protocols.steps import Ask, EndTrial, Present
 
 if TYPE_CHECKING:
-    from analysis.planning.protocol_studies import ProtocolStudy
-    from experiments.participants.bare import BareStep
-    from experiments.participants.population import Population
-    from experiments.study.run_plan import RunPlan
+    from slipscale.analysis.planning.protocol_studies import ProtocolStudy
+    from slipscale.experiments.participants.bare import BareStep
+    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.study.run_plan import RunPlan
 
 
 #: Steps that a choice's row is made of.

@@ -9,9 +9,9 @@ import math
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-from analysis.planning.protocol_studies import EXPONENT
-from faults import UserError
-from figure_style import CYCLE, INK, canvas, save, styled
+from slipscale.analysis.planning.protocol_studies import EXPONENT
+from slipscale.faults import UserError
+from slipscale.figure_style import CYCLE, INK, canvas, save, styled
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from analysis.planning.protocol_precision import ProtocolPrecision
+    from slipscale.analysis.planning.protocol_precision import ProtocolPrecision
 
 HEAD = (
     *("quantity", "study", "protocol", "participants", "amount", "number", "trials", "minutes"),

@@ -3,8 +3,8 @@
 Compared is the half-width of the group's interval in % of what it is an interval of: the mean of
 participants' exponents, or the geometric mean of participants' thresholds (of a comparison below
 and above a standard half the distance between 25 and 75 %), by the estimators of `analyse`.
-Magnitude estimation goes through `analysis.planning.simulation`; other protocols are answered step
-by step.
+Magnitude estimation goes through `slipscale.analysis.planning.simulation`; other protocols are
+answered step by step.
 """
 
 from __future__ import annotations
@@ -15,26 +15,26 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.planning.design import design_of
-from analysis.planning.fast_tests import exponents, half_widths, tables
-from analysis.planning.grid import Condition
-from analysis.planning.protocol_answers import answers_of
-from analysis.planning.protocol_studies import EXPONENT, seed_of
-from analysis.planning.shard import excluded
-from analysis.planning.simulation import simulate_ratings
-from analysis.preprocessing.sufficiency import FEWEST
-from analysis.statistics.psychometrics.forced_choice import COMPARED, CURVE_OF
-from analysis.statistics.psychometrics.thresholds import threshold_values
-from experiments.study.file import parse_study
+from slipscale.analysis.planning.design import design_of
+from slipscale.analysis.planning.fast_tests import exponents, half_widths, tables
+from slipscale.analysis.planning.grid import Condition
+from slipscale.analysis.planning.protocol_answers import answers_of
+from slipscale.analysis.planning.protocol_studies import EXPONENT, seed_of
+from slipscale.analysis.planning.shard import excluded
+from slipscale.analysis.planning.simulation import simulate_ratings
+from slipscale.analysis.preprocessing.sufficiency import FEWEST
+from slipscale.analysis.statistics.psychometrics.forced_choice import COMPARED, CURVE_OF
+from slipscale.analysis.statistics.psychometrics.thresholds import threshold_values
+from slipscale.experiments.study.file import parse_study
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from analysis.planning.protocol_answers import Answered, StudyAnswers
-    from analysis.planning.protocol_studies import ProtocolStudy
-    from experiments.participants.population import Population
+    from slipscale.analysis.planning.protocol_answers import Answered, StudyAnswers
+    from slipscale.analysis.planning.protocol_studies import ProtocolStudy
+    from slipscale.experiments.participants.population import Population
 
     Array = NDArray[np.float64]
 

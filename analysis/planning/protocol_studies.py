@@ -15,23 +15,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 import tomlkit
 
-from analysis.reading.forced_choice import COMPARISON, FORCED_CHOICE
-from experiments.participants.bare import bare_run
-from experiments.protocols.magnitude_estimation import MagnitudeEstimation
-from experiments.protocols.registry import load_protocol
-from experiments.protocols.steps import Present
-from experiments.running.pilot import pilot_plans
-from experiments.running.timeline import MINUTE_S, SETTLING_S
-from experiments.study.file import read_study
-from faults import UserError
+from slipscale.analysis.reading.forced_choice import COMPARISON, FORCED_CHOICE
+from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
+from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocols.steps import Present
+from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.running.timeline import MINUTE_S, SETTLING_S
+from slipscale.experiments.study.file import read_study
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from experiments.participants.bare import BareStep
-    from experiments.participants.population import Population
-    from experiments.protocols.base import Options, Protocol
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.participants.bare import BareStep
+    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.protocols.base import Options, Protocol
+    from slipscale.experiments.study.run_plan import RunPlan
 
 #: Options that say how many trials a task has; the first that it has is set.
 AMOUNTS = ("repetitions", "most_trials")

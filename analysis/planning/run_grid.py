@@ -10,16 +10,16 @@ import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from analysis.planning.outcome import Outcome, total
-from analysis.planning.shard import STUDIES_A_SHARD, Looks, Shard
-from faults import UserError
+from slipscale.analysis.planning.outcome import Outcome, total
+from slipscale.analysis.planning.shard import STUDIES_A_SHARD, Looks, Shard
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from analysis.planning.design import Design
-    from analysis.planning.grid import Condition
-    from analysis.planning.shard_cache import ShardCache
+    from slipscale.analysis.planning.design import Design
+    from slipscale.analysis.planning.grid import Condition
+    from slipscale.analysis.planning.shard_cache import ShardCache
 
 HOUR_S = 3600.0
 #: So many studies, and so many, are timed for an estimate of the whole.

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

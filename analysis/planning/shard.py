@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from analysis.pipeline import normalised
-from analysis.planning.fast_tests import (
+from slipscale.analysis.pipeline import normalised
+from slipscale.analysis.planning.fast_tests import (
     TESTS,
     exponents,
     half_widths,
@@ -23,28 +23,28 @@ from analysis.planning.fast_tests import (
     pairwise,
     tables,
 )
-from analysis.planning.outcome import Outcome, Sums
-from analysis.planning.sequential import levels, look_sizes
-from analysis.planning.simulated_dataset import place_of, simulated_dataset
-from analysis.planning.simulation import simulate_ratings
-from analysis.planning.yes_no_steps import precision, simulate_steps
-from analysis.preprocessing import data_quality
-from analysis.statistics.mixed_model import mixed_model
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.omnibus import page_trend
-from faults import UserError
+from slipscale.analysis.planning.outcome import Outcome, Sums
+from slipscale.analysis.planning.sequential import levels, look_sizes
+from slipscale.analysis.planning.simulated_dataset import place_of, simulated_dataset
+from slipscale.analysis.planning.simulation import simulate_ratings
+from slipscale.analysis.planning.yes_no_steps import precision, simulate_steps
+from slipscale.analysis.preprocessing import data_quality
+from slipscale.analysis.statistics.mixed_model import mixed_model
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.omnibus import page_trend
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import NDArray
 
-    from analysis.planning.design import Design
-    from analysis.planning.fast_tests import Tables
-    from analysis.planning.grid import Condition
-    from analysis.planning.sequential import Spending
-    from analysis.planning.simulation import Ratings
-    from analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.planning.design import Design
+    from slipscale.analysis.planning.fast_tests import Tables
+    from slipscale.analysis.planning.grid import Condition
+    from slipscale.analysis.planning.sequential import Spending
+    from slipscale.analysis.planning.simulation import Ratings
+    from slipscale.analysis.preprocessing.log_transform import Prepared
 
     Array = NDArray[np.float64]
 

@@ -12,14 +12,14 @@ import json
 import os
 from typing import TYPE_CHECKING, Any
 
-from analysis.planning.outcome import Outcome
-from analysis.planning.shard import VERSION
-from faults import UserError
+from slipscale.analysis.planning.outcome import Outcome
+from slipscale.analysis.planning.shard import VERSION
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from analysis.planning.shard import Shard
+    from slipscale.analysis.planning.shard import Shard
 
 MARK = "slipscale-power.json"
 

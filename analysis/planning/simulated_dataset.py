@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.reading.cleaning import empty_differences
-from analysis.reading.dataset import Dataset
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.reading.cleaning import empty_differences
+from slipscale.analysis.reading.dataset import Dataset
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.planning.simulation import Ratings
-    from experiments.study.analysis_choices import AnalysisChoices
+    from slipscale.analysis.planning.simulation import Ratings
+    from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 
 def simulated_dataset(

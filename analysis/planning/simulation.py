@@ -1,7 +1,7 @@
 """Simulated studies by the thousand: the pilot's people, whole arrays of them at a time.
 
-The same model as `experiments.participants.respondent`, habit by habit, without plate, screen and
-session; a test compares both. Random numbers are NumPy's.
+The same model as `slipscale.experiments.participants.respondent`, habit by habit, without plate,
+screen and session; a test compares both. Random numbers are NumPy's.
 """
 
 from __future__ import annotations
@@ -12,23 +12,23 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.planning.orders import draw_orders
-from experiments.participants.habits import (
+from slipscale.analysis.planning.orders import draw_orders
+from slipscale.experiments.participants.habits import (
     ROUND_TO_PERCENT,
     Frame,
     History,
     distorts,
     reported,
 )
-from experiments.participants.population import curves
+from slipscale.experiments.participants.population import curves
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from experiments.participants.population import Population
-    from experiments.protocols.orders import Rule
+    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.protocols.orders import Rule
 
     Array = NDArray[np.float64]
 

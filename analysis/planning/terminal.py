@@ -10,14 +10,14 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from analysis.planning.answers import PRIMARY_TESTS, fewest, sentence, varying
-from analysis.planning.yes_no_steps import CATCH_WIDTH, D_PRIME_LOW
+from slipscale.analysis.planning.answers import PRIMARY_TESTS, fewest, sentence, varying
+from slipscale.analysis.planning.yes_no_steps import CATCH_WIDTH, D_PRIME_LOW
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from analysis.planning.answers import Row
-    from analysis.planning.design import Design
+    from slipscale.analysis.planning.answers import Row
+    from slipscale.analysis.planning.design import Design
 
 #: Headings that are short enough for a column of short numbers.
 SHORT = {"participants": "N", "repetitions": "ratings", "catch_steps": "catch\nsteps"}

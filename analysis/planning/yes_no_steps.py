@@ -14,16 +14,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.planning.outcome import Sums
-from analysis.statistics.descending_difference.probit import d_primes
-from analysis.statistics.descending_difference.proportions import clustered_interval
-from analysis.statistics.not_computed import NotComputed
-from experiments.participants.population import curves
+from slipscale.analysis.planning.outcome import Sums
+from slipscale.analysis.statistics.descending_difference.probit import d_primes
+from slipscale.analysis.statistics.descending_difference.proportions import clustered_interval
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.participants.population import curves
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from experiments.participants.population import Population
+    from slipscale.experiments.participants.population import Population
 
     Array = NDArray[np.float64]
 

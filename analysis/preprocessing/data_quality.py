@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.preprocessing.normalisation import cell_means, log_cell_means
-from analysis.preprocessing.residuals import residuals, slopes_per_participant
-from analysis.preprocessing.sufficiency import FEWEST, TINY
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.preprocessing.normalisation import cell_means, log_cell_means
+from slipscale.analysis.preprocessing.residuals import residuals, slopes_per_participant
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from analysis.reading.dataset import Dataset
-    from experiments.study.analysis_choices import Thresholds
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.experiments.study.analysis_choices import Thresholds
 
 #: Fewer trials than this cannot show a drift or a split-half correlation.
 TRIALS_FOR_DRIFT = 8
@@ -126,7 +126,7 @@ def _split_half(
 
 
 #: Flag: (measures, thresholds) -> which participants have it. NaN never flags. A new flag also
-#: needs its name in `experiments.study.analysis_choices.QualityFlag`.
+#: needs its name in `slipscale.experiments.study.analysis_choices.QualityFlag`.
 DECISIONS: dict[str, Callable[[pd.Series[float], Thresholds], pd.Series[bool]]] = {
     "non_monotone": lambda m, t: m >= t.falling_steps,
     "constant": lambda m, t: m <= t.distinct_numbers,

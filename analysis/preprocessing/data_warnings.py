@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.preprocessing.sufficiency import FEWEST
-from analysis.wording import listed
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.preprocessing.sufficiency import FEWEST
+from slipscale.analysis.wording import listed
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.reading.dataset import Dataset
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
 
 #: Rules that multiply everybody by the same number; and how far apart scales may be under them.
 ONE_FACTOR, SCALES_APART = ("none", "grand_maximum"), 5.0

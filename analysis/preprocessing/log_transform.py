@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.normalisation import cell_means, complete
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.preprocessing.normalisation import cell_means, complete
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import pandas as pd
 
-    from experiments.study.analysis_choices import AnalysisChoices
+    from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

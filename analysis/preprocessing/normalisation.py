@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.wording import listed
-from experiments.dataset.schema import PARTICIPANT
-from faults import UserError
+from slipscale.analysis.wording import listed
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -211,7 +211,7 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
     Parameters
     ----------
     trials : DataFrame
-        `analysis.reading.dataset.Dataset.estimates`.
+        `slipscale.analysis.reading.dataset.Dataset.estimates`.
     rule : str
         A key of `RULES`.
 

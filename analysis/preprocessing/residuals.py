@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.preprocessing.sufficiency import TINY
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.preprocessing.sufficiency import TINY
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

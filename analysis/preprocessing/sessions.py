@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from analysis.reading.dataset import Dataset
+    from slipscale.analysis.reading.dataset import Dataset
 
 
 def sessions_of(data: Dataset) -> list[str]:

@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
-from analysis.preregistration.manifest import FORMAT, MANIFEST, STUDY, Manifest
-from faults import UserError
+from slipscale.analysis.preregistration.manifest import FORMAT, MANIFEST, STUDY, Manifest
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

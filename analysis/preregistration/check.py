@@ -6,20 +6,20 @@ import json
 import tomllib
 from typing import TYPE_CHECKING
 
-from analysis.plan_check import Deviation, PlanCheck
-from analysis.preprocessing.sessions import sessions_of
-from analysis.preregistration.words import results_of, versions, with_results
-from analysis.statistics.not_computed import NotComputed
-from experiments.dataset.schema import SIDECAR
-from experiments.study.file import study_hash
-from faults import UserError
+from slipscale.analysis.plan_check import Deviation, PlanCheck
+from slipscale.analysis.preprocessing.sessions import sessions_of
+from slipscale.analysis.preregistration.words import results_of, versions, with_results
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import SIDECAR
+from slipscale.experiments.study.file import study_hash
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from analysis.plan_check import Kind
-    from analysis.preregistration.bundle import Bundle
-    from analysis.result import Analysis
+    from slipscale.analysis.plan_check import Kind
+    from slipscale.analysis.preregistration.bundle import Bundle
+    from slipscale.analysis.result import Analysis
 
 #: A choice of the [analysis] table -> which kind of deviation it is; others are options.
 KIND_OF_CHOICE: Mapping[str, Kind] = {

@@ -9,24 +9,24 @@ from importlib.metadata import distributions
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.pipeline import analyse
-from analysis.preregistration.bundle import sha256
-from analysis.preregistration.manifest import MANIFEST, STUDY, FrozenFile, Manifest, Role
-from analysis.preregistration.named_files import named_files
-from analysis.preregistration.page import PAGE, render
-from analysis.preregistration.words import versions, with_results
-from experiments.running.bare_dataset import why_sessions, write_simulated
-from experiments.running.dry_run import check_answered
-from experiments.running.pilot import pilot_plans
-from experiments.study.file import read_study, study_text
-from faults import UserError
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.preregistration.bundle import sha256
+from slipscale.analysis.preregistration.manifest import MANIFEST, STUDY, FrozenFile, Manifest, Role
+from slipscale.analysis.preregistration.named_files import named_files
+from slipscale.analysis.preregistration.page import PAGE, render
+from slipscale.analysis.preregistration.words import versions, with_results
+from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
+from slipscale.experiments.running.dry_run import check_answered
+from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.study.file import read_study, study_text
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from datetime import datetime
 
-    from analysis.preregistration.named_files import NamedFile
-    from analysis.result import Analysis
-    from experiments.participants.population import Population
+    from slipscale.analysis.preregistration.named_files import NamedFile
+    from slipscale.analysis.result import Analysis
+    from slipscale.experiments.participants.population import Population
 
 POWER = "power"
 #: What a folder of `slipscale power --out` is known by.

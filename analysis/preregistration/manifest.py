@@ -8,7 +8,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from experiments.study.analysis_choices import AnalysisChoices
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 MANIFEST = "manifest.json"
 STUDY = "study/study.toml"
@@ -34,8 +34,8 @@ class Manifest(_Frozen):
     """A frozen plan.
 
     ``normalisation`` and ``tests`` are what `analyse` does with simulated data of the study: the
-    rule it takes, and the fields of `analysis.statistics.run_all.Inference` that have a result.
-    ``digest`` is the SHA-256 of all else here, and so of every file.
+    rule it takes, and the fields of `slipscale.analysis.statistics.run_all.Inference` that have a
+    result. ``digest`` is the SHA-256 of all else here, and so of every file.
     """
 
     format: Literal[1] = FORMAT

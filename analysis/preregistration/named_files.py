@@ -11,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from faults import UserError
-from hardware.plate_file import path_of
+from slipscale.faults import UserError
+from slipscale.hardware.plate_file import path_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

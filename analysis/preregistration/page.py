@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
-from analysis.preregistration.manifest import STUDY
-from analysis.preregistration.words import plan_blocks
-from analysis.reporting import html
-from experiments.running.study_commands import show
+from slipscale.analysis.preregistration.manifest import STUDY
+from slipscale.analysis.preregistration.words import plan_blocks
+from slipscale.analysis.reporting import html
+from slipscale.experiments.running.study_commands import show
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from analysis.preregistration.manifest import Manifest
-    from analysis.result import Analysis
+    from slipscale.analysis.preregistration.manifest import Manifest
+    from slipscale.analysis.result import Analysis
 
 PAGE = "plan.html"
 
@@ -40,7 +40,9 @@ def render(
     people : str
         The population's name.
     """
-    css = files("analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
+    css = (
+        files("slipscale.analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
+    )
     sections = [
         _participants(plan, people),
         *_hypotheses(contents),
@@ -50,7 +52,7 @@ def render(
         _provenance(plan),
     ]
     return (
-        html.environment("analysis.preregistration")
+        html.environment("slipscale.analysis.preregistration")
         .get_template("plan.html")
         .render(
             title=plan.title,

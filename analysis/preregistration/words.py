@@ -8,22 +8,26 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.preprocessing import normalisation
-from analysis.preprocessing.data_quality import MEANINGS
-from analysis.reporting import html, methods_text
-from analysis.reporting.files import software
-from analysis.reporting.primary import FAMILIES
-from analysis.statistics.multiplicity import multiplicity
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.run_all import Inference
+from slipscale.analysis.preprocessing import normalisation
+from slipscale.analysis.preprocessing.data_quality import MEANINGS
+from slipscale.analysis.reporting import html, methods_text
+from slipscale.analysis.reporting.files import software
+from slipscale.analysis.reporting.primary import FAMILIES
+from slipscale.analysis.statistics.multiplicity import multiplicity
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.run_all import Inference
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from markupsafe import Markup
 
-    from analysis.result import Analysis
-    from experiments.study.analysis_choices import AnalysisChoices, QualityFlag, Thresholds
+    from slipscale.analysis.result import Analysis
+    from slipscale.experiments.study.analysis_choices import (
+        AnalysisChoices,
+        QualityFlag,
+        Thresholds,
+    )
 
 #: A field of `Inference` -> what it is.
 TESTS: Mapping[str, str] = {

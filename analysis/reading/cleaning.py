@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE, Problems, Source
-from analysis.reading.quantity import DIGITS, PLATE_AMPLITUDE, Quantity
-from analysis.reading.trial_tables import (
+from slipscale.analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE, Problems, Source
+from slipscale.analysis.reading.quantity import DIGITS, PLATE_AMPLITUDE, Quantity
+from slipscale.analysis.reading.trial_tables import (
     BLOCK,
     DIFFERENCE,
     ESTIMATION,
@@ -21,8 +21,8 @@ from analysis.reading.trial_tables import (
     SERIES,
     STEP_AMPLITUDES,
 )
-from experiments.dataset.schema import MAIN, PARTICIPANT, PRACTICE, VOIDED
-from faults import UserError
+from slipscale.experiments.dataset.schema import MAIN, PARTICIPANT, PRACTICE, VOIDED
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

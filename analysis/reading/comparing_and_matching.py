@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.reading.cleaning import TRUE, labels, numbers
-from analysis.reading.labelled_tasks import add_counts, read_main_trials
-from analysis.reading.surface_labels import amplitude_of
-from analysis.reading.trial_tables import IDENTITY
-from experiments.dataset.schema import INTERVAL, PARTICIPANT
+from slipscale.analysis.reading.cleaning import TRUE, labels, numbers
+from slipscale.analysis.reading.labelled_tasks import add_counts, read_main_trials
+from slipscale.analysis.reading.surface_labels import amplitude_of
+from slipscale.analysis.reading.trial_tables import IDENTITY
+from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
 
 if TYPE_CHECKING:
     import re
     from collections.abc import Sequence
     from pathlib import Path
 
-    from analysis.reading.delimited import Problems, Source
+    from slipscale.analysis.reading.delimited import Problems, Source
 
     Entries = Sequence[tuple[Path, re.Match[str]]]
 

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from analysis.reading.comparing_and_matching import empty_comparisons, empty_matches
-from analysis.reading.delimited import Source, digest
-from analysis.reading.forced_choice import empty_choices
-from analysis.reading.magnitude_modes import PRODUCTIONS, RATINGS, RATIOS, empty
-from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
-from experiments.dataset.schema import PARTICIPANT
-from experiments.study.analysis_choices import AnalysisChoices
+from slipscale.analysis.reading.comparing_and_matching import empty_comparisons, empty_matches
+from slipscale.analysis.reading.delimited import Source, digest
+from slipscale.analysis.reading.forced_choice import empty_choices
+from slipscale.analysis.reading.magnitude_modes import PRODUCTIONS, RATINGS, RATIOS, empty
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -49,16 +49,17 @@ class Dataset:
     differences : DataFrame
         Steps of the descending difference, answered ones.
     forced_choices : DataFrame
-        Trials of forced choice, answered ones: see `analysis.reading.forced_choice`.
+        Trials of forced choice, answered ones: see `slipscale.analysis.reading.forced_choice`.
     comparisons, matches : DataFrame
         Trials of paired comparison and of matching, answered ones: see
-        `analysis.reading.comparing_and_matching`.
+        `slipscale.analysis.reading.comparing_and_matching`.
     ratings, ratios, productions : DataFrame
         Answered trials on a visual analogue scale, of ratio judgements, and of magnitude
-        production: see `analysis.reading.magnitude_modes`.
+        production: see `slipscale.analysis.reading.magnitude_modes`.
     others : Mapping
         Main trials of tasks that are read by no analysis of Slipscale's (a laboratory's own
-        protocols), as `analysis.reading.labelled_tasks.read_others` returns them, by task label.
+        protocols), as `slipscale.analysis.reading.labelled_tasks.read_others` returns them, by task
+        label.
     participants : DataFrame
         ``participants.tsv``, where there is one.
     mode : {"pilot", "participant", "unknown"}

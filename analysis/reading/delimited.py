@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.reading.table_lines import Lines, complain, split
-from analysis.reading.trial_tables import FREE_TEXT
-from experiments.dataset.schema import MISSING as NO_VALUE
-from faults import UserError
-from faults.toml_lines import Lines as TomlLines
-from faults.validation import faults_in, sentences
+from slipscale.analysis.reading.table_lines import Lines, complain, split
+from slipscale.analysis.reading.trial_tables import FREE_TEXT
+from slipscale.experiments.dataset.schema import MISSING as NO_VALUE
+from slipscale.faults import UserError
+from slipscale.faults.toml_lines import Lines as TomlLines
+from slipscale.faults.validation import faults_in, sentences
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping, Sequence

@@ -10,18 +10,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.reading.cleaning import FALSE, TRUE, labels, numbers
-from analysis.reading.labelled_tasks import add_counts, header_of, read_main_trials
-from analysis.reading.quantity import AMPLITUDE_DECIMALS
-from analysis.reading.trial_tables import IDENTITY
-from experiments.dataset.schema import INTERVAL, PARTICIPANT
+from slipscale.analysis.reading.cleaning import FALSE, TRUE, labels, numbers
+from slipscale.analysis.reading.labelled_tasks import add_counts, header_of, read_main_trials
+from slipscale.analysis.reading.quantity import AMPLITUDE_DECIMALS
+from slipscale.analysis.reading.trial_tables import IDENTITY
+from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
 
 if TYPE_CHECKING:
     import re
     from collections.abc import Sequence
     from pathlib import Path
 
-    from analysis.reading.delimited import Problems, Source
+    from slipscale.analysis.reading.delimited import Problems, Source
 
 #: Columns that make a table one of these: the level, and the answer to it.
 FORCED_CHOICE = ("level_um_pp", "correct")
@@ -57,7 +57,7 @@ def read_choices(
     Parameters
     ----------
     entries : sequence of (Path, Match)
-        Tables, each with its name's parts (`experiments.dataset.schema.TABLE_NAME`).
+        Tables, each with its name's parts (`slipscale.experiments.dataset.schema.TABLE_NAME`).
     counts : dict
         Gets the rows read and left out, by reason.
 
@@ -65,8 +65,9 @@ def read_choices(
     -------
     DataFrame, list of Source
         Columns `COLUMNS`: ``method`` is a key of
-        `analysis.statistics.psychometrics.psychometric_function.METHODS`; ``catch`` is bool and
-        so is ``correct``, which of a comparison says whether it was called the more slippery one.
+        `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`; ``catch`` is
+        bool and so is ``correct``, which of a comparison says whether it was called the more
+        slippery one.
     """
     frames, sources = [], []
     for marks in (FORCED_CHOICE, COMPARISON):

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from analysis.reading.cleaning import (
+from slipscale.analysis.reading.cleaning import (
     clean_differences,
     clean_estimates,
     empty_differences,
@@ -21,18 +21,18 @@ from analysis.reading.cleaning import (
     tidied,
     told_apart,
 )
-from analysis.reading.delimited import Problems, Source, read_tables
-from analysis.reading.table_by_hand import read_table
-from analysis.reading.trial_tables import BLOCK, ESTIMATION, SERIES
-from analysis.wording import listed
-from experiments.dataset.schema import PARTICIPANT
-from faults import UserError
+from slipscale.analysis.reading.delimited import Problems, Source, read_tables
+from slipscale.analysis.reading.table_by_hand import read_table
+from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, SERIES
+from slipscale.analysis.wording import listed
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from analysis.reading.mapping import TableMapping
+    from slipscale.analysis.reading.mapping import TableMapping
 
 STIMULUS, RESPONSE = ESTIMATION.required
 REFERENCE, ANSWER = "amplitude_before_um_pp", "difference_felt"
@@ -65,7 +65,7 @@ class ForeignTable:
     Parameters
     ----------
     estimates, differences : DataFrame
-        See `analysis.reading.cleaning`; one of them is empty.
+        See `slipscale.analysis.reading.cleaning`; one of them is empty.
     participants : DataFrame
         Everybody, with their ``group`` where there is one.
     sources : tuple of Source
@@ -84,8 +84,8 @@ def read_foreign(path: Path, mapping: TableMapping, problems: Problems) -> Forei
     Raises
     ------
     UserError
-        See `analysis.reading.table_by_hand.read_table`; also for a level below 0, a participant
-        in two groups, and rows that ``only`` leaves none of.
+        See `slipscale.analysis.reading.table_by_hand.read_table`; also for a level below 0, a
+        participant in two groups, and rows that ``only`` leaves none of.
     """
     frame, sources = (_folder if path.is_dir() else _table)(path, mapping, problems)
     frame = _chosen(frame, mapping, path)

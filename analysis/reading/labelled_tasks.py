@@ -8,16 +8,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.reading.cleaning import labels
-from analysis.reading.delimited import read_tables
-from experiments.dataset.schema import DAMAGED, FLAG_SEPARATOR, PARTICIPANT, PRACTICE, VOIDED
+from slipscale.analysis.reading.cleaning import labels
+from slipscale.analysis.reading.delimited import read_tables
+from slipscale.experiments.dataset.schema import (
+    DAMAGED,
+    FLAG_SEPARATOR,
+    PARTICIPANT,
+    PRACTICE,
+    VOIDED,
+)
 
 if TYPE_CHECKING:
     import re
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from analysis.reading.delimited import Problems, Source
+    from slipscale.analysis.reading.delimited import Problems, Source
 
     Entries = Sequence[tuple[Path, re.Match[str]]]
 
@@ -46,7 +52,7 @@ def read_main_trials(
     Parameters
     ----------
     entries : sequence of (Path, Match)
-        Tables, each with its name's parts (`experiments.dataset.schema.TABLE_NAME`).
+        Tables, each with its name's parts (`slipscale.experiments.dataset.schema.TABLE_NAME`).
     kind : str
         What the rows read and left out are counted under: ``{kind}_rows`` and so on.
     required, columns : tuple of str

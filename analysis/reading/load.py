@@ -1,8 +1,8 @@
 """A data set, read: which trials will be analysed, and what was left out and why.
 
-Two shapes come in: a BIDS data set as `experiments.dataset.bids` writes it, or one tidy table with
-``participant_id``, ``amplitude_um_pp`` and ``estimate``. Rows are never dropped in silence:
-practice, voided and unanswered trials are counted, wrong cells are named by file and line.
+Two shapes come in: a BIDS data set as `slipscale.experiments.dataset.bids` writes it, or one tidy
+table with ``participant_id``, ``amplitude_um_pp`` and ``estimate``. Rows are never dropped in
+silence: practice, voided and unanswered trials are counted, wrong cells are named by file and line.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.reading import metadata
-from analysis.reading.cleaning import (
+from slipscale.analysis.reading import metadata
+from slipscale.analysis.reading.cleaning import (
     ESTIMATION_NUMBERS,
     as_numbers,
     clean_differences,
@@ -23,18 +23,18 @@ from analysis.reading.cleaning import (
     empty_differences,
     empty_estimates,
 )
-from analysis.reading.comparing_and_matching import (
+from slipscale.analysis.reading.comparing_and_matching import (
     COMPARED,
     MATCHED,
     read_comparisons,
     read_matches,
 )
-from analysis.reading.dataset import Dataset
-from analysis.reading.delimited import Problems, Source, read_tables
-from analysis.reading.forced_choice import is_choice, read_choices
-from analysis.reading.foreign import ForeignTable, read_foreign
-from analysis.reading.labelled_tasks import header_of, read_others
-from analysis.reading.magnitude_modes import (
+from slipscale.analysis.reading.dataset import Dataset
+from slipscale.analysis.reading.delimited import Problems, Source, read_tables
+from slipscale.analysis.reading.forced_choice import is_choice, read_choices
+from slipscale.analysis.reading.foreign import ForeignTable, read_foreign
+from slipscale.analysis.reading.labelled_tasks import header_of, read_others
+from slipscale.analysis.reading.magnitude_modes import (
     JUDGED,
     PRODUCED,
     RATED,
@@ -42,13 +42,19 @@ from analysis.reading.magnitude_modes import (
     read_ratings,
     read_ratios,
 )
-from analysis.reading.mapping import beside
-from analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
-from analysis.reading.repeatable_tasks import KNOWN_BY, of_one_task, protocol_of
-from analysis.reading.table_by_hand import read_table
-from analysis.reading.trial_tables import BLOCK, DIFFERENCE, ESTIMATION, IDENTITY, STEP_AMPLITUDES
-from experiments.dataset.runs import journals
-from experiments.dataset.schema import (
+from slipscale.analysis.reading.mapping import beside
+from slipscale.analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
+from slipscale.analysis.reading.repeatable_tasks import KNOWN_BY, of_one_task, protocol_of
+from slipscale.analysis.reading.table_by_hand import read_table
+from slipscale.analysis.reading.trial_tables import (
+    BLOCK,
+    DIFFERENCE,
+    ESTIMATION,
+    IDENTITY,
+    STEP_AMPLITUDES,
+)
+from slipscale.experiments.dataset.runs import journals
+from slipscale.experiments.dataset.schema import (
     DAMAGED,
     FAULT,
     FLAG_SEPARATOR,
@@ -59,17 +65,17 @@ from experiments.dataset.schema import (
     TIMED_OUT,
     VOIDED,
 )
-from experiments.dataset.verification import verify
-from faults import UserError
+from slipscale.experiments.dataset.verification import verify
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     import re
     from collections.abc import Mapping, Sequence
 
-    from analysis.reading.labelled_tasks import Entries
-    from analysis.reading.mapping import TableMapping
-    from analysis.reading.quantity import Quantity
-    from analysis.reading.trial_tables import TrialTable
+    from slipscale.analysis.reading.labelled_tasks import Entries
+    from slipscale.analysis.reading.mapping import TableMapping
+    from slipscale.analysis.reading.quantity import Quantity
+    from slipscale.analysis.reading.trial_tables import TrialTable
 
 
 #: Field of `Dataset`: which tables it is read from, by their columns, and how.

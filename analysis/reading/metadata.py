@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 from pydantic import ValidationError
 
-from analysis.reading.cleaning import tidied
-from analysis.reading.delimited import (
+from slipscale.analysis.reading.cleaning import tidied
+from slipscale.analysis.reading.delimited import (
     Problems,
     Source,
     digest,
@@ -18,18 +18,18 @@ from analysis.reading.delimited import (
     read_source,
     read_tables,
 )
-from analysis.reading.table_lines import listed_lines
-from experiments.dataset.schema import NOTES, PARTICIPANT, SIDECAR
-from experiments.study.analysis_choices import RETIRED, AnalysisChoices
-from faults import UserError
-from faults.toml_file import toml_table
+from slipscale.analysis.reading.table_lines import listed_lines
+from slipscale.experiments.dataset.schema import NOTES, PARTICIPANT, SIDECAR
+from slipscale.experiments.study.analysis_choices import RETIRED, AnalysisChoices
+from slipscale.faults import UserError
+from slipscale.faults.toml_file import toml_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
 
-#: What is told of a sidecar's entries; see `experiments.dataset.schema.NOTES`.
+#: What is told of a sidecar's entries; see `slipscale.experiments.dataset.schema.NOTES`.
 TOLD = ("study", "study_hash", "seed", "language", "plate")
 WHOSE, VERSIONS = "mode", "software"
 if unknown := {*TOLD, WHOSE, VERSIONS} - set(NOTES):

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from analysis.reading.quantity import Quantity
+    from slipscale.analysis.reading.quantity import Quantity
 
     Json: TypeAlias = "dict[str, Json] | list[Json] | str | float | int | bool | None"
 

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reading.labelled_tasks import header_of
-from analysis.reading.trial_tables import DIFFERENCE, ESTIMATION
-from faults import UserError
+from slipscale.analysis.reading.labelled_tasks import header_of
+from slipscale.analysis.reading.trial_tables import DIFFERENCE, ESTIMATION
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from analysis.reading.delimited import Problems
-    from analysis.reading.labelled_tasks import Entries
+    from slipscale.analysis.reading.delimited import Problems
+    from slipscale.analysis.reading.labelled_tasks import Entries
 
 #: A protocol's own label -> columns that its tables alone have, whatever their task is called.
 KNOWN_BY = {

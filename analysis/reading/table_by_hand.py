@@ -7,12 +7,24 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from analysis.reading.cleaning import tidied
-from analysis.reading.delimited import MISSING, NOT_AVAILABLE, check_names, parse, read_source
-from analysis.reading.dialect import FALLBACK, decimal_of, decoded, in_points, separator_of
-from analysis.reading.spreadsheets import read_excel, read_spss
-from analysis.reading.table_lines import complain, listed_lines, plain, split
-from faults import UserError
+from slipscale.analysis.reading.cleaning import tidied
+from slipscale.analysis.reading.delimited import (
+    MISSING,
+    NOT_AVAILABLE,
+    check_names,
+    parse,
+    read_source,
+)
+from slipscale.analysis.reading.dialect import (
+    FALLBACK,
+    decimal_of,
+    decoded,
+    in_points,
+    separator_of,
+)
+from slipscale.analysis.reading.spreadsheets import read_excel, read_spss
+from slipscale.analysis.reading.table_lines import complain, listed_lines, plain, split
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,9 +32,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from analysis.reading.delimited import Problems, Source
-    from analysis.reading.dialect import Decimal
-    from analysis.reading.table_lines import Lines
+    from slipscale.analysis.reading.delimited import Problems, Source
+    from slipscale.analysis.reading.dialect import Decimal
+    from slipscale.analysis.reading.table_lines import Lines
 
 EXCEL = (".xlsx", ".xlsm", ".xls", ".xlsb")
 SPSS = (".sav", ".zsav")
@@ -68,8 +80,9 @@ def read_table(
     Raises
     ------
     UserError
-        See `analysis.reading.delimited.read_tables`, `analysis.reading.dialect.decimal_of` and
-        `analysis.reading.spreadsheets`.
+        See `slipscale.analysis.reading.delimited.read_tables`,
+        `slipscale.analysis.reading.dialect.decimal_of` and
+        `slipscale.analysis.reading.spreadsheets`.
     """
     content, source = read_source(path, path.parent)
     suffix = path.suffix.lower()

@@ -9,14 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from experiments.dataset.measured import COEFFICIENT, MEASURED
-from experiments.dataset.schema import PARTICIPANT, columns
-from experiments.protocols import descending_difference, magnitude_estimation
+from slipscale.experiments.dataset.measured import COEFFICIENT, MEASURED
+from slipscale.experiments.dataset.schema import PARTICIPANT, columns
+from slipscale.experiments.protocols import descending_difference, magnitude_estimation
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from experiments.protocols.base import Column, Protocol
+    from slipscale.experiments.protocols.base import Column, Protocol
 
 #: Whose trial it is: told by a file's name in a data set, by columns in a table made by hand.
 IDENTITY = (PARTICIPANT, "session", "run")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from faults import UserError
+from slipscale.faults import UserError
 
 #: Prefixes and their powers of ten.
 POWERS = "G 9, M 6, k 3, h 2, d -1, c -2, m -3, µ -6, μ -6, u -6, n -9, p -12"

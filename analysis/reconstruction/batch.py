@@ -14,15 +14,15 @@ from hashlib import sha256
 from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
-from analysis.reconstruction.contradictions import impossible
-from analysis.reconstruction.saddle_point import log10_multisets
-from analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.contradictions import impossible
+from slipscale.analysis.reconstruction.saddle_point import log10_multisets
+from slipscale.analysis.reconstruction.solutions import Solutions
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from analysis.reconstruction.constraints import Targets
-    from analysis.reconstruction.table_files import Row
+    from slipscale.analysis.reconstruction.constraints import Targets
+    from slipscale.analysis.reconstruction.table_files import Row
 
 # Rows that a worker takes at a time.
 TOGETHER = 8

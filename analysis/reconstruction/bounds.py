@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.state_table import Array
 
 # Ratings in steps above the scale's minimum: a row a column, participants in the same order.
 Table = tuple[tuple[int, ...], ...]

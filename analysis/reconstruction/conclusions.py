@@ -13,24 +13,24 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.bounds import Range, larger, log_mean, of_rows, slope
-from analysis.reconstruction.comparable_columns import (
+from slipscale.analysis.reconstruction.bounds import Range, larger, log_mean, of_rows, slope
+from slipscale.analysis.reconstruction.comparable_columns import (
     LEVEL,
     labels,
     log_amplitudes,
     require_comparable,
     values_of,
 )
-from analysis.reconstruction.extreme_t import COMPARED, paired_t, t_of_moments
-from analysis.reconstruction.least_f import attained_f, least_f
+from slipscale.analysis.reconstruction.extreme_t import COMPARED, paired_t, t_of_moments
+from slipscale.analysis.reconstruction.least_f import attained_f, least_f
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from analysis.reconstruction.bounds import Table
-    from analysis.reconstruction.sampling import Sampler
-    from analysis.reconstruction.solutions import Solutions
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.bounds import Table
+    from slipscale.analysis.reconstruction.sampling import Sampler
+    from slipscale.analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.reconstruction.state_table import Array
 
 # A row a column, participants in the same order.
 Ratings = tuple[tuple[float, ...], ...]

@@ -13,12 +13,12 @@ from fractions import Fraction
 from math import isqrt
 from typing import TYPE_CHECKING
 
-from analysis.reconstruction.contradictions import impossible, occurrences
-from analysis.reconstruction.partition import Moments, Wanted
-from analysis.reconstruction.rounding import Interval
+from slipscale.analysis.reconstruction.contradictions import impossible, occurrences
+from slipscale.analysis.reconstruction.partition import Moments, Wanted
+from slipscale.analysis.reconstruction.rounding import Interval
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.published_table import Column
+    from slipscale.analysis.reconstruction.published_table import Column
 
 
 # Pairs of a sum and a sum of squares that are looked at one by one.

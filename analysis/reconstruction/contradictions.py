@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from analysis.reconstruction.published_table import Column
-    from analysis.reconstruction.rounding import Printed
+    from slipscale.analysis.reconstruction.published_table import Column
+    from slipscale.analysis.reconstruction.rounding import Printed
 
 # A smaller number and a larger one, as printed.
 ORDERED = (

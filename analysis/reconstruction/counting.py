@@ -8,21 +8,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction import plane_by_plane
-from analysis.reconstruction.problem import (
+from slipscale.analysis.reconstruction import plane_by_plane
+from slipscale.analysis.reconstruction.problem import (
     MEMORY_GIB,
     MINUTES,
     require_countable,
     require_memory,
     simple_bound,
 )
-from analysis.reconstruction.residues import WORD, join, primes
+from slipscale.analysis.reconstruction.residues import WORD, join, primes
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from analysis.reconstruction.meet_in_the_middle import Joint
-    from analysis.reconstruction.problem import Problem
+    from slipscale.analysis.reconstruction.meet_in_the_middle import Joint
+    from slipscale.analysis.reconstruction.problem import Problem
 
 
 def total(joint: Joint, modulus: int | None) -> float | int:

@@ -13,22 +13,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.comparable_columns import (
+from slipscale.analysis.reconstruction.comparable_columns import (
     LEVEL,
     labels,
     log_amplitudes,
     require_comparable,
     values_of,
 )
-from analysis.reconstruction.pairing import at_random, least_alike, most_alike, searched
-from analysis.statistics import batched
+from slipscale.analysis.reconstruction.pairing import at_random, least_alike, most_alike, searched
+from slipscale.analysis.statistics import batched
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from analysis.reconstruction.pairing import Statistic
-    from analysis.reconstruction.sampling import Sampler
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.pairing import Statistic
+    from slipscale.analysis.reconstruction.sampling import Sampler
+    from slipscale.analysis.reconstruction.state_table import Array
 
     Test = Callable[[Array], Array]
     Arrange = Callable[[Array, np.random.Generator], Array]

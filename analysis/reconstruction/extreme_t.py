@@ -15,12 +15,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.bounds import SEARCHED, Range, Table, as_table
+from slipscale.analysis.reconstruction.bounds import SEARCHED, Range, Table, as_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.state_table import Array
 
 # Of so many pairs of data sets the extreme one is found by a search for nearest neighbours: Table
 # III's largest has 4e10, which takes seconds.

@@ -19,8 +19,8 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from analysis.reconstruction.meet_in_the_middle import Goal
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.meet_in_the_middle import Goal
+    from slipscale.analysis.reconstruction.state_table import Array
 
 # Choices of the outer values that are written down; of more, another way of counting is quicker.
 CHOICES = 100_000

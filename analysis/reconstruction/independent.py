@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.comparable_columns import LEVEL
-from analysis.reconstruction.conclusions import Conclusion
-from faults import UserError
+from slipscale.analysis.reconstruction.comparable_columns import LEVEL
+from slipscale.analysis.reconstruction.conclusions import Conclusion
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.reconstruction.solutions import Solutions
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.reconstruction.state_table import Array
 
 # Pairs of sum and sum of squares that are all set against those of another column; of more, only
 # the extremes of each sum are.

@@ -15,14 +15,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.bounds import Range, Table, as_table
-from analysis.reconstruction.pairing import searched
+from slipscale.analysis.reconstruction.bounds import Range, Table, as_table
+from slipscale.analysis.reconstruction.pairing import searched
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.reconstruction.sampling import Sampler
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.sampling import Sampler
+    from slipscale.analysis.reconstruction.state_table import Array
 
     Moments = tuple[tuple[int, int], ...]
 

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.counting import largest_possible
-from analysis.reconstruction.problem import require_memory
-from analysis.reconstruction.residues import WORD, moduli_above
-from analysis.reconstruction.unranking import Ranking
+from slipscale.analysis.reconstruction.counting import largest_possible
+from slipscale.analysis.reconstruction.problem import require_memory
+from slipscale.analysis.reconstruction.residues import WORD, moduli_above
+from slipscale.analysis.reconstruction.unranking import Ranking
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from analysis.reconstruction.problem import Problem
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.problem import Problem
+    from slipscale.analysis.reconstruction.state_table import Array
 
 # Multisets that are listed at most, and those that walk together.
 LISTED = 2**20

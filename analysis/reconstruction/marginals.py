@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.counting import largest_possible, total
-from analysis.reconstruction.meet_in_the_middle import Goal, joints
-from analysis.reconstruction.problem import Problem, require_memory
-from analysis.reconstruction.residues import WORD, join, moduli_above
-from analysis.reconstruction.state_table import Array, StateTable
+from slipscale.analysis.reconstruction.counting import largest_possible, total
+from slipscale.analysis.reconstruction.meet_in_the_middle import Goal, joints
+from slipscale.analysis.reconstruction.problem import Problem, require_memory
+from slipscale.analysis.reconstruction.residues import WORD, join, moduli_above
+from slipscale.analysis.reconstruction.state_table import Array, StateTable
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.reconstruction.solutions import Solutions
 
 
 @dataclass(frozen=True)

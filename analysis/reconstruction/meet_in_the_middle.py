@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.state_table import Array, Shape
+from slipscale.analysis.reconstruction.state_table import Array, Shape
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-    from analysis.reconstruction.partition import Part, Split
+    from slipscale.analysis.reconstruction.partition import Part, Split
 
 
 @dataclass(frozen=True)

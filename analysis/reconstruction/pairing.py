@@ -19,7 +19,7 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.state_table import Array
 
     Statistic = Callable[[Array], Array]
 

@@ -24,13 +24,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.residues import WORD
+from slipscale.analysis.reconstruction.residues import WORD
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from analysis.reconstruction.meet_in_the_middle import Goal
-    from analysis.reconstruction.state_table import Array, Shape
+    from slipscale.analysis.reconstruction.meet_in_the_middle import Goal
+    from slipscale.analysis.reconstruction.state_table import Array, Shape
 
 
 def number(below: Shape, above: Shape, goals: Sequence[Goal], modulus: int | None) -> float | int:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf
 
-from analysis.reconstruction.rounding import Printed, plain_decimal
+from slipscale.analysis.reconstruction.rounding import Printed, plain_decimal
 
 
 class Record(BaseModel):

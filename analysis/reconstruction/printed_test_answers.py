@@ -15,27 +15,27 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from analysis.reconstruction.comparable_columns import require_comparable
-from analysis.reconstruction.extreme_t import t_of_moments
-from analysis.reconstruction.independent import (
+from slipscale.analysis.reconstruction.comparable_columns import require_comparable
+from slipscale.analysis.reconstruction.extreme_t import t_of_moments
+from slipscale.analysis.reconstruction.independent import (
     every_f,
     group_of,
     range_of_f,
     students_t,
     welchs_t,
 )
-from analysis.reconstruction.least_f import least_f
-from analysis.reconstruction.sums_of_products import Pair, example
-from faults import UserError
+from slipscale.analysis.reconstruction.least_f import least_f
+from slipscale.analysis.reconstruction.sums_of_products import Pair, example
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.reconstruction.conclusions import Ratings
-    from analysis.reconstruction.printed_tests import PrintedTest
-    from analysis.reconstruction.rounding import Printed
-    from analysis.reconstruction.solutions import Solutions
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.conclusions import Ratings
+    from slipscale.analysis.reconstruction.printed_tests import PrintedTest
+    from slipscale.analysis.reconstruction.rounding import Printed
+    from slipscale.analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.reconstruction.state_table import Array
 
 Verdict = Literal["possible", "impossible", "not decided"]
 # Floating point's share in what is compared with a printed number.

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from analysis.reconstruction.printed_fields import AsPrinted, Record
+from slipscale.analysis.reconstruction.printed_fields import AsPrinted, Record
 
 Kind = Literal["paired_t", "independent_t", "welch_t", "one_way_f", "rm_f", "correlation"]
 

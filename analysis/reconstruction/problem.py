@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction import few_values, plane_by_plane
-from analysis.reconstruction.meet_in_the_middle import (
+from slipscale.analysis.reconstruction import few_values, plane_by_plane
+from slipscale.analysis.reconstruction.meet_in_the_middle import (
     Goal,
     Joint,
     glimpses,
@@ -18,13 +18,13 @@ from analysis.reconstruction.meet_in_the_middle import (
     joints,
     shapes,
 )
-from analysis.reconstruction.state_table import Shape, StateTable
-from faults import UserError
+from slipscale.analysis.reconstruction.state_table import Shape, StateTable
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-    from analysis.reconstruction.partition import Part, Split
+    from slipscale.analysis.reconstruction.partition import Part, Split
 
 # Memory allowed to tables, and time to a count, unless the user allows more.
 MEMORY_GIB = 4.0

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
 from pydantic import Field, field_validator, model_validator
 
-from analysis.reconstruction.printed_fields import (
+from slipscale.analysis.reconstruction.printed_fields import (
     AsPrinted,
     Counts,
     Exact,
@@ -28,8 +28,8 @@ from analysis.reconstruction.printed_fields import (
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from analysis.reconstruction.printed_tests import PrintedTest
-    from analysis.reconstruction.rounding import Printed
+    from slipscale.analysis.reconstruction.printed_tests import PrintedTest
+    from slipscale.analysis.reconstruction.rounding import Printed
 
 Convention = Literal["sample", "population"]
 CONVENTIONS: tuple[Convention, ...] = get_args(Convention)

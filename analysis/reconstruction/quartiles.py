@@ -20,9 +20,9 @@ import numpy as np
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from analysis.reconstruction.published_table import Column
-    from analysis.reconstruction.rounding import Interval
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.published_table import Column
+    from slipscale.analysis.reconstruction.rounding import Interval
+    from slipscale.analysis.reconstruction.state_table import Array
 
 
 def lower_places(n: int) -> dict[str, Fraction]:

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.constraints import Targets
-    from analysis.reconstruction.partition import Moments, Wanted
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.constraints import Targets
+    from slipscale.analysis.reconstruction.partition import Moments, Wanted
+    from slipscale.analysis.reconstruction.state_table import Array
 
 # Sums for which the estimate is computed; those between are like them.
 SUMS_LOOKED_AT = 15

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.listing import CHUNK, LISTED, arrangements, rankings
-from analysis.reconstruction.residues import WORD
-from faults import UserError
+from slipscale.analysis.reconstruction.listing import CHUNK, LISTED, arrangements, rankings
+from slipscale.analysis.reconstruction.residues import WORD
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from analysis.reconstruction.solutions import Solutions
-    from analysis.reconstruction.state_table import Array
-    from analysis.reconstruction.unranking import Ranking
+    from slipscale.analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.unranking import Ranking
 
 # To draw more than a fraction of the multisets, listing them once and picking from the list is
 # quicker.

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction import few_values
-from analysis.reconstruction.constraints import Targets, plain_sums, targets
-from analysis.reconstruction.counting import attained, count
-from analysis.reconstruction.listing import LISTED, arrangements, multisets
-from analysis.reconstruction.partition import partition
-from analysis.reconstruction.problem import (
+from slipscale.analysis.reconstruction import few_values
+from slipscale.analysis.reconstruction.constraints import Targets, plain_sums, targets
+from slipscale.analysis.reconstruction.counting import attained, count
+from slipscale.analysis.reconstruction.listing import LISTED, arrangements, multisets
+from slipscale.analysis.reconstruction.partition import partition
+from slipscale.analysis.reconstruction.problem import (
     MEMORY_GIB,
     MINUTES,
     Problem,
@@ -21,14 +21,14 @@ from analysis.reconstruction.problem import (
     require_countable,
     require_memory,
 )
-from analysis.reconstruction.quartiles import are_met
-from analysis.reconstruction.residues import moduli_above
-from analysis.reconstruction.witness import witness
-from faults import UserError
+from slipscale.analysis.reconstruction.quartiles import are_met
+from slipscale.analysis.reconstruction.residues import moduli_above
+from slipscale.analysis.reconstruction.witness import witness
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.published_table import Column
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.published_table import Column
+    from slipscale.analysis.reconstruction.state_table import Array
 
 
 @dataclass(frozen=True)

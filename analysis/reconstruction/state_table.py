@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from analysis.reconstruction.residues import WORD
+from slipscale.analysis.reconstruction.residues import WORD
 
 Array = npt.NDArray[Any]
 

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.bounds import as_table
-from analysis.reconstruction.comparable_columns import values_of
-from analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reconstruction.bounds import as_table
+from slipscale.analysis.reconstruction.comparable_columns import values_of
+from slipscale.analysis.reconstruction.sampling import Sampler
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.conclusions import Ratings
-    from analysis.reconstruction.solutions import Solutions
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.conclusions import Ratings
+    from slipscale.analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.reconstruction.state_table import Array
 
 # Pairs of sums and sums of squares that tables are sought for, and data sets that are drawn and
 # paired for each.

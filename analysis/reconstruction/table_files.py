@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field, ValidationError, model_validator
 
-from analysis.reconstruction.printed_fields import Record
-from analysis.reconstruction.printed_tests import PrintedTest  # noqa: TC001 - a field
-from analysis.reconstruction.published_table import (
+from slipscale.analysis.reconstruction.printed_fields import Record
+from slipscale.analysis.reconstruction.printed_tests import PrintedTest  # noqa: TC001 - a field
+from slipscale.analysis.reconstruction.published_table import (
     Column,
     Design,
     OpenScale,
@@ -22,15 +22,15 @@ from analysis.reconstruction.published_table import (
     close,
     on_one_scale,
 )
-from faults import UserError
-from faults.toml_file import parse_toml
-from faults.validation import complaint, faults_in, refuse, sentences
+from slipscale.faults import UserError
+from slipscale.faults.toml_file import parse_toml
+from slipscale.faults.validation import complaint, faults_in, refuse, sentences
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from faults.toml_lines import Place
-    from faults.validation import Fault
+    from slipscale.faults.toml_lines import Place
+    from slipscale.faults.validation import Fault
 
 SHIPPED = Path(__file__).parent.parent / "published"
 # Names of a CSV header that begin so are keys of the scale.

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from analysis.reconstruction.residues import WORD, weights
-from analysis.reconstruction.state_table import WAYS, Array, StateTable, Ways
+from slipscale.analysis.reconstruction.residues import WORD, weights
+from slipscale.analysis.reconstruction.state_table import WAYS, Array, StateTable, Ways
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.meet_in_the_middle import Joint
-    from analysis.reconstruction.problem import Problem
+    from slipscale.analysis.reconstruction.meet_in_the_middle import Joint
+    from slipscale.analysis.reconstruction.problem import Problem
 
 # Ranks that have all their values are dropped once they are so many of those that walk.
 WORTH_DROPPING = 0.7

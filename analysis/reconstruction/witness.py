@@ -15,17 +15,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.constraints import quantile
-from analysis.reconstruction.partition import partition
-from analysis.reconstruction.quartiles import are_met
+from slipscale.analysis.reconstruction.constraints import quantile
+from slipscale.analysis.reconstruction.partition import partition
+from slipscale.analysis.reconstruction.quartiles import are_met
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.reconstruction.constraints import Targets
-    from analysis.reconstruction.partition import Part
-    from analysis.reconstruction.published_table import Column
-    from analysis.reconstruction.rounding import Printed
+    from slipscale.analysis.reconstruction.constraints import Targets
+    from slipscale.analysis.reconstruction.partition import Part
+    from slipscale.analysis.reconstruction.published_table import Column
+    from slipscale.analysis.reconstruction.rounding import Printed
 
 # Sums of squares, and parts of each, that are tried; and moves in each.
 TRIED = 8

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.answers import worth_marginals
-from analysis.reconstruction.marginals import Marginals, marginals
+from slipscale.analysis.reconstruction.answers import worth_marginals
+from slipscale.analysis.reconstruction.marginals import Marginals, marginals
 
 if TYPE_CHECKING:
-    from analysis.reconstruction.solutions import Solutions
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.reconstruction.state_table import Array
 
 # Bars of a histogram at most.
 BARS = 25

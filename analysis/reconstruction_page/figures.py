@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from figure_style import BLUE, INK, canvas, styled
+from slipscale.figure_style import BLUE, INK, canvas, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from analysis.reconstruction.state_table import Array
-    from analysis.reconstruction_page.distributions import Bands
+    from slipscale.analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction_page.distributions import Bands
 
 # Narrow, so that the words can be read on a telephone.
 SIZE = (5.2, 2.5)

@@ -14,23 +14,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
-from analysis.reconstruction.report import column_lines, printed_test_details, ratings
-from analysis.reconstruction.sampling import Sampler
-from analysis.reconstruction_page.distributions import cumulative, histogram
-from analysis.reconstruction_page.figures import cumulative_figure, histogram_figure
-from analysis.reporting import html
-from experiments.dataset.spreadsheet_cells import harmless_cell
-from figure_style import svg
+from slipscale.analysis.reconstruction.report import column_lines, printed_test_details, ratings
+from slipscale.analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reconstruction_page.distributions import cumulative, histogram
+from slipscale.analysis.reconstruction_page.figures import cumulative_figure, histogram_figure
+from slipscale.analysis.reporting import html
+from slipscale.experiments.dataset.spreadsheet_cells import harmless_cell
+from slipscale.figure_style import svg
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from analysis.reconstruction.answers import Across, ColumnAnswer
-    from analysis.reconstruction.conclusions import Conclusion
-    from analysis.reconstruction.distributions import Distribution
-    from analysis.reconstruction.printed_test_answers import PrintedTestAnswer
-    from analysis.reconstruction.solutions import Solutions
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.answers import Across, ColumnAnswer
+    from slipscale.analysis.reconstruction.conclusions import Conclusion
+    from slipscale.analysis.reconstruction.distributions import Distribution
+    from slipscale.analysis.reconstruction.printed_test_answers import PrintedTestAnswer
+    from slipscale.analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.reconstruction.state_table import Array
 
 # Data sets a column that the histograms are over, and those that come with the page.
 DRAWN = 2000
@@ -70,7 +70,9 @@ class Source:
 
 def render(source: Source) -> str:
     """Return the page."""
-    css = files("analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
+    css = (
+        files("slipscale.analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
+    )
     sections = [_column(source, place) for place in range(len(source.columns))]
     if source.tests:
         sections.append(_printed_tests(source.tests))
@@ -79,7 +81,7 @@ def render(source: Source) -> str:
     if samples := long_samples(source):
         sections.append(_samples(samples))
     return (
-        html.environment("analysis.reconstruction_page")
+        html.environment("slipscale.analysis.reconstruction_page")
         .get_template("page.html")
         .render(
             title=source.title or "Published table",

@@ -7,26 +7,26 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting.numbers import bracketed, number, of_size, p_value, unit_number
-from analysis.reporting.primary import FAMILIES
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting.numbers import bracketed, number, of_size, p_value, unit_number
+from slipscale.analysis.reporting.primary import FAMILIES
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from analysis.statistics.bayesian_growth import BayesianGrowth
-    from analysis.statistics.confidence_interval import ConfidenceInterval
-    from analysis.statistics.growth import Growth
-    from analysis.statistics.mixed_model import MixedModel
-    from analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
-    from analysis.statistics.order_effects import OrderEffects
-    from analysis.statistics.pairwise import PairComparison, PairedT
-    from analysis.statistics.power_law import PowerLaw
-    from analysis.statistics.reliability import Reliability
-    from analysis.statistics.run_all import Inference
-    from experiments.study.analysis_choices import Primary
+    from slipscale.analysis.statistics.bayesian_growth import BayesianGrowth
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.growth import Growth
+    from slipscale.analysis.statistics.mixed_model import MixedModel
+    from slipscale.analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
+    from slipscale.analysis.statistics.order_effects import OrderEffects
+    from slipscale.analysis.statistics.pairwise import PairComparison, PairedT
+    from slipscale.analysis.statistics.power_law import PowerLaw
+    from slipscale.analysis.statistics.reliability import Reliability
+    from slipscale.analysis.statistics.run_all import Inference
+    from slipscale.experiments.study.analysis_choices import Primary
 
-#: What `analysis.statistics.growth_models.MODELS` are called in a sentence.
+#: What `slipscale.analysis.statistics.growth_models.MODELS` are called in a sentence.
 MODEL_NAMES = {
     "power": "Stevens's power law",
     "threshold": "the power law with a threshold",

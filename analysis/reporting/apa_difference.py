@@ -6,14 +6,16 @@ from math import isfinite
 from statistics import median
 from typing import TYPE_CHECKING
 
-from analysis.reporting.apa import level_of, reliable
-from analysis.reporting.numbers import bracketed, number, of_size, p_value
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting.apa import level_of, reliable
+from slipscale.analysis.reporting.numbers import bracketed, number, of_size, p_value
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
-    from analysis.statistics.descending_difference.probit import DPrimeOfSize
-    from analysis.statistics.descending_difference.step_size_curve import PsychometricCurve
-    from analysis.statistics.descending_difference.yes_no import (
+    from slipscale.analysis.statistics.descending_difference.probit import DPrimeOfSize
+    from slipscale.analysis.statistics.descending_difference.step_size_curve import (
+        PsychometricCurve,
+    )
+    from slipscale.analysis.statistics.descending_difference.yes_no import (
         DescendingDifference,
         Finding,
         SignalDetection,

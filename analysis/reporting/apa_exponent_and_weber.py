@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting.apa import level_of
-from analysis.reporting.numbers import bracketed, counted, unit_number
-from analysis.statistics.exponent_and_weber import EKMAN, PUBLISHED
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting.apa import level_of
+from slipscale.analysis.reporting.numbers import bracketed, counted, unit_number
+from slipscale.analysis.statistics.exponent_and_weber import EKMAN, PUBLISHED
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
-    from analysis.statistics.exponent_and_weber import ExponentAndWeber
-    from analysis.statistics.psychometrics.psychometric_function import Estimate
+    from slipscale.analysis.statistics.exponent_and_weber import ExponentAndWeber
+    from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
 
 #: What each verdict says, after "The exponent".
 VERDICTS = {

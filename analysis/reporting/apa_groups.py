@@ -5,16 +5,16 @@ from __future__ import annotations
 from math import exp
 from typing import TYPE_CHECKING
 
-from analysis.reporting.apa import level_of, reliable
-from analysis.reporting.numbers import bracketed, number, p_value, unit_number
-from analysis.statistics.not_computed import NotComputed
-from analysis.wording import listed
+from slipscale.analysis.reporting.apa import level_of, reliable
+from slipscale.analysis.reporting.numbers import bracketed, number, p_value, unit_number
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.wording import listed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from analysis.statistics.group_comparison import Effect, GroupComparison
-    from analysis.statistics.welch import GroupDifference, Welch
+    from slipscale.analysis.statistics.group_comparison import Effect, GroupComparison
+    from slipscale.analysis.statistics.welch import GroupDifference, Welch
 
 
 def group_sentences(found: GroupComparison | NotComputed, confidence: float) -> list[str]:

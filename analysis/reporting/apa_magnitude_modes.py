@@ -5,8 +5,8 @@ from __future__ import annotations
 from math import exp
 from typing import TYPE_CHECKING
 
-from analysis.reporting.apa import level_of, reliable
-from analysis.reporting.numbers import (
+from slipscale.analysis.reporting.apa import level_of, reliable
+from slipscale.analysis.reporting.numbers import (
     bracketed,
     counted,
     number,
@@ -14,12 +14,12 @@ from analysis.reporting.numbers import (
     significant,
     unit_number,
 )
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
-    from analysis.statistics.productions import BothExponents, TaskProductions
-    from analysis.statistics.ratings import TaskRatings
-    from analysis.statistics.ratio_judgements import TaskRatios
+    from slipscale.analysis.statistics.productions import BothExponents, TaskProductions
+    from slipscale.analysis.statistics.ratings import TaskRatings
+    from slipscale.analysis.statistics.ratio_judgements import TaskRatios
 
 
 def rating_title(found: TaskRatings) -> str:

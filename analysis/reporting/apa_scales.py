@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting.apa import level_of, reliable
-from analysis.reporting.numbers import bracketed, counted, number, p_value
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting.apa import level_of, reliable
+from slipscale.analysis.reporting.numbers import bracketed, counted, number, p_value
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
-    from analysis.statistics.matching import MatchedReference
-    from analysis.statistics.scaling.task_scales import TaskScale
+    from slipscale.analysis.statistics.matching import MatchedReference
+    from slipscale.analysis.statistics.scaling.task_scales import TaskScale
 
 
 def title(found: TaskScale) -> str:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting.apa import level_of, reliable
-from analysis.reporting.numbers import bracketed, number, p_value, unit_number
-from analysis.statistics.not_computed import NotComputed
-from analysis.wording import listed
+from slipscale.analysis.reporting.apa import level_of, reliable
+from slipscale.analysis.reporting.numbers import bracketed, number, p_value, unit_number
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.wording import listed
 
 if TYPE_CHECKING:
-    from analysis.statistics.group_comparison import Effect
-    from analysis.statistics.session_effects import SessionEffects, SessionMeasure
+    from slipscale.analysis.statistics.group_comparison import Effect
+    from slipscale.analysis.statistics.session_effects import SessionEffects, SessionMeasure
 
 
 def session_sentences(found: SessionEffects | NotComputed, confidence: float) -> list[str]:

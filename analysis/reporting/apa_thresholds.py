@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting.apa import level_of
-from analysis.reporting.numbers import bracketed, counted, significant, unit_number
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics.forced_choice import COMPARED
+from slipscale.analysis.reporting.apa import level_of
+from slipscale.analysis.reporting.numbers import bracketed, counted, significant, unit_number
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.forced_choice import COMPARED
 
 if TYPE_CHECKING:
-    from analysis.statistics.psychometrics.forced_choice import TaskThresholds
+    from slipscale.analysis.statistics.psychometrics.forced_choice import TaskThresholds
 
 _HALF_WAY = (
     "geometric mean of {people}, half-way between chance and the best of each participant's curve"

@@ -10,8 +10,8 @@ from dataclasses import fields
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
-import figure_style
-from analysis.figures import (
+from slipscale import figure_style
+from slipscale.analysis.figures import (
     estimates,
     exponent_and_weber,
     exponents,
@@ -22,19 +22,19 @@ from analysis.figures import (
     thresholds,
     yes_no,
 )
-from analysis.figures.shared import with_tips
-from analysis.preprocessing import normalisation
-from analysis.published import biet2007
-from analysis.reading.own_words import own_columns, own_keys
-from analysis.reporting import json_form, page
-from analysis.reporting.csv_file import write_csv
-from analysis.reporting.latex import in_own_latex, latex_tables
-from analysis.reporting.output_folder import make_folder
-from analysis.reporting.tables import quality_table, tables
-from analysis.statistics.multiplicity import multiplicity
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.run_all import Inference
-from faults import UserError
+from slipscale.analysis.figures.shared import with_tips
+from slipscale.analysis.preprocessing import normalisation
+from slipscale.analysis.published import biet2007
+from slipscale.analysis.reading.own_words import own_columns, own_keys
+from slipscale.analysis.reporting import json_form, page
+from slipscale.analysis.reporting.csv_file import write_csv
+from slipscale.analysis.reporting.latex import in_own_latex, latex_tables
+from slipscale.analysis.reporting.output_folder import make_folder
+from slipscale.analysis.reporting.tables import quality_table, tables
+from slipscale.analysis.statistics.multiplicity import multiplicity
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.run_all import Inference
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from analysis.result import Analysis
+    from slipscale.analysis.result import Analysis
 
 XML = '<?xml version="1.0" encoding="utf-8"?>\n'
 SOFTWARE = ("slipscale", "numpy", "scipy", "pandas", "statsmodels", "pingouin", "matplotlib")

@@ -60,7 +60,7 @@ class TableColumn:
 
 
 @cache
-def environment(package: str = "analysis.reporting") -> Environment:
+def environment(package: str = "slipscale.analysis.reporting") -> Environment:
     """Return the environment of a package's templates: all is escaped, nothing may be undefined."""
     return Environment(
         loader=PackageLoader(package),

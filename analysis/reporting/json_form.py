@@ -1,7 +1,8 @@
 """Results as JSON: how each class of result is written.
 
-The top-level keys of inference.json are the fields of `analysis.statistics.run_all.Inference`,
-those of results.json stand in `analysis.reporting.files`.
+The top-level keys of inference.json are the fields of
+`slipscale.analysis.statistics.run_all.Inference`, those of results.json stand in
+`slipscale.analysis.reporting.files`.
 
 A class is written as its fields, under their names; what differs from that stands here, class by
 class. An interval is ``[low, high]``, a key that is an amplitude is written ``0.5``, and NaN is
@@ -19,33 +20,33 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from analysis.own.declaration import OwnFinding
-from analysis.statistics.bayesian_growth import BayesianGrowth, IndividualExponent
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from analysis.statistics.descending_difference.coder_agreement import CoderAgreement
-from analysis.statistics.descending_difference.probit import DPrimeOfSize
-from analysis.statistics.descending_difference.step_size_curve import PsychometricCurve
-from analysis.statistics.descending_difference.yes_no import (
+from slipscale.analysis.own.declaration import OwnFinding
+from slipscale.analysis.statistics.bayesian_growth import BayesianGrowth, IndividualExponent
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.descending_difference.coder_agreement import CoderAgreement
+from slipscale.analysis.statistics.descending_difference.probit import DPrimeOfSize
+from slipscale.analysis.statistics.descending_difference.step_size_curve import PsychometricCurve
+from slipscale.analysis.statistics.descending_difference.yes_no import (
     CatchAnswers,
     DescendingDifference,
     Finding,
     SignalDetection,
     StepAnswers,
 )
-from analysis.statistics.group_comparison import Effect
-from analysis.statistics.growth import FrictionGrowth
-from analysis.statistics.growth_models import RankedFit
-from analysis.statistics.mean_over_participants import MeanOverParticipants
-from analysis.statistics.mixed_model import MixedModel
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.omnibus import LinearTrend, RmAnova
-from analysis.statistics.order_effects import OrderEffects
-from analysis.statistics.pairwise import PairComparison
-from analysis.statistics.power_law import PowerLaw
-from analysis.statistics.psychometrics.psychometric_function import PsychometricFunction
-from analysis.statistics.reliability import IntraclassCorrelation
-from analysis.statistics.robustness import SubsetSummary
-from analysis.statistics.welch import GroupDifference, GroupMean, Welch
+from slipscale.analysis.statistics.group_comparison import Effect
+from slipscale.analysis.statistics.growth import FrictionGrowth
+from slipscale.analysis.statistics.growth_models import RankedFit
+from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+from slipscale.analysis.statistics.mixed_model import MixedModel
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.omnibus import LinearTrend, RmAnova
+from slipscale.analysis.statistics.order_effects import OrderEffects
+from slipscale.analysis.statistics.pairwise import PairComparison
+from slipscale.analysis.statistics.power_law import PowerLaw
+from slipscale.analysis.statistics.psychometrics.psychometric_function import PsychometricFunction
+from slipscale.analysis.statistics.reliability import IntraclassCorrelation
+from slipscale.analysis.statistics.robustness import SubsetSummary
+from slipscale.analysis.statistics.welch import GroupDifference, GroupMean, Welch
 
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance

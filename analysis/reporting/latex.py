@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from analysis.reading.own_words import in_own_words
-from analysis.reporting.numbers import p_value
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reading.own_words import in_own_words
+from slipscale.analysis.reporting.numbers import p_value
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 MICRO = r"$\mu$"
 
 if TYPE_CHECKING:
-    from analysis.reading.quantity import Quantity
-    from analysis.result import Analysis
-    from analysis.statistics.pairwise import PairComparison
+    from slipscale.analysis.reading.quantity import Quantity
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.pairwise import PairComparison
 
 
 def latex_tables(analysis: Analysis) -> dict[str, str]:

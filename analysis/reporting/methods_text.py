@@ -5,17 +5,17 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from analysis.preprocessing import normalisation
-from analysis.reporting.numbers import unit_number
-from analysis.reporting.references import REFERENCES
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.preprocessing import normalisation
+from slipscale.analysis.reporting.numbers import unit_number
+from slipscale.analysis.reporting.references import REFERENCES
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from analysis.reporting.references import Reference
-    from analysis.result import Analysis
-    from experiments.study.analysis_choices import Primary, ZeroRule
+    from slipscale.analysis.reporting.references import Reference
+    from slipscale.analysis.result import Analysis
+    from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
 
 #: [[key]] in a sentence cites a reference.
 CITATION = re.compile(r"\[\[([a-z0-9 ]+)\]\]")

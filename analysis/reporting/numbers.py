@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 #: Slopes below this, per µPa for example, would read 0.00.
 SMALLEST_OF_TWO_DECIMALS = 0.095

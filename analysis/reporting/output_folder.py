@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from analysis.reading.dataset import Dataset
+    from slipscale.analysis.reading.dataset import Dataset
 
 
 def make_folder(out: Path) -> None:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import pandas as pd
 from markupsafe import Markup
 
-from analysis.reading.own_words import in_own_words
-from analysis.reporting import (
+from slipscale.analysis.reading.own_words import in_own_words
+from slipscale.analysis.reporting import (
     apa,
     apa_difference,
     apa_exponent_and_weber,
@@ -21,32 +21,32 @@ from analysis.reporting import (
     apa_thresholds,
     html,
 )
-from analysis.reporting.numbers import grouped
-from analysis.reporting.sections import magnitude_modes
-from analysis.reporting.sections.assumptions import assumptions
-from analysis.reporting.sections.comparisons import comparisons
-from analysis.reporting.sections.difference import difference
-from analysis.reporting.sections.estimates import estimates
-from analysis.reporting.sections.exponent_and_weber import exponent_and_weber
-from analysis.reporting.sections.groups import groups
-from analysis.reporting.sections.growth import growth
-from analysis.reporting.sections.measured_friction import measured_friction
-from analysis.reporting.sections.methods import methods, normalisations
-from analysis.reporting.sections.multiplicity import tests_made
-from analysis.reporting.sections.own import own_sections
-from analysis.reporting.sections.plan import plan
-from analysis.reporting.sections.quality import quality
-from analysis.reporting.sections.scales import matching, scales
-from analysis.reporting.sections.sessions import sessions
-from analysis.reporting.sections.summary import summary
-from analysis.reporting.sections.thresholds import thresholds
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.reporting.numbers import grouped
+from slipscale.analysis.reporting.sections import magnitude_modes
+from slipscale.analysis.reporting.sections.assumptions import assumptions
+from slipscale.analysis.reporting.sections.comparisons import comparisons
+from slipscale.analysis.reporting.sections.difference import difference
+from slipscale.analysis.reporting.sections.estimates import estimates
+from slipscale.analysis.reporting.sections.exponent_and_weber import exponent_and_weber
+from slipscale.analysis.reporting.sections.groups import groups
+from slipscale.analysis.reporting.sections.growth import growth
+from slipscale.analysis.reporting.sections.measured_friction import measured_friction
+from slipscale.analysis.reporting.sections.methods import methods, normalisations
+from slipscale.analysis.reporting.sections.multiplicity import tests_made
+from slipscale.analysis.reporting.sections.own import own_sections
+from slipscale.analysis.reporting.sections.plan import plan
+from slipscale.analysis.reporting.sections.quality import quality
+from slipscale.analysis.reporting.sections.scales import matching, scales
+from slipscale.analysis.reporting.sections.sessions import sessions
+from slipscale.analysis.reporting.sections.summary import summary
+from slipscale.analysis.reporting.sections.thresholds import thresholds
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from analysis.reading.quantity import Quantity
-    from analysis.result import Analysis
+    from slipscale.analysis.reading.quantity import Quantity
+    from slipscale.analysis.result import Analysis
 
 try:
     VERSION = version("slipscale")
@@ -70,7 +70,9 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
     """
     quantity = analysis.dataset.quantity
     css = (
-        files("analysis.reporting").joinpath("templates", "report.css").read_text(encoding="utf-8")
+        files("slipscale.analysis.reporting")
+        .joinpath("templates", "report.css")
+        .read_text(encoding="utf-8")
     )
     return (
         html.environment()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from experiments.study.analysis_choices import Primary
+    from slipscale.experiments.study.analysis_choices import Primary
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -16,7 +16,7 @@ class Family:
     Parameters
     ----------
     tests : tuple of str
-        Names of `analysis.reporting.apa.WRITERS`, in the order of their sentences.
+        Names of `slipscale.analysis.reporting.apa.WRITERS`, in the order of their sentences.
     title : str
         In words.
     """

@@ -6,19 +6,19 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from analysis.reporting.json_form import record
-from analysis.reporting.task_tables import task_tables
-from analysis.statistics.not_computed import NotComputed
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.reporting.json_form import record
+from slipscale.analysis.reporting.task_tables import task_tables
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.reporting.json_form import JsonObject
-    from analysis.result import Analysis
-    from analysis.statistics.descending_difference.yes_no import StepAnswers
-    from analysis.statistics.measured_friction import ParticipantLine
-    from analysis.statistics.pairwise import PairComparison
+    from slipscale.analysis.reporting.json_form import JsonObject
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.descending_difference.yes_no import StepAnswers
+    from slipscale.analysis.statistics.measured_friction import ParticipantLine
+    from slipscale.analysis.statistics.pairwise import PairComparison
 
 
 def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:

@@ -6,21 +6,21 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.scaling.difference_scaling import DifferenceScale
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.scaling.difference_scaling import DifferenceScale
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.reporting.json_form import JsonObject
-    from analysis.result import Analysis
-    from analysis.statistics.confidence_interval import ConfidenceInterval
-    from analysis.statistics.matching import MatchedReference
-    from analysis.statistics.productions import TaskProductions
-    from analysis.statistics.psychometrics.forced_choice import TaskThresholds
-    from analysis.statistics.ratings import TaskRatings
-    from analysis.statistics.ratio_judgements import TaskRatios
-    from analysis.statistics.scaling.task_scales import TaskScale
+    from slipscale.analysis.reporting.json_form import JsonObject
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.matching import MatchedReference
+    from slipscale.analysis.statistics.productions import TaskProductions
+    from slipscale.analysis.statistics.psychometrics.forced_choice import TaskThresholds
+    from slipscale.analysis.statistics.ratings import TaskRatings
+    from slipscale.analysis.statistics.ratio_judgements import TaskRatios
+    from slipscale.analysis.statistics.scaling.task_scales import TaskScale
 
 
 def task_tables(analysis: Analysis) -> dict[str, pd.DataFrame]:

@@ -10,12 +10,12 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from analysis.published import biet2007
-from analysis.statistics.not_computed import NotComputed
-from faults import harmless
+from slipscale.analysis.published import biet2007
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.faults import harmless
 
 if TYPE_CHECKING:
-    from analysis.result import Analysis
+    from slipscale.analysis.result import Analysis
 
 TITLES = {"mean": "mean", "maximum_deviation": "max. dev.", "standard_deviation": "SD"}
 

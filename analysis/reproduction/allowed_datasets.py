@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from analysis.published import biet2007
-from analysis.reconstruction.published_table import CONVENTIONS
-from analysis.reconstruction.sampling import Sampler
-from analysis.reconstruction.solutions import Solutions
-from analysis.reconstruction.table_files import read
+from slipscale.analysis.published import biet2007
+from slipscale.analysis.reconstruction.published_table import CONVENTIONS
+from slipscale.analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.table_files import read
 
 AMPLITUDES_UM_PP = tuple(biet2007.BY_AMPLITUDE)
 

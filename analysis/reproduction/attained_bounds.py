@@ -3,7 +3,7 @@
 The search over all pairs of data sets takes minutes, so its result is recorded: for each bound a
 table of ratings. What is told is then computed from the recorded table by the definitions, after
 checking that the table prints Table III; that nothing lies beyond is what the search proves, and
-``python -m analysis.reproduction.attained_bounds`` repeats it.
+``python -m slipscale.analysis.reproduction.attained_bounds`` repeats it.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reconstruction.bounds import Range, as_table
-from analysis.reconstruction.conclusions import conclusions, f_test, signs, t_test
-from analysis.reconstruction.published_table import CONVENTIONS
-from analysis.reconstruction.sampling import Sampler
-from analysis.reconstruction.witness import gives_what_is_printed
-from analysis.reproduction.allowed_datasets import columns
-from analysis.statistics import batched
+from slipscale.analysis.reconstruction.bounds import Range, as_table
+from slipscale.analysis.reconstruction.conclusions import conclusions, f_test, signs, t_test
+from slipscale.analysis.reconstruction.published_table import CONVENTIONS
+from slipscale.analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reconstruction.witness import gives_what_is_printed
+from slipscale.analysis.reproduction.allowed_datasets import columns
+from slipscale.analysis.statistics import batched
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from analysis.reconstruction.bounds import Table
-    from analysis.reconstruction.conclusions import Conclusion
-    from analysis.reconstruction.published_table import Convention
-    from analysis.reconstruction.solutions import Solutions
-    from analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.bounds import Table
+    from slipscale.analysis.reconstruction.conclusions import Conclusion
+    from slipscale.analysis.reconstruction.published_table import Convention
+    from slipscale.analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.reconstruction.state_table import Array
 
 RECORDED = Path(__file__).with_name("recorded") / "attained_bounds.json"
-COMMAND = "python -m analysis.reproduction.attained_bounds"
+COMMAND = "python -m slipscale.analysis.reproduction.attained_bounds"
 
 
 def _participants_higher(tables: Array) -> Array:

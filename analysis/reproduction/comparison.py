@@ -17,8 +17,8 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.published.biet2007 import agrees
-from faults import UserError
+from slipscale.analysis.published.biet2007 import agrees
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
 
 #: Where items come from: module, and the file of its recorded values. In the order of printing.
 SOURCES: tuple[tuple[str, str], ...] = (
-    ("analysis.reproduction.table3", "table3.json"),
-    ("analysis.reproduction.datasets", "datasets.json"),
-    ("analysis.reproduction.film", "film.json"),
-    ("analysis.reproduction.plate", "plate.json"),
-    ("analysis.reproduction.constants", "constants.json"),
+    ("slipscale.analysis.reproduction.table3", "table3.json"),
+    ("slipscale.analysis.reproduction.datasets", "datasets.json"),
+    ("slipscale.analysis.reproduction.film", "film.json"),
+    ("slipscale.analysis.reproduction.plate", "plate.json"),
+    ("slipscale.analysis.reproduction.constants", "constants.json"),
 )
 #: Ours may move by this much, relative, before it counts as drift: other processors and library
 #: versions round differently.
@@ -132,7 +132,9 @@ def recorded_values() -> dict[str, float]:
     values: dict[str, float] = {}
     for _, name in SOURCES:
         values |= json.loads(
-            files("analysis.reproduction").joinpath("recorded", name).read_text(encoding="utf-8")
+            files("slipscale.analysis.reproduction")
+            .joinpath("recorded", name)
+            .read_text(encoding="utf-8")
         )
     return values
 
@@ -194,7 +196,7 @@ def write_figures(
     out: Path, wanted: Sequence[str] = (), progress: Callable[[str], None] | None = None
 ) -> list[Path]:
     """Write the figures that belong to the items chosen, as SVG and PNG; return their paths."""
-    from figure_style import save  # noqa: PLC0415 - as late as the figures themselves
+    from slipscale.figure_style import save  # noqa: PLC0415 - as late as the figures themselves
 
     # A figure belongs to the items that bear its name: fig15 to fig15.0.5.
     chosen = {name.split(".")[0] for name in choose(wanted)}

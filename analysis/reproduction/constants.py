@@ -1,15 +1,16 @@
 """Numbers of the paper's text and Table II beside what the paper's own other numbers give.
 
-Run as ``python -m analysis.reproduction.constants`` it records ours in ``constants.json``; do so
-only for a change that is meant, and say in the commit why the numbers moved.
+Run as ``python -m slipscale.analysis.reproduction.constants`` it records ours in
+``constants.json``; do so only for a change that is meant, and say in the commit why the numbers
+moved.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.published.biet2007 import PARTICIPANTS
-from analysis.reproduction.comparison import Outcome, record
+from slipscale.analysis.published.biet2007 import PARTICIPANTS
+from slipscale.analysis.reproduction.comparison import Outcome, record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
 def alpha() -> Outcome:
     """Return the ratio of the moduli, equation (26) and Table II."""
-    from hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
         published="1.81",
@@ -31,7 +32,7 @@ def alpha() -> Outcome:
 
 def c11p() -> Outcome:
     """Return the ceramic's modulus c11p of Table II from the matrices of Appendix B."""
-    from hardware.plate.materials import P1_91  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.materials import P1_91  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
         published="6.79",
@@ -46,7 +47,7 @@ def c11p() -> Outcome:
 
 def d31() -> Outcome:
     """Return the ceramic's charge constant d31 of Table II from the matrices of Appendix B."""
-    from hardware.plate.materials import P1_91  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.materials import P1_91  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
         published="-247",
@@ -58,7 +59,7 @@ def d31() -> Outcome:
 
 def plate_area() -> Outcome:
     """Return the area of the touch surface, Section III-C."""
-    from hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
 
     plate = Layout.prototype()
     return Outcome(
@@ -71,7 +72,7 @@ def plate_area() -> Outcome:
 
 def plate_half_wave() -> Outcome:
     """Return the half wave that the paper gives its (8;0) mode, Section III-C."""
-    from hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
         published="10.37",
@@ -86,8 +87,8 @@ def plate_half_wave() -> Outcome:
 
 def harmonic_cross() -> Outcome:
     """Return the frequency of a half-wave section as long as the cross in Fig. 9 says."""
-    from hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
-    from hardware.plate.paper_study import half_wave_frequency_hz  # noqa: PLC0415
+    from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.paper_study import half_wave_frequency_hz  # noqa: PLC0415
 
     return Outcome(
         published="34.77",
@@ -104,8 +105,8 @@ def harmonic_cross() -> Outcome:
 
 def first_test_felt() -> Outcome:
     """Return how many of the participants Table III, too, has above the still plate."""
-    from analysis.reconstruction.published_table import CONVENTIONS  # noqa: PLC0415
-    from analysis.reproduction.attained_bounds import known  # noqa: PLC0415 - see ITEMS
+    from slipscale.analysis.reconstruction.published_table import CONVENTIONS  # noqa: PLC0415
+    from slipscale.analysis.reproduction.attained_bounds import known  # noqa: PLC0415 - see ITEMS
 
     least = [
         one.low

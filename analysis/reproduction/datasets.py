@@ -14,18 +14,18 @@ from itertools import combinations
 from math import prod
 from typing import TYPE_CHECKING
 
-from analysis.reconstruction.published_table import CONVENTIONS
-from analysis.reconstruction.report import ratings
-from analysis.reproduction import allowed_datasets
-from analysis.reproduction.attained_bounds import COMMAND, known
-from analysis.reproduction.comparison import Outcome, record
+from slipscale.analysis.reconstruction.published_table import CONVENTIONS
+from slipscale.analysis.reconstruction.report import ratings
+from slipscale.analysis.reproduction import allowed_datasets
+from slipscale.analysis.reproduction.attained_bounds import COMMAND, known
+from slipscale.analysis.reproduction.comparison import Outcome, record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from matplotlib.figure import Figure
 
-    from analysis.reconstruction.conclusions import Conclusion
+    from slipscale.analysis.reconstruction.conclusions import Conclusion
 
 AMPLITUDES_UM_PP = allowed_datasets.AMPLITUDES_UM_PP
 ENDS = ("lowest", "highest")

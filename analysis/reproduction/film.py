@@ -1,7 +1,7 @@
 """The paper's film beside ours: squeeze number, friction, Reynolds' equation, perception.
 
-Run as ``python -m analysis.reproduction.film`` it records ours in ``film.json``; do so only
-for a change of a model that is meant, and say in the commit why the numbers moved.
+Run as ``python -m slipscale.analysis.reproduction.film`` it records ours in ``film.json``; do so
+only for a change of a model that is meant, and say in the commit why the numbers moved.
 """
 
 from __future__ import annotations
@@ -9,14 +9,14 @@ from __future__ import annotations
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-from analysis.reproduction.comparison import Outcome, record
+from slipscale.analysis.reproduction.comparison import Outcome, record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from matplotlib.figure import Figure
 
-    from stimuli.periodic_film import FilmState
+    from slipscale.stimuli.periodic_film import FilmState
 
 
 # Over half the contact: 0.05 µm apart, the share is settled to 0.1 %.
@@ -29,13 +29,13 @@ def more_than(published: str, ours: float) -> bool:
 
 
 def _squeeze(frequency_hz: float, peak: float, roughness: float) -> float:
-    from stimuli.squeeze_film import squeeze_number  # noqa: PLC0415 - see ITEMS
+    from slipscale.stimuli.squeeze_film import squeeze_number  # noqa: PLC0415 - see ITEMS
 
     return float(squeeze_number(frequency_hz, peak, roughness))
 
 
 def _friction(peak: float, roughness: float) -> float:
-    from stimuli.squeeze_film import relative_friction  # noqa: PLC0415 - see ITEMS
+    from slipscale.stimuli.squeeze_film import relative_friction  # noqa: PLC0415 - see ITEMS
 
     return float(relative_friction(peak, roughness, 40_000).relative_friction)
 
@@ -84,8 +84,8 @@ def fig5_zero() -> Outcome:
 
 @cache
 def _film(amplitude_um_pp: float) -> FilmState:
-    from stimuli.reynolds import WorkingPoint, solve  # noqa: PLC0415 - see ITEMS
-    from stimuli.surface import peak_from_pp  # noqa: PLC0415
+    from slipscale.stimuli.reynolds import WorkingPoint, solve  # noqa: PLC0415 - see ITEMS
+    from slipscale.stimuli.surface import peak_from_pp  # noqa: PLC0415
 
     return solve(
         WorkingPoint(
@@ -96,8 +96,8 @@ def _film(amplitude_um_pp: float) -> FilmState:
 
 def reynolds(amplitude_um_pp: float) -> Outcome:
     """Return the mean overpressure that the full Reynolds equation gives at one amplitude."""
-    from stimuli.squeeze_film import mean_overpressure  # noqa: PLC0415 - see ITEMS
-    from stimuli.surface import peak_from_pp  # noqa: PLC0415
+    from slipscale.stimuli.squeeze_film import mean_overpressure  # noqa: PLC0415 - see ITEMS
+    from slipscale.stimuli.surface import peak_from_pp  # noqa: PLC0415
 
     ours = _film(amplitude_um_pp).overpressure
     closed = float(mean_overpressure(peak_from_pp(amplitude_um_pp), 0.6))
@@ -114,8 +114,8 @@ def _above_the_finger(closed_form: bool) -> float:
     """Return the share of the contact in which the film's mean pressure exceeds the finger's."""
     import numpy as np  # noqa: PLC0415 - see ITEMS
 
-    from stimuli.reynolds import WorkingPoint, solve  # noqa: PLC0415
-    from stimuli.squeeze_film import AIR, FINGER, NORMAL_FORCE_N, mean_pressure  # noqa: PLC0415
+    from slipscale.stimuli.reynolds import WorkingPoint, solve  # noqa: PLC0415
+    from slipscale.stimuli.squeeze_film import AIR, FINGER, NORMAL_FORCE_N, mean_pressure  # noqa: PLC0415
 
     length_mm = FINGER.contact_length_mm
     finger = 1 + NORMAL_FORCE_N / (length_mm * 1e-3) ** 2 / AIR.pressure_pa
@@ -152,7 +152,7 @@ def fig4_reynolds() -> Outcome:
 
 
 def _stimuli_figure(name: str) -> Figure:
-    from analysis.figures import squeeze_film  # noqa: PLC0415 - matplotlib takes half a second
+    from slipscale.analysis.figures import squeeze_film  # noqa: PLC0415 - matplotlib takes half a second
 
     figure: Figure = getattr(squeeze_film, name)()
     return figure
@@ -160,8 +160,8 @@ def _stimuli_figure(name: str) -> Figure:
 
 def draw_perception() -> Figure:
     """Return Table III's estimates against the friction that the models predict."""
-    from analysis.figures.friction import perception_figure  # noqa: PLC0415
-    from analysis.published.biet2007 import TABLE3  # noqa: PLC0415
+    from slipscale.analysis.figures.friction import perception_figure  # noqa: PLC0415
+    from slipscale.analysis.published.biet2007 import TABLE3  # noqa: PLC0415
 
     return perception_figure(
         [float(row.amplitude_um_pp) for row in TABLE3],

@@ -1,6 +1,6 @@
 """The paper's plate beside ours: beam, finite elements, the plate as measured.
 
-Run as ``python -m analysis.reproduction.plate`` it records ours in ``plate.json``; do so
+Run as ``python -m slipscale.analysis.reproduction.plate`` it records ours in ``plate.json``; do so
 only for a change of a model that is meant, and say in the commit why the numbers moved.
 """
 
@@ -9,14 +9,14 @@ from __future__ import annotations
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-from analysis.reproduction.comparison import Outcome, record
+from slipscale.analysis.reproduction.comparison import Outcome, record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from matplotlib.figure import Figure
 
-    from hardware.plate.paper_study import Harmonic
+    from slipscale.hardware.plate.paper_study import Harmonic
 
 _GAPS = (
     "ideal glue, gaps of 1 mm, shorted electrodes, default mesh (a finer one gives 33.94 kHz). The "
@@ -30,7 +30,7 @@ _GAPS = (
 
 def fig8() -> Outcome:
     """Return the half wave that deflects by 1.5 µm at 15 V, Section III-B."""
-    from hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
         published="8.2",
@@ -42,7 +42,7 @@ def fig8() -> Outcome:
 
 def neutral_line() -> Outcome:
     """Return the neutral line's ordinate over h_p."""
-    from hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
         published=None,
@@ -54,7 +54,7 @@ def neutral_line() -> Outcome:
 
 def fig9_analytic() -> Outcome:
     """Return the half wave of the paper's beam at 25 kHz, Section III-B."""
-    from hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
         published="14.75",
@@ -70,7 +70,7 @@ def fig9_analytic() -> Outcome:
 
 def fig9_timoshenko() -> Outcome:
     """Return the half wave of Timoshenko's beam at 25 kHz, which the paper lacks."""
-    from hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
         published=None,
@@ -82,7 +82,7 @@ def fig9_timoshenko() -> Outcome:
 
 def fig9_fe_crossing() -> Outcome:
     """Return the finite-element half wave at 25 kHz, Section III-C."""
-    from hardware.plate.paper_study import half_wave_for_frequency_mm  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.paper_study import half_wave_for_frequency_mm  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
         published="13.6",
@@ -97,8 +97,8 @@ def fig9_fe_crossing() -> Outcome:
 
 def fig9_fe(half_wave_mm: float) -> Outcome:
     """Return the finite-element frequency of one half-wave section."""
-    from hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
-    from hardware.plate.paper_study import half_wave_frequency_hz  # noqa: PLC0415
+    from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.paper_study import half_wave_frequency_hz  # noqa: PLC0415
 
     reason = "printed only as a point of Fig. 9, which is not available as numbers"
     if half_wave_mm == 11:  # noqa: PLR2004 - the one size where two modes mix
@@ -109,7 +109,7 @@ def fig9_fe(half_wave_mm: float) -> Outcome:
 
 def fig11() -> Outcome:
     """Return the frequency of the (8;0) mode, Section III-C."""
-    from hardware.plate.paper_study import prototype_modes  # noqa: PLC0415 - see ITEMS
+    from slipscale.hardware.plate.paper_study import prototype_modes  # noqa: PLC0415 - see ITEMS
 
     found = prototype_modes(continuous=True)
     return Outcome(
@@ -144,7 +144,7 @@ def fig12_amplitude() -> Outcome:
 
 
 def _peak() -> Harmonic:
-    from hardware.plate.paper_study import harmonic, prototype_modes  # noqa: PLC0415
+    from slipscale.hardware.plate.paper_study import harmonic, prototype_modes  # noqa: PLC0415
 
     return harmonic(prototype_modes())
 
@@ -161,7 +161,7 @@ def _twin_peak() -> tuple[float, float]:
     """Return where the twin resonates and its amplitude there at 15 V."""
     from scipy.optimize import minimize_scalar  # noqa: PLC0415 - see ITEMS
 
-    from hardware.plate.dynamics import Resonator, conditions  # noqa: PLC0415
+    from slipscale.hardware.plate.dynamics import Resonator, conditions  # noqa: PLC0415
 
     twin = Resonator()
     now = conditions(twin)
@@ -190,8 +190,8 @@ def fig13_amplitude() -> Outcome:
 
 def draw_fig8() -> Figure:
     """Return Fig. 8."""
-    from hardware.plate.beam import BeamSection  # noqa: PLC0415
-    from hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
+    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415
+    from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
 
     figure: Figure = figures.deflection_figure(BeamSection.printed())
     return figure
@@ -199,10 +199,10 @@ def draw_fig8() -> Figure:
 
 def draw_fig9() -> Figure:
     """Return Fig. 9, with its cross, Timoshenko's beam and the measured plate."""
-    from hardware.plate.beam import BeamSection  # noqa: PLC0415
-    from hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
-    from hardware.plate.geometry import Layout  # noqa: PLC0415
-    from hardware.plate.paper_study import HALF_WAVES_MM, half_wave_frequency_hz  # noqa: PLC0415
+    from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415
+    from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
+    from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415
+    from slipscale.hardware.plate.paper_study import HALF_WAVES_MM, half_wave_frequency_hz  # noqa: PLC0415
 
     figure: Figure = figures.frequency_figure(
         BeamSection.printed(),
@@ -218,8 +218,8 @@ def draw_fig9() -> Figure:
 
 def draw_fig11() -> Figure:
     """Return Fig. 11."""
-    from hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
-    from hardware.plate.paper_study import prototype_modes  # noqa: PLC0415
+    from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
+    from slipscale.hardware.plate.paper_study import prototype_modes  # noqa: PLC0415
 
     found = prototype_modes(continuous=True)
     khz = found.frequency_hz[found.driven] / 1e3
@@ -231,8 +231,8 @@ def draw_fig11() -> Figure:
 
 def draw_fig12() -> Figure:
     """Return Fig. 12: edge and middle, and what floating electrodes would give."""
-    from hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
-    from hardware.plate.paper_study import harmonic, prototype_modes  # noqa: PLC0415
+    from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
+    from slipscale.hardware.plate.paper_study import harmonic, prototype_modes  # noqa: PLC0415
 
     shorted, floating = prototype_modes(), prototype_modes(electrodes="open")
     figure: Figure = figures.harmonic_figure(

@@ -9,18 +9,18 @@ from __future__ import annotations
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-from analysis.pipeline import analyse
-from analysis.published import biet2007
-from analysis.reproduction.comparison import Outcome
-from faults import UserError
-from figure_style import with_note
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.published import biet2007
+from slipscale.analysis.reproduction.comparison import Outcome
+from slipscale.faults import UserError
+from slipscale.figure_style import with_note
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from matplotlib.figure import Figure
 
-    from analysis.result import Analysis
+    from slipscale.analysis.result import Analysis
 
 
 @cache
@@ -45,7 +45,7 @@ def cell(row: biet2007.TableRow, statistic: str, *, figure: bool = False) -> Out
 
 def draw_fig15() -> Figure:
     """Return Fig. 15 of the data set that Table III allows."""
-    from analysis.figures import estimates  # noqa: PLC0415 - matplotlib takes a second to load
+    from slipscale.analysis.figures import estimates  # noqa: PLC0415 - matplotlib takes a second to load
 
     analysis = allowed()
     if analysis.prepared is None:

@@ -11,7 +11,7 @@ from rich.table import Table
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.reproduction.comparison import Comparison, Outcome
+    from slipscale.analysis.reproduction.comparison import Comparison, Outcome
 
 AGREES = {True: "[green]yes[/]", False: "[yellow]no[/]", None: "–"}
 

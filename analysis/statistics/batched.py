@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.statistics.pairwise import EXACT_AT_MOST
-from analysis.statistics.regression import fit_lines
+from slipscale.analysis.statistics.pairwise import EXACT_AT_MOST
+from slipscale.analysis.statistics.regression import fit_lines
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -12,20 +12,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.sufficiency import FEWEST, few
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from analysis.statistics.hierarchical_sampler import SEED, Trials, sample
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.regression import fit_lines
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.hierarchical_sampler import SEED, Trials, sample
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.statistics.hierarchical_sampler import Draws
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.statistics.hierarchical_sampler import Draws
 
     Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.preprocessing.normalisation import complete
+from slipscale.analysis.preprocessing.normalisation import complete
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,7 +27,8 @@ def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFr
     Parameters
     ----------
     cells : DataFrame, shape (participants, amplitudes)
-        Participants' mean estimates, see `analysis.preprocessing.normalisation.cell_means`.
+        Participants' mean estimates, see
+        `slipscale.analysis.preprocessing.normalisation.cell_means`.
     standard_deviation : {"sample", "population"}
         Divide by n - 1 or by n.
 

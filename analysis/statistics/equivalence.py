@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 if TYPE_CHECKING:
-    from analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
 #: Scale of the Cauchy prior of d_z: pingouin's, JASP's and the R package BayesFactor's default.
 PRIOR_SCALE = 0.707

@@ -16,15 +16,15 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from analysis.preprocessing.sufficiency import FEWEST, few
-from analysis.statistics.mean_over_participants import mean_over_participants
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.power_law import exponents
-from analysis.statistics.psychometrics.psychometric_function import Estimate, estimate
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import exponents
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate, estimate
 
 if TYPE_CHECKING:
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.statistics.psychometrics.forced_choice import TaskThresholds
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.statistics.psychometrics.forced_choice import TaskThresholds
 
 #: Teghtsoonian's k.
 EKMAN = 0.03
@@ -94,7 +94,7 @@ def exponent_and_weber(
     prepared : Prepared or None
         Magnitude estimates; None where there are none.
     tasks : tuple of TaskThresholds or NotComputed
-        `analysis.statistics.psychometrics.forced_choice.thresholds`'s.
+        `slipscale.analysis.statistics.psychometrics.forced_choice.thresholds`'s.
     """
     if prepared is None:
         return NotComputed("no magnitude estimates")

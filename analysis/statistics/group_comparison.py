@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.preprocessing.sufficiency import FEWEST, TINY, few
-from analysis.statistics.effect_sizes import eta2_interval, eta2_of
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.power_law import exponents
-from analysis.statistics.welch import Welch, welch
-from analysis.wording import listed
-from experiments.dataset.schema import PARTICIPANT
-from faults import UserError
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.effect_sizes import eta2_interval, eta2_of
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import exponents
+from slipscale.analysis.statistics.welch import Welch, welch
+from slipscale.analysis.wording import listed
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.reading.dataset import Dataset
-    from analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 #: The column of a data set's participants that is their group, where the study names none.
 DEFAULT_COLUMN = "group"

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.statistics.growth_models import MODELS, compare, individual_winners
-from analysis.statistics.mean_over_participants import mean_over_participants
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.power_law import exponents
+from slipscale.analysis.statistics.growth_models import MODELS, compare, individual_winners
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import exponents
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import pandas as pd
 
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.statistics.growth_models import GrowthComparison
-    from analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.statistics.growth_models import GrowthComparison
+    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
 #: A predicted reduction of friction below this is the rounding of none.
 NO_REDUCTION = 1e-9
@@ -112,7 +112,7 @@ def predicted_reduction(amplitude_um_pp: float) -> float:
     Reynolds' equation (3) in full and eq. (15), at the working point of the paper's Section IV
     (h_r = 0.6 µm, 30.5 kHz) and 0.5 N; see `VirtualSurface.predicted_relative_friction`.
     """
-    from stimuli.surface import VirtualSurface  # noqa: PLC0415
+    from slipscale.stimuli.surface import VirtualSurface  # noqa: PLC0415
 
     return 1.0 - VirtualSurface(amplitude_um_pp=amplitude_um_pp).predicted_relative_friction()
 

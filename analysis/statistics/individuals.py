@@ -8,16 +8,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.bayesian_growth import BayesianGrowth
-from analysis.statistics.descending_difference.yes_no import DescendingDifference, SignalDetection
-from analysis.statistics.growth import Growth, IndividualGrowth
-from analysis.statistics.power_law import exponents
-from analysis.statistics.psychometrics.psychometric_function import PsychometricFunction
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.statistics.bayesian_growth import BayesianGrowth
+from slipscale.analysis.statistics.descending_difference.yes_no import (
+    DescendingDifference,
+    SignalDetection,
+)
+from slipscale.analysis.statistics.growth import Growth, IndividualGrowth
+from slipscale.analysis.statistics.power_law import exponents
+from slipscale.analysis.statistics.psychometrics.psychometric_function import PsychometricFunction
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.statistics.run_all import Inference
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.statistics.run_all import Inference
 
 
 def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame:
@@ -28,7 +31,7 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
     prepared : Prepared or None
         Magnitude estimates.
     inference : Inference
-        `analysis.statistics.run_all.conclude`'s result.
+        `slipscale.analysis.statistics.run_all.conclude`'s result.
 
     Returns
     -------

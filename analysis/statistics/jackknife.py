@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.sufficiency import TINY
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from analysis.statistics.mean_over_participants import MeanOverParticipants
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.preprocessing.sufficiency import TINY
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.statistics.mean_over_participants import (
+from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
-from analysis.statistics.not_computed import NotComputed
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -74,7 +74,7 @@ def matching(
     Parameters
     ----------
     matches : DataFrame
-        `analysis.reading.comparing_and_matching.read_matches`'s trials.
+        `slipscale.analysis.reading.comparing_and_matching.read_matches`'s trials.
     """
     if not len(matches) or matches["catch"].all():
         return NotComputed("no trials of matching")

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.sufficiency import FEWEST, TINY, few
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

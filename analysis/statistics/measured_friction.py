@@ -14,21 +14,21 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.sufficiency import TINY
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from analysis.statistics.mean_over_participants import (
+from slipscale.analysis.preprocessing.sufficiency import TINY
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
-from analysis.statistics.not_computed import NotComputed
-from experiments.dataset.measured import COEFFICIENT
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.measured import COEFFICIENT
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
-    from analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.preprocessing.log_transform import Prepared
 
     Array = NDArray[np.float64]
 

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.preprocessing.sufficiency import FEWEST, TINY, few
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from analysis.statistics.not_computed import NotComputed
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from statsmodels.regression.mixed_linear_model import MixedLMResults
 
-    from analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.preprocessing.log_transform import Prepared
 
 #: A mixed model of more participants takes minutes and says what the slopes' t interval says.
 AT_MOST = 200

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from analysis.statistics.holm import holm
-from analysis.statistics.mean_over_participants import MeanOverParticipants
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.holm import holm
+from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from analysis.statistics.group_comparison import GroupComparison
-    from analysis.statistics.run_all import Inference
-    from experiments.study.analysis_choices import Primary
+    from slipscale.analysis.statistics.group_comparison import GroupComparison
+    from slipscale.analysis.statistics.run_all import Inference
+    from slipscale.experiments.study.analysis_choices import Primary
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

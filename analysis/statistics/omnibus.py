@@ -13,19 +13,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.preprocessing.sufficiency import FEWEST, TINY, few
-from analysis.statistics.effect_sizes import eta_squared_interval
-from analysis.statistics.mean_over_participants import (
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.effect_sizes import eta_squared_interval
+from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 #: SciPy's p of Shapiro and Wilk's test is not accurate of more values than this.
 SHAPIRO_AT_MOST = 5000
@@ -164,7 +164,7 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
 
     Sphericity: Mauchly's test; degrees of freedom corrected after Greenhouse and Geisser and
     after Huynh and Feldt. Effect size: generalised eta squared, see
-    `analysis.statistics.effect_sizes`. From pingouin and SciPy.
+    `slipscale.analysis.statistics.effect_sizes`. From pingouin and SciPy.
     """
     import pingouin  # noqa: PLC0415 - a second's import
     from scipy import stats  # noqa: PLC0415

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.preprocessing.sufficiency import FEWEST, few
-from analysis.statistics.jackknife import jackknife
-from analysis.statistics.not_computed import NotComputed
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.jackknife import jackknife
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
     Array = NDArray[np.float64]
 

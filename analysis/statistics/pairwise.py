@@ -9,20 +9,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.sufficiency import FEWEST, few
-from analysis.statistics.effect_sizes import d_z_interval
-from analysis.statistics.equivalence import Equivalence, bayes_factor, equivalence
-from analysis.statistics.holm import holm
-from analysis.statistics.mean_over_participants import mean_over_participants
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.effect_sizes import d_z_interval
+from slipscale.analysis.statistics.equivalence import Equivalence, bayes_factor, equivalence
+from slipscale.analysis.statistics.holm import holm
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.statistics.confidence_interval import ConfidenceInterval
-    from analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
 #: Wilcoxon's test is exact up to so many differences without and with ties.
 EXACT_AT_MOST, EXACT_WITH_TIES = 50, 13

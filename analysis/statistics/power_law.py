@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.preprocessing.sufficiency import FEWEST, few
-from analysis.statistics.mean_over_participants import mean_over_participants
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.regression import fit_lines
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.regression import fit_lines
 
 if TYPE_CHECKING:
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

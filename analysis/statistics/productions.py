@@ -16,17 +16,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.statistics.mean_over_participants import (
+from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.ratio_judgements import catch_mean, geometric, log_cells
-from analysis.statistics.regression import fit_lines
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.ratio_judgements import catch_mean, geometric, log_cells
+from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 LOW, HIGH = "low", "high"
 
@@ -157,7 +157,7 @@ def productions(
     Parameters
     ----------
     trials : DataFrame
-        `analysis.reading.magnitude_modes.read_productions`'s trials.
+        `slipscale.analysis.reading.magnitude_modes.read_productions`'s trials.
     counterpart : Counterpart, optional
         The same people's exponents of estimation.
     """

@@ -13,22 +13,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.sufficiency import FEWEST
-from analysis.statistics.holm import holm
-from analysis.statistics.mean_over_participants import (
+from slipscale.analysis.preprocessing.sufficiency import FEWEST
+from slipscale.analysis.statistics.holm import holm
+from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.omnibus import Friedman, PageTrend, friedman_of, page_trend_of
-from analysis.statistics.pairwise import signed_rank_p
-from analysis.statistics.scaling.task_scales import in_order
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.omnibus import Friedman, PageTrend, friedman_of, page_trend_of
+from slipscale.analysis.statistics.pairwise import signed_rank_p
+from slipscale.analysis.statistics.scaling.task_scales import in_order
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 ENDS = (0.0, 100.0)
 
@@ -132,7 +132,7 @@ def ratings(
     Parameters
     ----------
     trials : DataFrame
-        `analysis.reading.magnitude_modes.read_ratings`'s trials.
+        `slipscale.analysis.reading.magnitude_modes.read_ratings`'s trials.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratings on a visual analogue scale")

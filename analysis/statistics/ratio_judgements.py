@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.statistics.mean_over_participants import mean_over_participants
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.power_law import PowerLaw, power_law_of
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import PowerLaw, power_law_of
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,7 +85,7 @@ def ratios(trials: pd.DataFrame, confidence: float = 0.95) -> tuple[TaskRatios, 
     Parameters
     ----------
     trials : DataFrame
-        `analysis.reading.magnitude_modes.read_ratios`'s trials.
+        `slipscale.analysis.reading.magnitude_modes.read_ratios`'s trials.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratio judgements")

@@ -5,18 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from analysis.preprocessing.log_transform import prepare
-from analysis.statistics.omnibus import friedman
-from analysis.statistics.power_law import power_law
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.statistics.omnibus import friedman
+from slipscale.analysis.statistics.power_law import power_law
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.statistics.not_computed import NotComputed
-    from analysis.statistics.omnibus import Friedman
-    from analysis.statistics.power_law import PowerLaw
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.statistics.not_computed import NotComputed
+    from slipscale.analysis.statistics.omnibus import Friedman
+    from slipscale.analysis.statistics.power_law import PowerLaw
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

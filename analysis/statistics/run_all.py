@@ -6,56 +6,56 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
-from analysis.reading.delimited import read_tables
-from analysis.reading.trial_tables import STEP_AMPLITUDES
-from analysis.statistics import omnibus
-from analysis.statistics.bayesian_growth import bayesian_growth
-from analysis.statistics.descending_difference.coder_agreement import agreement
-from analysis.statistics.descending_difference.verbal_coding import SHIPPED, load_codebook
-from analysis.statistics.descending_difference.yes_no import analyse_differences
-from analysis.statistics.exponent_and_weber import exponent_and_weber
-from analysis.statistics.group_comparison import compare_groups, membership
-from analysis.statistics.growth import growth
-from analysis.statistics.matching import matching
-from analysis.statistics.mixed_model import mixed_model
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.order_effects import order_effects
-from analysis.statistics.pairwise import pairwise
-from analysis.statistics.power_law import exponents, power_law
-from analysis.statistics.productions import Counterpart, productions
-from analysis.statistics.psychometrics.forced_choice import thresholds
-from analysis.statistics.ratings import ratings
-from analysis.statistics.ratio_judgements import log_cells, ratios
-from analysis.statistics.reliability import reliability
-from analysis.statistics.scaling.task_scales import scales
-from analysis.statistics.session_effects import session_effects
+from slipscale.analysis.reading.delimited import read_tables
+from slipscale.analysis.reading.trial_tables import STEP_AMPLITUDES
+from slipscale.analysis.statistics import omnibus
+from slipscale.analysis.statistics.bayesian_growth import bayesian_growth
+from slipscale.analysis.statistics.descending_difference.coder_agreement import agreement
+from slipscale.analysis.statistics.descending_difference.verbal_coding import SHIPPED, load_codebook
+from slipscale.analysis.statistics.descending_difference.yes_no import analyse_differences
+from slipscale.analysis.statistics.exponent_and_weber import exponent_and_weber
+from slipscale.analysis.statistics.group_comparison import compare_groups, membership
+from slipscale.analysis.statistics.growth import growth
+from slipscale.analysis.statistics.matching import matching
+from slipscale.analysis.statistics.mixed_model import mixed_model
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.order_effects import order_effects
+from slipscale.analysis.statistics.pairwise import pairwise
+from slipscale.analysis.statistics.power_law import exponents, power_law
+from slipscale.analysis.statistics.productions import Counterpart, productions
+from slipscale.analysis.statistics.psychometrics.forced_choice import thresholds
+from slipscale.analysis.statistics.ratings import ratings
+from slipscale.analysis.statistics.ratio_judgements import log_cells, ratios
+from slipscale.analysis.statistics.reliability import reliability
+from slipscale.analysis.statistics.scaling.task_scales import scales
+from slipscale.analysis.statistics.session_effects import session_effects
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     import pandas as pd
 
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.reading.dataset import Dataset
-    from analysis.statistics.bayesian_growth import BayesianGrowth
-    from analysis.statistics.descending_difference.yes_no import DescendingDifference
-    from analysis.statistics.exponent_and_weber import ExponentAndWeber
-    from analysis.statistics.group_comparison import GroupComparison
-    from analysis.statistics.growth import Growth
-    from analysis.statistics.matching import MatchedReference
-    from analysis.statistics.mixed_model import MixedModel
-    from analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
-    from analysis.statistics.order_effects import OrderEffects
-    from analysis.statistics.pairwise import PairComparison
-    from analysis.statistics.power_law import PowerLaw
-    from analysis.statistics.productions import TaskProductions
-    from analysis.statistics.psychometrics.forced_choice import TaskThresholds
-    from analysis.statistics.ratings import TaskRatings
-    from analysis.statistics.ratio_judgements import TaskRatios
-    from analysis.statistics.reliability import Reliability
-    from analysis.statistics.scaling.task_scales import TaskScale
-    from analysis.statistics.session_effects import SessionEffects
-    from experiments.study.analysis_choices import SdConvention, Test, ZeroRule
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.statistics.bayesian_growth import BayesianGrowth
+    from slipscale.analysis.statistics.descending_difference.yes_no import DescendingDifference
+    from slipscale.analysis.statistics.exponent_and_weber import ExponentAndWeber
+    from slipscale.analysis.statistics.group_comparison import GroupComparison
+    from slipscale.analysis.statistics.growth import Growth
+    from slipscale.analysis.statistics.matching import MatchedReference
+    from slipscale.analysis.statistics.mixed_model import MixedModel
+    from slipscale.analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
+    from slipscale.analysis.statistics.order_effects import OrderEffects
+    from slipscale.analysis.statistics.pairwise import PairComparison
+    from slipscale.analysis.statistics.power_law import PowerLaw
+    from slipscale.analysis.statistics.productions import TaskProductions
+    from slipscale.analysis.statistics.psychometrics.forced_choice import TaskThresholds
+    from slipscale.analysis.statistics.ratings import TaskRatings
+    from slipscale.analysis.statistics.ratio_judgements import TaskRatios
+    from slipscale.analysis.statistics.reliability import Reliability
+    from slipscale.analysis.statistics.scaling.task_scales import TaskScale
+    from slipscale.analysis.statistics.session_effects import SessionEffects
+    from slipscale.experiments.study.analysis_choices import SdConvention, Test, ZeroRule
 
 T = TypeVar("T")
 
@@ -67,7 +67,7 @@ class NormalisationUsed:
     Parameters
     ----------
     rule : str or None
-        A key of `analysis.preprocessing.normalisation.RULES`; None without estimates.
+        A key of `slipscale.analysis.preprocessing.normalisation.RULES`; None without estimates.
     zero_rule : str
         What happened to estimates of zero before logarithms were taken.
     zeros : int

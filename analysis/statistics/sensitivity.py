@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from analysis.preprocessing.normalisation import RULES, cell_means, normalise_by_all
+from slipscale.analysis.preprocessing.normalisation import RULES, cell_means, normalise_by_all
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,7 +20,7 @@ class RuleSummary:
     Parameters
     ----------
     rule : str
-        A key of `analysis.preprocessing.normalisation.RULES`.
+        A key of `slipscale.analysis.preprocessing.normalisation.RULES`.
     used : bool
         Whether it is the analysis' own.
     unit : str

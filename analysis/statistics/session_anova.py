@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.preprocessing.normalisation import cell_means
-from analysis.preprocessing.sufficiency import FEWEST, TINY, few
-from analysis.statistics.effect_sizes import eta2_interval, eta2_of
-from analysis.statistics.group_comparison import Effect
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.preprocessing.normalisation import cell_means
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.effect_sizes import eta2_interval, eta2_of
+from slipscale.analysis.statistics.group_comparison import Effect
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
-    from analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.preprocessing.log_transform import Prepared
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

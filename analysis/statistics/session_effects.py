@@ -8,31 +8,31 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.preprocessing.sessions import sessions_of
-from analysis.preprocessing.sufficiency import FEWEST, TINY, few
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from analysis.statistics.holm import holm
-from analysis.statistics.mean_over_participants import (
+from slipscale.analysis.preprocessing.sessions import sessions_of
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.holm import holm
+from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.power_law import exponents
-from analysis.statistics.psychometrics.forced_choice import CURVE_OF
-from analysis.statistics.psychometrics.psychometric_function import Answers
-from analysis.statistics.psychometrics.thresholds import fit_threshold
-from analysis.statistics.reliability import IntraclassCorrelation
-from analysis.statistics.session_anova import session_anova, session_logs
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import exponents
+from slipscale.analysis.statistics.psychometrics.forced_choice import CURVE_OF
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
+from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
+from slipscale.analysis.statistics.reliability import IntraclassCorrelation
+from slipscale.analysis.statistics.session_anova import session_anova, session_logs
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from analysis.preprocessing.log_transform import Prepared
-    from analysis.reading.dataset import Dataset
-    from analysis.statistics.session_anova import SessionAnova
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.statistics.session_anova import SessionAnova
 
     Array = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import pandas as pd
 
-from analysis.preprocessing import normalisation
-from analysis.statistics import descriptives
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.preprocessing import normalisation
+from slipscale.analysis.statistics import descriptives
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 RUN = [PARTICIPANT, "session", "run"]
 
@@ -24,9 +24,10 @@ def describe(
     Parameters
     ----------
     textures, estimates : DataFrame
-        `analysis.reading.dataset.Dataset.textures` and ``estimates``.
+        `slipscale.analysis.reading.dataset.Dataset.textures` and ``estimates``.
     rule : str
-        A key of `analysis.preprocessing.normalisation.RULES`: each is one division within a run.
+        A key of `slipscale.analysis.preprocessing.normalisation.RULES`: each is one division within
+        a run.
     standard_deviation : {"sample", "population"}
         Divide by n - 1 or by n.
 

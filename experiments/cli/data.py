@@ -6,14 +6,14 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments.lab.defaults import dataset_default, here, say
-from faults import ANSWER_IS_NO, DONE, UserError
+from slipscale.experiments.lab.defaults import dataset_default, here, say
+from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Sequence
 
-    from experiments.dataset.runs import Problem
+    from slipscale.experiments.dataset.runs import Problem
 
 
 def add_data(parser: ArgumentParser) -> None:
@@ -49,9 +49,9 @@ def add_data(parser: ArgumentParser) -> None:
 
 def run_data(args: Namespace) -> int:
     """Build, verify, withdraw or merge; 1 where something is damaged or differs."""
-    from experiments.dataset.bids import build_dataset  # noqa: PLC0415
-    from experiments.dataset.runs import journals  # noqa: PLC0415
-    from experiments.dataset.verification import verify  # noqa: PLC0415
+    from slipscale.experiments.dataset.bids import build_dataset  # noqa: PLC0415
+    from slipscale.experiments.dataset.runs import journals  # noqa: PLC0415
+    from slipscale.experiments.dataset.verification import verify  # noqa: PLC0415
 
     if args.what == "merge":
         return _merge(args.one, args.other, args.out)
@@ -69,7 +69,7 @@ def run_data(args: Namespace) -> int:
 
 
 def _merge(one: Path, other: Path, out: Path) -> int:
-    from experiments.dataset.merging import merge  # noqa: PLC0415
+    from slipscale.experiments.dataset.merging import merge  # noqa: PLC0415
 
     merged = merge(one, other, out)
     for sentence in merged.notes:
@@ -81,7 +81,7 @@ def _merge(one: Path, other: Path, out: Path) -> int:
 
 
 def _withdraw(dataset: Path, participant: str, *, remove: bool) -> int:
-    from experiments.dataset.withdrawal import replacement, theirs, withdraw  # noqa: PLC0415
+    from slipscale.experiments.dataset.withdrawal import replacement, theirs, withdraw  # noqa: PLC0415
 
     for path in withdraw(dataset, participant) if remove else theirs(dataset, participant):
         print(f"{'removed' if remove else 'would be removed'}: {path}")

@@ -6,13 +6,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from faults import ANSWER_IS_NO, DONE
+from slipscale.faults import ANSWER_IS_NO, DONE
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-    from experiments.lab.defaults import Defaults
-    from experiments.lab.roster import Person, Roster, Visit
+    from slipscale.experiments.lab.defaults import Defaults
+    from slipscale.experiments.lab.roster import Person, Roster, Visit
 
 
 HIGHEST_PORT = 65535
@@ -63,7 +63,7 @@ def run_lab(args: Namespace) -> int:
     """Make a laboratory folder, or open the console of this one."""
     if args.what is None:
         return _console(args)
-    from experiments.lab.folder import FILE, LabFile, init  # noqa: PLC0415
+    from slipscale.experiments.lab.folder import FILE, LabFile, init  # noqa: PLC0415
 
     said = {key: getattr(args, key, None) for key in LabFile.model_fields}
     given = {key: value for key, value in said.items() if value is not None}
@@ -76,8 +76,8 @@ def run_lab(args: Namespace) -> int:
 
 
 def _console(args: Namespace) -> int:
-    from experiments.lab.console.serve import serve  # noqa: PLC0415 - Starlette and uvicorn
-    from faults import UserError  # noqa: PLC0415
+    from slipscale.experiments.lab.console.serve import serve  # noqa: PLC0415 - Starlette and uvicorn
+    from slipscale.faults import UserError  # noqa: PLC0415
 
     if not 0 <= args.port <= HIGHEST_PORT:
         raise UserError(f"--port {args.port}: expected a number from 0 to {HIGHEST_PORT}")
@@ -103,9 +103,9 @@ def add_next(parser: ArgumentParser) -> None:
 
 def run_next(args: Namespace) -> int:
     """Say who is next, ask, and run their session."""
-    from experiments.cli.sessions import run_session  # noqa: PLC0415
-    from experiments.journal.run_record import is_mock  # noqa: PLC0415
-    from faults import UserError  # noqa: PLC0415
+    from slipscale.experiments.cli.sessions import run_session  # noqa: PLC0415
+    from slipscale.experiments.journal.run_record import is_mock  # noqa: PLC0415
+    from slipscale.faults import UserError  # noqa: PLC0415
 
     defaults, roster = _folder(pilot=args.pilot)
     if is_mock(defaults.plate) and not args.pilot:
@@ -135,7 +135,7 @@ def run_next(args: Namespace) -> int:
 
 
 def _agreed() -> bool:
-    from faults import UserError  # noqa: PLC0415
+    from slipscale.faults import UserError  # noqa: PLC0415
 
     if not sys.stdin.isatty():
         raise UserError("nobody can be asked here; say --yes to begin at once")
@@ -150,7 +150,7 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
     UserError
         A session runs now, nobody is left, or who was named has no run left.
     """
-    from faults import UserError  # noqa: PLC0415
+    from slipscale.faults import UserError  # noqa: PLC0415
 
     if roster.running:
         raise UserError(f"a session runs now: {roster.running.path}; end it first")
@@ -241,7 +241,7 @@ def _exclusions(roster: Roster) -> list[str]:
 
 
 def _how_to_resume(person: Person) -> str:
-    from experiments.running.run_state import how_to_resume  # noqa: PLC0415
+    from slipscale.experiments.running.run_state import how_to_resume  # noqa: PLC0415
 
     return next(how_to_resume(v.path) for v in person.visits if v.state == "interrupted")
 
@@ -253,10 +253,10 @@ def add_note(parser: ArgumentParser) -> None:
 
 def run_note(args: Namespace) -> int:
     """Have the running session write the operator's words into its journal."""
-    from experiments.journal.locks import is_being_written  # noqa: PLC0415
-    from experiments.lab.defaults import here, say  # noqa: PLC0415
-    from experiments.session.mailbox import LiveRequest, post, read_status  # noqa: PLC0415
-    from faults import UserError  # noqa: PLC0415
+    from slipscale.experiments.journal.locks import is_being_written  # noqa: PLC0415
+    from slipscale.experiments.lab.defaults import here, say  # noqa: PLC0415
+    from slipscale.experiments.session.mailbox import LiveRequest, post, read_status  # noqa: PLC0415
+    from slipscale.faults import UserError  # noqa: PLC0415
 
     defaults = here()
     say(defaults)
@@ -284,10 +284,10 @@ def _folder(*, pilot: bool = False) -> tuple[Defaults, Roster]:
     UserError
         This is no laboratory folder.
     """
-    from experiments.lab.defaults import FILE, here, say  # noqa: PLC0415
-    from experiments.lab.roster import read_roster  # noqa: PLC0415
-    from experiments.study.file import read_study  # noqa: PLC0415
-    from faults import UserError  # noqa: PLC0415
+    from slipscale.experiments.lab.defaults import FILE, here, say  # noqa: PLC0415
+    from slipscale.experiments.lab.roster import read_roster  # noqa: PLC0415
+    from slipscale.experiments.study.file import read_study  # noqa: PLC0415
+    from slipscale.faults import UserError  # noqa: PLC0415
 
     defaults = here()
     if defaults.file is None:
@@ -298,7 +298,7 @@ def _folder(*, pilot: bool = False) -> tuple[Defaults, Roster]:
 
 
 def _first_session(defaults: Defaults) -> str:
-    from experiments.study.file import read_study  # noqa: PLC0415
+    from slipscale.experiments.study.file import read_study  # noqa: PLC0415
 
     return (*read_study(defaults.study)[0].sessions, "")[0]
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from experiments.lab.defaults import here, say
-from hardware.cli.plate import add_arguments
-from hardware.cli.plate import run as run_on
+from slipscale.experiments.lab.defaults import here, say
+from slipscale.hardware.cli.plate import add_arguments
+from slipscale.hardware.cli.plate import run as run_on
 
 if TYPE_CHECKING:
     from argparse import Namespace

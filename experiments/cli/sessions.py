@@ -9,17 +9,17 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments.lab.defaults import here, say
-from faults import ANSWER_IS_NO, DONE, INTERRUPTED, harmless
+from slipscale.experiments.lab.defaults import here, say
+from slipscale.faults import ANSWER_IS_NO, DONE, INTERRUPTED, harmless
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-    from experiments.lab.defaults import Defaults
-    from experiments.running.contact import ContactSpecs
-    from experiments.running.lab_session import Setting
-    from experiments.running.preflight import Finding
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.lab.defaults import Defaults
+    from slipscale.experiments.running.contact import ContactSpecs
+    from slipscale.experiments.running.lab_session import Setting
+    from slipscale.experiments.running.preflight import Finding
+    from slipscale.experiments.study.run_plan import RunPlan
 
 
 def add_plate(parser: ArgumentParser) -> None:
@@ -88,20 +88,20 @@ def contact_specs(args: Namespace) -> ContactSpecs:
 
 def named_contact(args: Namespace) -> ContactSpecs:
     """Return the sources that the command line itself names."""
-    from experiments.running.contact import ContactSpecs  # noqa: PLC0415
+    from slipscale.experiments.running.contact import ContactSpecs  # noqa: PLC0415
 
     return ContactSpecs(position=args.position, force=args.force)
 
 
 def simulated_contact(args: Namespace) -> ContactSpecs:
     """Return a pilot's sources: what the laboratory folder names is simulated."""
-    from experiments.running.contact import simulated  # noqa: PLC0415
+    from slipscale.experiments.running.contact import simulated  # noqa: PLC0415
 
     return named_contact(args).otherwise(simulated(_folders_contact()))
 
 
 def _folders_contact() -> ContactSpecs:
-    from experiments.running.contact import ContactSpecs  # noqa: PLC0415
+    from slipscale.experiments.running.contact import ContactSpecs  # noqa: PLC0415
 
     defaults = here()
     return ContactSpecs(position=defaults.position, force=defaults.force)
@@ -167,8 +167,8 @@ def add_run(parser: ArgumentParser) -> None:
 
 def run_run(args: Namespace) -> int:
     """Run a participant's session."""
-    from experiments.journal.run_record import is_mock  # noqa: PLC0415
-    from experiments.running.lab_session import make_plan  # noqa: PLC0415
+    from slipscale.experiments.journal.run_record import is_mock  # noqa: PLC0415
+    from slipscale.experiments.running.lab_session import make_plan  # noqa: PLC0415
 
     defaults = here()
     say(defaults)
@@ -193,8 +193,8 @@ def run_session(
     defaults: Defaults, *, participant: str, session: str, run: str, pilot: bool
 ) -> int:
     """Run a participant's session as a laboratory folder has it."""
-    from experiments.running.contact import ContactSpecs  # noqa: PLC0415
-    from experiments.running.lab_session import Setting, make_plan  # noqa: PLC0415
+    from slipscale.experiments.running.contact import ContactSpecs  # noqa: PLC0415
+    from slipscale.experiments.running.lab_session import Setting, make_plan  # noqa: PLC0415
 
     plan = make_plan(
         defaults.study,
@@ -217,14 +217,14 @@ def run_session(
 
 
 def _begin(out: Path, plan: RunPlan, setting: Setting, *, add_study: bool = False) -> int:
-    from experiments.running.lab_session import begin  # noqa: PLC0415
+    from slipscale.experiments.running.lab_session import begin  # noqa: PLC0415
 
     return _end(begin(out, plan, setting, add_study=add_study), plan.journal_path(out))
 
 
 def _setting(args: Namespace, plate: str, *, markers: tuple[str, ...]) -> Setting:
     """Return where a session takes place, as the command line has it."""
-    from experiments.running.lab_session import Setting  # noqa: PLC0415
+    from slipscale.experiments.running.lab_session import Setting  # noqa: PLC0415
 
     return Setting(
         plate=plate,
@@ -259,7 +259,7 @@ def add_resume(parser: ArgumentParser) -> None:
 
 def run_resume(args: Namespace) -> int:
     """Go on with an interrupted run."""
-    from experiments.journal.run_record import (  # noqa: PLC0415
+    from slipscale.experiments.journal.run_record import (  # noqa: PLC0415
         answered_by,
         dataset_of,
         is_complete,
@@ -267,16 +267,16 @@ def run_resume(args: Namespace) -> int:
         last_plate,
         read_plan,
     )
-    from faults import UserError  # noqa: PLC0415
+    from slipscale.faults import UserError  # noqa: PLC0415
 
     plan, records = read_plan(args.journal)
     if is_complete(records):
         raise UserError(f"journal {args.journal}: this run is complete; nothing to go on with")
     plate = args.plate or last_plate(records)
     if answered_by(records) == "simulated":
-        from experiments.dataset.bids import build_dataset  # noqa: PLC0415
-        from experiments.running.contact import of_records, require_virtual  # noqa: PLC0415
-        from experiments.running.pilot import run_simulated  # noqa: PLC0415
+        from slipscale.experiments.dataset.bids import build_dataset  # noqa: PLC0415
+        from slipscale.experiments.running.contact import of_records, require_virtual  # noqa: PLC0415
+        from slipscale.experiments.running.pilot import run_simulated  # noqa: PLC0415
 
         folder = dataset_of(args.journal, plan)
         specs = named_contact(args).otherwise(of_records(records))
@@ -285,7 +285,7 @@ def run_resume(args: Namespace) -> int:
         for problem in build_dataset(folder):
             print(f"the data set: {problem}", file=sys.stderr)
         return _end("complete", args.journal)
-    from experiments.running.lab_session import go_on  # noqa: PLC0415
+    from slipscale.experiments.running.lab_session import go_on  # noqa: PLC0415
 
     say(here())
     markers = tuple(args.markers or ()) or last_markers(records)
@@ -297,7 +297,7 @@ def _end(outcome: str, journal: Path) -> int:
     if outcome == "complete":
         print(f"complete: {journal}")
         return DONE
-    from experiments.running.run_state import how_to_resume  # noqa: PLC0415
+    from slipscale.experiments.running.run_state import how_to_resume  # noqa: PLC0415
 
     print(f"stopped; nothing is lost. {how_to_resume(journal)}")
     return INTERRUPTED
@@ -320,8 +320,8 @@ def add_check(parser: ArgumentParser) -> None:
 
 def run_check(args: Namespace) -> int:
     """Go through the checklist."""
-    from experiments.journal.run_record import is_mock  # noqa: PLC0415
-    from experiments.running.preflight import PlannedSession, check  # noqa: PLC0415
+    from slipscale.experiments.journal.run_record import is_mock  # noqa: PLC0415
+    from slipscale.experiments.running.preflight import PlannedSession, check  # noqa: PLC0415
 
     defaults = here()
     say(defaults)

@@ -6,8 +6,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from experiments.lab.defaults import here, say
-from faults import DONE, UserError, harmless
+from slipscale.experiments.lab.defaults import here, say
+from slipscale.faults import DONE, UserError, harmless
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace, _SubParsersAction
@@ -98,7 +98,7 @@ def add_study(parser: ArgumentParser) -> Commands:
 
 def run_study(args: Namespace) -> int:
     """Write, show or validate a study file, or print the schema of all."""
-    from experiments.running import study_commands  # noqa: PLC0415
+    from slipscale.experiments.running import study_commands  # noqa: PLC0415
 
     if args.what in ("show", "validate", "texts"):
         say(here())
@@ -150,7 +150,7 @@ def _figure_path(args: Namespace) -> Path | None:
 
 
 def _save(figure: Figure, path: Path) -> None:
-    from figure_style import save  # noqa: PLC0415 - only a figure pays for it
+    from slipscale.figure_style import save  # noqa: PLC0415 - only a figure pays for it
 
     try:
         save(figure, path)
@@ -160,15 +160,15 @@ def _save(figure: Figure, path: Path) -> None:
 
 def _timeline(args: Namespace) -> int:
     """Print what a participant goes through, and draw it."""
-    from experiments.participants.population import read_population  # noqa: PLC0415
-    from experiments.running.timeline import as_json, lines, timeline  # noqa: PLC0415
+    from slipscale.experiments.participants.population import read_population  # noqa: PLC0415
+    from slipscale.experiments.running.timeline import as_json, lines, timeline  # noqa: PLC0415
 
     figure = _figure_path(args)
     population = read_population(args.population) if args.population else None
     found = timeline(args.study, people=args.people, population=population)
     print(as_json(found) if args.json else harmless("\n".join(lines(found))))
     if figure:
-        from experiments.running.timeline_figure import timeline_figure  # noqa: PLC0415
+        from slipscale.experiments.running.timeline_figure import timeline_figure  # noqa: PLC0415
 
         _save(timeline_figure(found), figure)
         if not args.json:

@@ -13,8 +13,8 @@ from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 
-from experiments.dataset.bids import write_file
-from faults import UserError
+from slipscale.experiments.dataset.bids import write_file
+from slipscale.faults import UserError
 
 KNOWN = Path("sourcedata", "backups.json")
 

@@ -7,17 +7,17 @@ import os
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
-from experiments.dataset.rendering import README, render
-from experiments.dataset.runs import read_runs
-from experiments.dataset.verification import cut_journals
-from experiments.journal.journal import AS_USUAL, OWNER_ONLY
-from faults import UserError
+from slipscale.experiments.dataset.rendering import README, render
+from slipscale.experiments.dataset.runs import read_runs
+from slipscale.experiments.dataset.verification import cut_journals
+from slipscale.experiments.journal.journal import AS_USUAL, OWNER_ONLY
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from experiments.dataset.rendering import Content
-    from experiments.dataset.runs import Problem
+    from slipscale.experiments.dataset.rendering import Content
+    from slipscale.experiments.dataset.runs import Problem
 
 
 def write_file(path: Path, content: Content, *, private: bool = False) -> None:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from experiments.protocols.steps import NO_SOUND
-from experiments.study.headphone_test import AGAIN, DECISION, HEADPHONES, NOISE, TONE
+from slipscale.experiments.protocols.steps import NO_SOUND
+from slipscale.experiments.study.headphone_test import AGAIN, DECISION, HEADPHONES, NOISE, TONE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from experiments.journal.record import Record
-    from experiments.study.headphone_test import HeadphoneTest
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.study.headphone_test import HeadphoneTest
 
 
 def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, Any]:

@@ -10,19 +10,19 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from experiments.dataset.schema import SIDECAR, TABLE_NAME
-from experiments.journal.record import Record
-from experiments.journal.record_shapes import checked
-from experiments.journal.run_record import plan_from
-from experiments.study.file import study_hash
-from experiments.study.run_plan import journal_path
+from slipscale.experiments.dataset.schema import SIDECAR, TABLE_NAME
+from slipscale.experiments.journal.record import Record
+from slipscale.experiments.journal.record_shapes import checked
+from slipscale.experiments.journal.run_record import plan_from
+from slipscale.experiments.study.file import study_hash
+from slipscale.experiments.study.run_plan import journal_path
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
     from typing import Any
 
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.study.run_plan import RunPlan
 
 
 def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] | None:

@@ -10,15 +10,15 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from experiments.protocols.base import Column
-from hardware.contact.measures import friction, movement
-from hardware.contact.source import Sample
+from slipscale.experiments.protocols.base import Column
+from slipscale.hardware.contact.measures import friction, movement
+from slipscale.hardware.contact.source import Sample
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
-    from experiments.journal.record import Record
-    from experiments.protocols.base import TrialRecord
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.protocols.base import TrialRecord
 
 SPEED, STROKES = "exploration_speed_mm_s", "strokes"
 COEFFICIENT, NORMAL_FORCE = "friction_coefficient", "normal_force_n"

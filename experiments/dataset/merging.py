@@ -13,19 +13,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments.dataset.backup import KNOWN, backups
-from experiments.dataset.bids import build_dataset, write_file
-from experiments.dataset.rendering import README
-from experiments.dataset.runs import Problem, journals, mode_of, read_runs
-from experiments.dataset.withdrawal import RECORD, withdrawn
-from experiments.journal.locks import is_being_written
-from experiments.journal.run_record import read_usable
-from faults import UserError
+from slipscale.experiments.dataset.backup import KNOWN, backups
+from slipscale.experiments.dataset.bids import build_dataset, write_file
+from slipscale.experiments.dataset.rendering import README
+from slipscale.experiments.dataset.runs import Problem, journals, mode_of, read_runs
+from slipscale.experiments.dataset.withdrawal import RECORD, withdrawn
+from slipscale.experiments.journal.locks import is_being_written
+from slipscale.experiments.journal.run_record import read_usable
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.study.run_plan import RunPlan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

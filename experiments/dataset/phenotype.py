@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from experiments.dataset.schema import PARTICIPANT, RUN, SESSION, questionnaire_columns
-from experiments.dataset.tsv import cell, sidecar, table
+from slipscale.experiments.dataset.schema import PARTICIPANT, RUN, SESSION, questionnaire_columns
+from slipscale.experiments.dataset.tsv import cell, sidecar, table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from experiments.dataset.runs import Run
+    from slipscale.experiments.dataset.runs import Run
 
 FOLDER = PurePosixPath("phenotype")
 

@@ -1,7 +1,7 @@
 """What a data set's files hold: a pure function of its runs.
 
-`render` gives every file as the journals have it; `experiments.dataset.bids` writes them,
-`experiments.dataset.verification` compares them with what is there.
+`render` gives every file as the journals have it; `slipscale.experiments.dataset.bids` writes them,
+`slipscale.experiments.dataset.verification` compares them with what is there.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from dataclasses import replace
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
-from experiments.dataset.headphones import headphone_result
-from experiments.dataset.phenotype import phenotype
-from experiments.dataset.runs import Problem
-from experiments.dataset.schema import (
+from slipscale.experiments.dataset.headphones import headphone_result
+from slipscale.experiments.dataset.phenotype import phenotype
+from slipscale.experiments.dataset.runs import Problem
+from slipscale.experiments.dataset.schema import (
     COMPLETE,
     MISSING,
     MODE,
@@ -25,18 +25,18 @@ from experiments.dataset.schema import (
     session_columns,
     table_stem,
 )
-from experiments.dataset.tsv import cell, sidecar, table
-from experiments.journal.run_record import software
-from experiments.protocols.steps import CONSENT
-from experiments.study.file import study_hash
+from slipscale.experiments.dataset.tsv import cell, sidecar, table
+from slipscale.experiments.journal.run_record import software
+from slipscale.experiments.protocols.steps import CONSENT
+from slipscale.experiments.study.file import study_hash
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
-    from experiments.dataset.runs import Run
-    from experiments.protocols.base import Column, Protocol
-    from experiments.protocols.steps import Value
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.dataset.runs import Run
+    from slipscale.experiments.protocols.base import Column, Protocol
+    from slipscale.experiments.protocols.steps import Value
+    from slipscale.experiments.study.run_plan import RunPlan
 
 BIDS_VERSION = "1.10.0"
 README = PurePosixPath("README.md")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from experiments.dataset.measured import Explorations, of_interval, plate_measures
-from experiments.dataset.schema import (
+from slipscale.experiments.dataset.measured import Explorations, of_interval, plate_measures
+from slipscale.experiments.dataset.schema import (
     DAMAGED,
     FAULT,
     PAUSED,
@@ -15,15 +15,15 @@ from experiments.dataset.schema import (
     TIMED_OUT,
     VOIDED,
 )
-from experiments.journal import reading
-from experiments.journal.serialisation import answer_from, surface_from, trial_from
-from experiments.protocols.base import IntervalRecord, TrialRecord
+from slipscale.experiments.journal import reading
+from slipscale.experiments.journal.serialisation import answer_from, surface_from, trial_from
+from slipscale.experiments.protocols.base import IntervalRecord, TrialRecord
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.journal.record import Record
-    from experiments.protocols.steps import Value
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.protocols.steps import Value
 
 # What an event between a trial's beginning and its end leaves on its row. A pilot that was taken
 # up again leaves nothing: in its virtual time there was no wait.

@@ -8,19 +8,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from experiments.dataset.lost_header import header_from_tables
-from experiments.dataset.rows_from_journal import gather
-from experiments.journal.reading import has_begun
-from experiments.journal.run_record import is_complete, read_usable
-from faults import UserError, harmless
+from slipscale.experiments.dataset.lost_header import header_from_tables
+from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.journal.reading import has_begun
+from slipscale.experiments.journal.run_record import is_complete, read_usable
+from slipscale.faults import UserError, harmless
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from experiments.dataset.rows_from_journal import Gathered
-    from experiments.journal.reading import Damage
-    from experiments.journal.record import Record
-    from experiments.study.run_plan import Mode, RunPlan
+    from slipscale.experiments.dataset.rows_from_journal import Gathered
+    from slipscale.experiments.journal.reading import Damage
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.study.run_plan import Mode, RunPlan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,8 +1,9 @@
 """What a data set holds: every file's columns and entries, their kinds, units, levels, meanings.
 
-The one place for it: `experiments.dataset.bids` writes by it, `analysis.reading` reads by it, and
-docs/data-set.md is made from it. What belongs to one task only its protocol declares (see
-`experiments.protocols.base.Protocol`); `columns` puts both together.
+The one place for it: `slipscale.experiments.dataset.bids` writes by it,
+`slipscale.analysis.reading` reads by it, and docs/data-set.md is made from it. What belongs to one
+task only its protocol declares (see `slipscale.experiments.protocols.base.Protocol`); `columns`
+puts both together.
 """
 
 from __future__ import annotations
@@ -10,18 +11,18 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any
 
-from experiments.dataset.measured import MEASURED, measured_columns
-from experiments.protocols.base import Column
-from experiments.study.person_questions import TAKEN
-from experiments.study.questionnaires import ROW
-from experiments.study.run_plan import stem
-from faults import UserError
+from slipscale.experiments.dataset.measured import MEASURED, measured_columns
+from slipscale.experiments.protocols.base import Column
+from slipscale.experiments.study.person_questions import TAKEN
+from slipscale.experiments.study.questionnaires import ROW
+from slipscale.experiments.study.run_plan import stem
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping
 
-    from experiments.protocols.base import IntervalRecord, Protocol, TrialRecord
-    from stimuli.surface import Surface
+    from slipscale.experiments.protocols.base import IntervalRecord, Protocol, TrialRecord
+    from slipscale.stimuli.surface import Surface
 
 MISSING = "n/a"
 # The columns of participants.tsv that Slipscale fills. The first says whose row it is, and does

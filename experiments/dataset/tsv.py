@@ -6,13 +6,13 @@ import csv
 import io
 from typing import TYPE_CHECKING, Any
 
-from experiments.dataset.schema import MISSING
+from slipscale.experiments.dataset.schema import MISSING
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from experiments.protocols.base import Column
-    from experiments.protocols.steps import Value
+    from slipscale.experiments.protocols.base import Column
+    from slipscale.experiments.protocols.steps import Value
 
 # Times are kept to the microsecond: the key events' own clocks are not better.
 DIGITS = 6

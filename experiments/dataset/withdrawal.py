@@ -13,14 +13,14 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments.dataset.backup import KNOWN, backups
-from experiments.dataset.bids import build_dataset, write_file
-from experiments.dataset.phenotype import phenotype
-from experiments.dataset.runs import journals, read_runs
-from experiments.journal.journal import FALLBACK
-from experiments.journal.locks import is_being_written
-from experiments.journal.run_record import read_usable
-from faults import UserError
+from slipscale.experiments.dataset.backup import KNOWN, backups
+from slipscale.experiments.dataset.bids import build_dataset, write_file
+from slipscale.experiments.dataset.phenotype import phenotype
+from slipscale.experiments.dataset.runs import journals, read_runs
+from slipscale.experiments.journal.journal import FALLBACK
+from slipscale.experiments.journal.locks import is_being_written
+from slipscale.experiments.journal.run_record import read_usable
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

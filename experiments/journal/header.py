@@ -6,14 +6,14 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from experiments.journal.record import FORMAT
-from experiments.journal.run_record import software
-from experiments.languages.texts import texts_hash
-from experiments.study.file import study_hash
+from slipscale.experiments.journal.record import FORMAT
+from slipscale.experiments.journal.run_record import software
+from slipscale.experiments.languages.texts import texts_hash
+from slipscale.experiments.study.file import study_hash
 
 if TYPE_CHECKING:
-    from experiments.study.run_plan import RunPlan
-    from hardware.driver import PlateDriver
+    from slipscale.experiments.study.run_plan import RunPlan
+    from slipscale.hardware.driver import PlateDriver
 
 
 def header(

@@ -1,13 +1,14 @@
 """The journal: an append-only record of every step and response, on disk before the next step.
 
-How a line looks, and what proves it, is `experiments.journal.record`; how a journal is read is
-`experiments.journal.reading`: a torn last line (the machine died while writing) is cut off on
-resume, anything else that is not whole is refused.
+How a line looks, and what proves it, is `slipscale.experiments.journal.record`; how a journal is
+read is `slipscale.experiments.journal.reading`: a torn last line (the machine died while writing)
+is cut off on resume, anything else that is not whole is refused.
 
-An interrupted run is resumed by `experiments.session.session`, which replays these records.
+An interrupted run is resumed by `slipscale.experiments.session.session`, which replays these
+records.
 
-One writer at a time: see `experiments.journal.locks`. A journal that disappears under its writer
-(removed, renamed, its disk unmounted) is written anew, whole, in a fallback folder.
+One writer at a time: see `slipscale.experiments.journal.locks`. A journal that disappears under its
+writer (removed, renamed, its disk unmounted) is written anew, whole, in a fallback folder.
 """
 
 from __future__ import annotations
@@ -19,17 +20,17 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
-from experiments.journal import locks
-from experiments.journal.reading import read_records
-from experiments.journal.record import FORMAT, UNCHAINED, Record, chained, encode
-from faults import UserError
+from slipscale.experiments.journal import locks
+from slipscale.experiments.journal.reading import read_records
+from slipscale.experiments.journal.record import FORMAT, UNCHAINED, Record, chained, encode
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from io import FileIO
     from types import TracebackType
 
-    from hardware.clock import Clock
+    from slipscale.hardware.clock import Clock
 
 # The modes of a new file: for its owner alone, or as the system's own choice (umask) has it.
 OWNER_ONLY, AS_USUAL = 0o600, 0o666

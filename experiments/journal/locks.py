@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import portalocker
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from io import FileIO

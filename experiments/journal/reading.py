@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from experiments.journal.record import FORMAT, UNCHAINED, Record, decode, follows
-from faults import UserError
+from slipscale.experiments.journal.record import FORMAT, UNCHAINED, Record, decode, follows
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -21,13 +21,13 @@ from pydantic import (
     model_validator,
 )
 
-from experiments.journal.reading import DAMAGED, Damage
-from experiments.journal.record import Record
-from experiments.protocols.steps import Adjusted, Presented, Reply, Trial, Voided
-from faults import UserError
-from hardware.contact.source import QUANTITIES
-from stimuli.surface import VirtualSurface
-from stimuli.texture import Grating
+from slipscale.experiments.journal.reading import DAMAGED, Damage
+from slipscale.experiments.journal.record import Record
+from slipscale.experiments.protocols.steps import Adjusted, Presented, Reply, Trial, Voided
+from slipscale.faults import UserError
+from slipscale.hardware.contact.source import QUANTITIES
+from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,15 +8,15 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments.journal.reading import damaged, has_begun, read_records, read_whole
-from experiments.journal.record_shapes import checked
-from experiments.protocols.steps import CONSENT
-from experiments.study.run_plan import RunPlan
-from faults import UserError
+from slipscale.experiments.journal.reading import damaged, has_begun, read_records, read_whole
+from slipscale.experiments.journal.record_shapes import checked
+from slipscale.experiments.protocols.steps import CONSENT
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from experiments.journal.reading import Damage, Reading
-    from experiments.journal.record import Record
+    from slipscale.experiments.journal.reading import Damage, Reading
+    from slipscale.experiments.journal.record import Record
 
 PACKAGES = ("slipscale", "numpy", "psychopy")
 

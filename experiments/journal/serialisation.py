@@ -6,15 +6,15 @@ import json
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from experiments.protocols.steps import Adjusted, Answer, Presented, Reply, Trial, Voided
-from stimuli.surface import VirtualSurface
-from stimuli.texture import Grating
+from slipscale.experiments.protocols.steps import Adjusted, Answer, Presented, Reply, Trial, Voided
+from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.protocols.steps import Step
-    from stimuli.surface import Surface
+    from slipscale.experiments.protocols.steps import Step
+    from slipscale.stimuli.surface import Surface
 
 ANSWERS: dict[str, Callable[..., Answer]] = {
     "Reply": Reply,

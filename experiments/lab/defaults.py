@@ -17,7 +17,7 @@ REHEARSALS = "rehearsals"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Defaults:
-    """The defaults of commands; see `experiments.lab.folder.LabFile`.
+    """The defaults of commands; see `slipscale.experiments.lab.folder.LabFile`.
 
     ``file`` is None outside a laboratory folder.
     """
@@ -51,7 +51,7 @@ def here() -> Defaults:
     """
     if not FILE.exists():
         return Defaults()
-    from experiments.lab.folder import read_lab  # noqa: PLC0415 - pydantic, when needed
+    from slipscale.experiments.lab.folder import read_lab  # noqa: PLC0415 - pydantic, when needed
 
     lab = read_lab(Path())
     if lab is None:  # gone in between

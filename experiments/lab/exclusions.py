@@ -1,7 +1,7 @@
 """Who was excluded from the analysis, and by which of the study's rules: as the last one found.
 
-The study file names the flags that exclude (`experiments.study.analysis_choices`); who has them is
-for the analysis to say. This reads what it wrote.
+The study file names the flags that exclude (`slipscale.experiments.study.analysis_choices`); who
+has them is for the analysis to say. This reads what it wrote.
 """
 
 from __future__ import annotations

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
-from experiments.dataset.bids import write_file
-from experiments.languages.texts import CODE
-from experiments.study.file import read_study
-from experiments.study.run_plan import RunPlan
-from faults import UserError
-from faults.toml_file import parse_toml, read_toml
-from hardware.registry import backend_names
+from slipscale.experiments.dataset.bids import write_file
+from slipscale.experiments.languages.texts import CODE
+from slipscale.experiments.study.file import read_study
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.faults import UserError
+from slipscale.faults.toml_file import parse_toml, read_toml
+from slipscale.hardware.registry import backend_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable

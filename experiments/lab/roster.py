@@ -7,20 +7,20 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
-from experiments.dataset.runs import journals
-from experiments.dataset.withdrawal import replacement, withdrawn
-from experiments.journal.locks import is_being_written
-from experiments.journal.run_record import read_usable
-from experiments.lab.exclusions import read_exclusions
-from experiments.running.run_state import run_state
-from experiments.study.run_plan import RunPlan, journal_path
-from faults import UserError
+from slipscale.experiments.dataset.runs import journals
+from slipscale.experiments.dataset.withdrawal import replacement, withdrawn
+from slipscale.experiments.journal.locks import is_being_written
+from slipscale.experiments.journal.run_record import read_usable
+from slipscale.experiments.lab.exclusions import read_exclusions
+from slipscale.experiments.running.run_state import run_state
+from slipscale.experiments.study.run_plan import RunPlan, journal_path
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from experiments.running.run_state import RunState
-    from experiments.study.model import Study
+    from slipscale.experiments.running.run_state import RunState
+    from slipscale.experiments.study.model import Study
 
 PersonState = Literal["running now", "interrupted", "damaged", "returns", "done", "withdrew"]
 # The first of these that one of a person's runs is in is the person's own state.

@@ -7,16 +7,16 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from experiments.dataset.rows_from_journal import gather
-from experiments.journal.run_record import elapsed_s, read_usable
-from faults import UserError
+from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.journal.run_record import elapsed_s, read_usable
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from experiments.journal.record import Record
-    from experiments.protocols.base import TrialRecord
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.protocols.base import TrialRecord
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

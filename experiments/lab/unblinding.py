@@ -12,11 +12,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from experiments.dataset.bids import write_file
-from faults import UserError
+from slipscale.experiments.dataset.bids import write_file
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from experiments.lab.roster import Roster
+    from slipscale.experiments.lab.roster import Roster
 
 RECORD = Path("sourcedata", "unblinded.json")
 

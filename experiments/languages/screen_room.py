@@ -1,6 +1,6 @@
 """What a screen can show: where each text is seen, how much fits there, and with which letters.
 
-The room is reckoned in lines of letters of middling width; `experiments.participants.
+The room is reckoned in lines of letters of middling width; `slipscale.experiments.participants.
 psychopy_window.screens` draws them.
 """
 

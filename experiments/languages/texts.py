@@ -17,8 +17,8 @@ from importlib.resources import files
 from string import Formatter
 from typing import Any
 
-from experiments.languages.screen_room import not_drawn, too_long
-from faults import UserError
+from slipscale.experiments.languages.screen_room import not_drawn, too_long
+from slipscale.faults import UserError
 
 Texts = Mapping[str, str]
 ENGLISH = "en"
@@ -44,7 +44,7 @@ def languages() -> list[str]:
 @cache
 def _languages() -> tuple[str, ...]:
     # Looked up at every run of a pilot; no language comes while a program runs.
-    names = (entry.name for entry in files("experiments").joinpath("languages").iterdir())
+    names = (entry.name for entry in files("slipscale.experiments").joinpath("languages").iterdir())
     return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
 
 
@@ -102,7 +102,7 @@ def shipped_texts(language: str) -> dict[str, str]:
     Of any other language they are the English ones, which a study's own take the place of.
     """
     known = language if language in _languages() else ENGLISH
-    source = files("experiments").joinpath("languages", f"{known}.toml")
+    source = files("slipscale.experiments").joinpath("languages", f"{known}.toml")
     return flatten(tomllib.loads(source.read_text(encoding="utf-8")))
 
 

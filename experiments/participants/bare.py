@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from experiments.participants.respondent import Respondent
-from experiments.participants.simulated import FELT_DIGITS, turned_until_content
-from experiments.protocols.steps import (
+from slipscale.experiments.participants.respondent import Respondent
+from slipscale.experiments.participants.simulated import FELT_DIGITS, turned_until_content
+from slipscale.experiments.protocols.steps import (
     FEEL_AGAIN,
     Adjust,
     Adjusted,
@@ -29,16 +29,16 @@ from experiments.protocols.steps import (
     Silence,
     Voided,
 )
-from hardware.clock import VirtualClock
-from stimuli.texture import Grating
+from slipscale.hardware.clock import VirtualClock
+from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from experiments.participants.population import Population
-    from experiments.protocols.steps import Answer, Step
-    from experiments.study.run_plan import RunPlan
-    from stimuli.surface import Surface
+    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.protocols.steps import Answer, Step
+    from slipscale.experiments.study.run_plan import RunPlan
+    from slipscale.stimuli.surface import Surface
 
 # Who gives up does so when one of these comes.
 PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, Adjust, EndBlock)

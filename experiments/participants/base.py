@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, ClassVar, Literal, Protocol, Self
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from experiments.protocols.steps import Adjust, ParticipantStep, Reply
-    from hardware.contact.source import Finger
+    from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Reply
+    from slipscale.hardware.contact.source import Finger
 
 # Called at every frame while a participant reads, explores or answers. It checks the plate and
 # the operator and may raise (a plate fault, a pause, a stop): a participant class lets

@@ -9,17 +9,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar
 
-from faults import UserError
-from faults.plug_ins import PARTICIPANTS, installed, package_of
-from faults.plug_ins import called as watched
+from slipscale.faults import UserError
+from slipscale.faults.plug_ins import PARTICIPANTS, installed, package_of
+from slipscale.faults.plug_ins import called as watched
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from importlib.metadata import EntryPoint
 
-    from experiments.protocols.randomisation import Stream
-    from experiments.protocols.simulation import SimulatedPerson
-    from experiments.protocols.steps import Ask, Explore
+    from slipscale.experiments.protocols.randomisation import Stream
+    from slipscale.experiments.protocols.simulation import SimulatedPerson
+    from slipscale.experiments.protocols.steps import Ask, Explore
 
 T = TypeVar("T")
 

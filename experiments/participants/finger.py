@@ -16,10 +16,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Literal
 
-from hardware.contact.source import Touch
+from slipscale.hardware.contact.source import Touch
 
 if TYPE_CHECKING:
-    from experiments.protocols.randomisation import Stream
+    from slipscale.experiments.protocols.randomisation import Stream
 
 SPEED_MM_S, FORCE_N, STROKE_MM = 60.0, 0.5, 40.0
 BETWEEN_PEOPLE, BETWEEN_EXPLORATIONS = 0.3, 0.1

@@ -34,10 +34,10 @@ from pydantic import (
     model_validator,
 )
 
-from experiments.participants.behaviour import behaviour_names, load_behaviour
-from experiments.participants.habits import REALISTIC, Habits
-from faults import UserError
-from faults.toml_file import parse_toml
+from slipscale.experiments.participants.behaviour import behaviour_names, load_behaviour
+from slipscale.experiments.participants.habits import REALISTIC, Habits
+from slipscale.faults import UserError
+from slipscale.faults.toml_file import parse_toml
 
 if TYPE_CHECKING:
     from collections.abc import Callable

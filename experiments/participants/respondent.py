@@ -12,8 +12,8 @@ import math
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from experiments.participants.behaviour import Behaviour, load_behaviour
-from experiments.participants.habits import (
+from slipscale.experiments.participants.behaviour import Behaviour, load_behaviour
+from slipscale.experiments.participants.habits import (
     LEAST_PERCENT,
     ROUND_TO_PERCENT,
     Frame,
@@ -21,11 +21,11 @@ from experiments.participants.habits import (
     distorts,
     reported,
 )
-from experiments.participants.population import Population, curves
-from experiments.participants.sensation import Sensation
-from experiments.protocols.randomisation import Stream
-from experiments.protocols.simulation import misfit
-from experiments.protocols.steps import (
+from slipscale.experiments.participants.population import Population, curves
+from slipscale.experiments.participants.sensation import Sensation
+from slipscale.experiments.protocols.randomisation import Stream
+from slipscale.experiments.protocols.simulation import misfit
+from slipscale.experiments.protocols.steps import (
     CONSENT,
     Adjust,
     Ask,
@@ -42,13 +42,13 @@ from experiments.protocols.steps import (
     Value,
     WholeNumberQuestion,
 )
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from experiments.protocols.simulation import SimulatedAnswer, SimulatedPerson
-    from experiments.protocols.steps import Answer, Step, Trial
+    from slipscale.experiments.protocols.simulation import SimulatedAnswer, SimulatedPerson
+    from slipscale.experiments.protocols.steps import Answer, Step, Trial
 
 # What people say has been removed; the first is the paper's ("less slippery", Section IV-B).
 VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
@@ -258,7 +258,8 @@ class Respondent:
             raise UserError(f"{who} {wrong}")
         return value
 
-    # What a protocol may know, see `experiments.protocols.simulation.SimulatedPerson` -------------
+    # # What a protocol may know, see `slipscale.experiments.protocols.simulation.SimulatedPerson`
+    # -------------
 
     @property
     def felt_last_um_pp(self) -> float:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, Self
 
-from experiments.participants.base import Unfinished
-from experiments.protocols.steps import FEEL_AGAIN, Ask, Reply
+from slipscale.experiments.participants.base import Unfinished
+from slipscale.experiments.protocols.steps import FEEL_AGAIN, Ask, Reply
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
     from types import TracebackType
 
-    from experiments.participants.base import Kind, Turn, Watch
-    from experiments.protocols.steps import Adjust, ParticipantStep, Value
-    from hardware.clock import Clock
+    from slipscale.experiments.participants.base import Kind, Turn, Watch
+    from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Value
+    from slipscale.hardware.clock import Clock
 
 
 class ScriptedParticipant:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from experiments.participants.population import curves
+from slipscale.experiments.participants.population import curves
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.participants.population import Population
+    from slipscale.experiments.participants.population import Population
 
 LEAST_SHARE = 0.001  # the ends of a line are never quite reached
 

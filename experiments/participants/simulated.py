@@ -6,21 +6,21 @@ import math
 from statistics import fmean
 from typing import TYPE_CHECKING, ClassVar, Self
 
-from experiments.participants.base import StopRequested, Unfinished
-from experiments.participants.finger import SimulatedFinger
-from experiments.participants.respondent import Respondent
-from experiments.protocols.randomisation import Stream
-from experiments.protocols.steps import FEEL_AGAIN, Ask, Explore, Reply
+from slipscale.experiments.participants.base import StopRequested, Unfinished
+from slipscale.experiments.participants.finger import SimulatedFinger
+from slipscale.experiments.participants.respondent import Respondent
+from slipscale.experiments.protocols.randomisation import Stream
+from slipscale.experiments.protocols.steps import FEEL_AGAIN, Ask, Explore, Reply
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from types import TracebackType
 
-    from experiments.participants.base import Kind, Turn, Watch
-    from experiments.participants.population import Population
-    from experiments.protocols.simulation import SimulatedAnswer
-    from experiments.protocols.steps import Adjust, ParticipantStep, Steps
-    from hardware.clock import Clock
+    from slipscale.experiments.participants.base import Kind, Turn, Watch
+    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.protocols.simulation import SimulatedAnswer
+    from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Steps
+    from slipscale.hardware.clock import Clock
 
 # The plate reads a fraction of a micrometre differently from moment to moment; a finger does not
 # tell 2.298 from 2.302 µm, and answers must not depend on the last digit.
@@ -39,7 +39,7 @@ class SimulatedParticipant:
     Parameters
     ----------
     seed, participant, language, population, visit, planned, answers
-        As of `experiments.participants.respondent.Respondent`.
+        As of `slipscale.experiments.participants.respondent.Respondent`.
     feel : callable
         Returns the plate's vibration now, µm peak to peak: what is felt is the plate itself, not
         what the protocol believes of it.

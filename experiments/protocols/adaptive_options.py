@@ -7,22 +7,22 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from experiments.protocols.adaptive.interleaved import Interleaved, Order
-from experiments.protocols.adaptive.quest_plus import QuestPlus
-from experiments.protocols.adaptive.staircase import staircase
-from experiments.protocols.adaptive.stopping import MOST_TRIALS, Stopping
-from experiments.protocols.adaptive.track import rounded
-from experiments.protocols.adaptive.up_down import Scale
-from experiments.protocols.adaptive.weighted import weighted
-from experiments.protocols.base import AtLeastOne, Positive
-from experiments.protocols.pacing import RestedOptions
-from faults import UserError
+from slipscale.experiments.protocols.adaptive.interleaved import Interleaved, Order
+from slipscale.experiments.protocols.adaptive.quest_plus import QuestPlus
+from slipscale.experiments.protocols.adaptive.staircase import staircase
+from slipscale.experiments.protocols.adaptive.stopping import MOST_TRIALS, Stopping
+from slipscale.experiments.protocols.adaptive.track import rounded
+from slipscale.experiments.protocols.adaptive.up_down import Scale
+from slipscale.experiments.protocols.adaptive.weighted import weighted
+from slipscale.experiments.protocols.base import AtLeastOne, Positive
+from slipscale.experiments.protocols.pacing import RestedOptions
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.protocols.adaptive.track import Track
-    from experiments.protocols.randomisation import Stream
+    from slipscale.experiments.protocols.adaptive.track import Track
+    from slipscale.experiments.protocols.randomisation import Stream
 
 Rule = Literal["staircase", "weighted", "quest_plus"]
 Some = Annotated[tuple[Positive, ...], Field(min_length=1)]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from experiments.protocols.base import Column
+from slipscale.experiments.protocols.base import Column
 
 if TYPE_CHECKING:
-    from experiments.protocols.base import TrialRecord
+    from slipscale.experiments.protocols.base import TrialRecord
 
 
 def adjusted_columns(name: str, description: str) -> dict[str, Column]:

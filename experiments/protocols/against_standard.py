@@ -10,16 +10,21 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from experiments.protocols.base import Amplitude, AtLeastOne, Column, Count
-from experiments.protocols.comparing import DESIGN
-from experiments.protocols.rated_surfaces import BLOCK, Presentation, RatedOptions, RatedSurfaces
-from experiments.protocols.steps import Present, Silence
+from slipscale.experiments.protocols.base import Amplitude, AtLeastOne, Column, Count
+from slipscale.experiments.protocols.comparing import DESIGN
+from slipscale.experiments.protocols.rated_surfaces import (
+    BLOCK,
+    Presentation,
+    RatedOptions,
+    RatedSurfaces,
+)
+from slipscale.experiments.protocols.steps import Present, Silence
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from experiments.protocols.base import Context
-    from experiments.protocols.steps import Steps, Trial
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.steps import Steps, Trial
 
 STANDARD, JUDGED = 1, 2
 

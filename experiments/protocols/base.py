@@ -13,20 +13,20 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
-from experiments.languages.texts import ENGLISH, languages
-from experiments.protocols.randomisation import Stream
-from experiments.protocols.williams import Place
-from faults import UserError
-from stimuli.surface import VirtualSurface
+from slipscale.experiments.languages.texts import ENGLISH, languages
+from slipscale.experiments.protocols.randomisation import Stream
+from slipscale.experiments.protocols.williams import Place
+from slipscale.faults import UserError
+from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
-    from experiments.languages.texts import Texts
-    from experiments.protocols.simulation import SimulatedAnswer
-    from experiments.protocols.steps import Steps, Trial, Value
-    from stimuli.surface import Surface
-    from stimuli.texture import Grating
+    from slipscale.experiments.languages.texts import Texts
+    from slipscale.experiments.protocols.simulation import SimulatedAnswer
+    from slipscale.experiments.protocols.steps import Steps, Trial, Value
+    from slipscale.stimuli.surface import Surface
+    from slipscale.stimuli.texture import Grating
 
 Kind = Literal["number", "label", "text"]
 # 1: the Williams rows, and orders that knew neither session nor run (docs/decisions/0130).
@@ -198,8 +198,8 @@ class Column:
 class Protocol:
     """A way to question a participant about surfaces.
 
-    `experiments.dataset.schema.columns` makes the data set's table of it: the columns that every
-    task has, and the protocol's own in the three places that are named here.
+    `slipscale.experiments.dataset.schema.columns` makes the data set's table of it: the columns
+    that every task has, and the protocol's own in the three places that are named here.
 
     Parameters
     ----------
@@ -221,11 +221,12 @@ class Protocol:
     instructions : str
         The key of the text that instructs the participant (quoted in the data set).
     simulated : Mapping
-        For the name of each question, who answers it in a pilot (`experiments.protocols.
+        For the name of each question, who answers it in a pilot (`slipscale.experiments.protocols.
         simulation`). A pilot of a protocol that lacks one is refused.
     texts : Mapping
         The protocol's own texts: for each language a mapping from key to text. Keys begin with
-        the protocol's name and a dot. Shipped protocols have theirs in `experiments.languages`.
+        the protocol's name and a dot. Shipped protocols have theirs in
+        `slipscale.experiments.languages`.
     design : Mapping
         Own columns after the trial's number: where the trial stands (block, series, ...).
     stimulus : Mapping

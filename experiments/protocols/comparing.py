@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
 
-from experiments.protocols.base import Column, Count, Switch
-from experiments.protocols.pacing import RestedOptions
-from experiments.protocols.repeating import Condition, Repeating, part_over
-from experiments.protocols.steps import (
+from slipscale.experiments.protocols.base import Column, Count, Switch
+from slipscale.experiments.protocols.pacing import RestedOptions
+from slipscale.experiments.protocols.repeating import Condition, Repeating, part_over
+from slipscale.experiments.protocols.steps import (
     Ask,
     EndTrial,
     Instruct,
@@ -29,10 +29,10 @@ from experiments.protocols.steps import (
 if TYPE_CHECKING:
     from collections.abc import Generator, Mapping, Sequence
 
-    from experiments.protocols.base import Context
-    from experiments.protocols.randomisation import Stream
-    from experiments.protocols.steps import Answer, Explore, Question, Step, Steps
-    from stimuli.surface import Surface
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.randomisation import Stream
+    from slipscale.experiments.protocols.steps import Answer, Explore, Question, Step, Steps
+    from slipscale.stimuli.surface import Surface
 
 
 class ComparingOptions(RestedOptions):

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
-from experiments.languages.texts import answers
-from experiments.protocols.base import Amplitude, AtLeastOne, Column, Protocol
-from experiments.protocols.comparing import (
+from slipscale.experiments.languages.texts import answers
+from slipscale.experiments.protocols.base import Amplitude, AtLeastOne, Column, Protocol
+from slipscale.experiments.protocols.comparing import (
     DESIGN,
     Comparing,
     ComparingOptions,
@@ -20,14 +20,14 @@ from experiments.protocols.comparing import (
     truth,
     with_catch_trials,
 )
-from experiments.protocols.simulation import compared
-from experiments.protocols.steps import ComparisonQuestion, Phase, YesNoQuestion
-from faults import UserError
+from slipscale.experiments.protocols.simulation import compared
+from slipscale.experiments.protocols.steps import ComparisonQuestion, Phase, YesNoQuestion
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from experiments.protocols.base import Context, TrialRecord
-    from experiments.protocols.simulation import SimulatedPerson
-    from experiments.protocols.steps import Ask, Question, Steps, Value
+    from slipscale.experiments.protocols.base import Context, TrialRecord
+    from slipscale.experiments.protocols.simulation import SimulatedPerson
+    from slipscale.experiments.protocols.steps import Ask, Question, Steps, Value
 
 FIRST, SECOND = 1, 2
 

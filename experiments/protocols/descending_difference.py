@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
 
-from experiments.languages.texts import answers
-from experiments.protocols.base import (
+from slipscale.experiments.languages.texts import answers
+from slipscale.experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
     Column,
@@ -23,11 +23,11 @@ from experiments.protocols.base import (
     Switch,
     TrialRecord,
 )
-from experiments.protocols.pacing import PacedOptions
-from experiments.protocols.randomisation import with_catch_steps
-from experiments.protocols.repeating import Repeating, part_over
-from experiments.protocols.simulation import any_choice
-from experiments.protocols.steps import (
+from slipscale.experiments.protocols.pacing import PacedOptions
+from slipscale.experiments.protocols.randomisation import with_catch_steps
+from slipscale.experiments.protocols.repeating import Repeating, part_over
+from slipscale.experiments.protocols.simulation import any_choice
+from slipscale.experiments.protocols.steps import (
     Answer,
     Ask,
     ChoiceQuestion,
@@ -48,8 +48,8 @@ from experiments.protocols.steps import (
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from experiments.protocols.steps import Rest
-    from stimuli.surface import Surface
+    from slipscale.experiments.protocols.steps import Rest
+    from slipscale.stimuli.surface import Surface
 
 TASK = "descendingdifference"
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from experiments.protocols.base import Protocol
-from experiments.protocols.forced_choice import (
+from slipscale.experiments.protocols.base import Protocol
+from slipscale.experiments.protocols.forced_choice import (
     DESIGN,
     RESPONSE,
     SIMULATED,
@@ -21,8 +21,8 @@ from experiments.protocols.forced_choice import (
 )
 
 if TYPE_CHECKING:
-    from experiments.protocols.base import Context
-    from experiments.protocols.steps import Steps
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.steps import Steps
 
 REST_UM_PP = 0.0
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
-from experiments.protocols.adaptive.track import rounded
-from experiments.protocols.base import Amplitude, Column, Protocol
-from experiments.protocols.forced_choice import (
+from slipscale.experiments.protocols.adaptive.track import rounded
+from slipscale.experiments.protocols.base import Amplitude, Column, Protocol
+from slipscale.experiments.protocols.forced_choice import (
     DESIGN,
     RESPONSE,
     SIMULATED,
@@ -22,11 +22,11 @@ from experiments.protocols.forced_choice import (
     expected_trials,
     most_trials,
 )
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from experiments.protocols.base import Context, TrialRecord
-    from experiments.protocols.steps import Steps
+    from slipscale.experiments.protocols.base import Context, TrialRecord
+    from slipscale.experiments.protocols.steps import Steps
 
 SIGNS = {"more": 1, "less": -1}
 

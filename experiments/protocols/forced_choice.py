@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from pydantic import Field
 
-from experiments.languages.texts import answers
-from experiments.protocols.adaptive.answered_tracks import AnsweredTracks
-from experiments.protocols.adaptive.track import rounded
-from experiments.protocols.adaptive_options import AdaptiveOptions
-from experiments.protocols.base import Column, Count, Positive
-from experiments.protocols.comparing import IntervalTask, truth
-from experiments.protocols.repeating import part_over
-from experiments.protocols.simulation import compared
-from experiments.protocols.steps import (
+from slipscale.experiments.languages.texts import answers
+from slipscale.experiments.protocols.adaptive.answered_tracks import AnsweredTracks
+from slipscale.experiments.protocols.adaptive.track import rounded
+from slipscale.experiments.protocols.adaptive_options import AdaptiveOptions
+from slipscale.experiments.protocols.base import Column, Count, Positive
+from slipscale.experiments.protocols.comparing import IntervalTask, truth
+from slipscale.experiments.protocols.repeating import part_over
+from slipscale.experiments.protocols.simulation import compared
+from slipscale.experiments.protocols.steps import (
     Answer,
     Ask,
     ComparisonQuestion,
@@ -36,11 +36,11 @@ if TYPE_CHECKING:
     from collections import deque
     from collections.abc import Generator, Iterable, Mapping
 
-    from experiments.protocols.adaptive.interleaved import Interleaved
-    from experiments.protocols.base import Context, TrialRecord
-    from experiments.protocols.repeating import Repetition
-    from experiments.protocols.simulation import SimulatedAnswer
-    from experiments.protocols.steps import Steps, Value
+    from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
+    from slipscale.experiments.protocols.base import Context, TrialRecord
+    from slipscale.experiments.protocols.repeating import Repetition
+    from slipscale.experiments.protocols.simulation import SimulatedAnswer
+    from slipscale.experiments.protocols.steps import Steps, Value
 
 
 class ForcedChoiceOptions(AdaptiveOptions):

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from experiments.protocols.base import Amplitude, Column, Context, Positive, Protocol
-from experiments.protocols.rated_surfaces import (
+from slipscale.experiments.protocols.base import Amplitude, Column, Context, Positive, Protocol
+from slipscale.experiments.protocols.rated_surfaces import (
     BLOCK,
     TEXTURE,
     Presentation,
@@ -20,7 +20,7 @@ from experiments.protocols.rated_surfaces import (
     RatedSurfaces,
     surface_blocks,
 )
-from experiments.protocols.steps import (
+from slipscale.experiments.protocols.steps import (
     Answer,
     Ask,
     Explore,

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, field_validator
 
-from experiments.protocols.adaptive.track import rounded
-from experiments.protocols.adjusting import adjusted_columns
-from experiments.protocols.against_standard import (
+from slipscale.experiments.protocols.adaptive.track import rounded
+from slipscale.experiments.protocols.adjusting import adjusted_columns
+from slipscale.experiments.protocols.against_standard import (
     DESIGN_COLUMNS,
     JUDGED,
     STANDARD,
@@ -21,18 +21,29 @@ from experiments.protocols.against_standard import (
     AgainstStandard,
     StandardOptions,
 )
-from experiments.protocols.base import AtLeastOne, Column, Context, Count, Positive, Protocol
-from experiments.protocols.rated_surfaces import Presentation, order_blocks, with_catch_trials
-from experiments.protocols.simulation import until_number
-from experiments.protocols.steps import Adjust, Instruct, Present, Silence
-from faults import UserError
+from slipscale.experiments.protocols.base import (
+    AtLeastOne,
+    Column,
+    Context,
+    Count,
+    Positive,
+    Protocol,
+)
+from slipscale.experiments.protocols.rated_surfaces import (
+    Presentation,
+    order_blocks,
+    with_catch_trials,
+)
+from slipscale.experiments.protocols.simulation import until_number
+from slipscale.experiments.protocols.steps import Adjust, Instruct, Present, Silence
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from experiments.protocols.base import TrialRecord
-    from experiments.protocols.steps import Answer, Step, Steps, Value
-    from stimuli.surface import VirtualSurface
+    from slipscale.experiments.protocols.base import TrialRecord
+    from slipscale.experiments.protocols.steps import Answer, Step, Steps, Value
+    from slipscale.stimuli.surface import VirtualSurface
 
 Began = Literal["low", "high"]
 BEGAN: tuple[Began, ...] = ("low", "high")

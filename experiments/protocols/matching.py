@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
-from experiments.protocols.adaptive.track import rounded
-from experiments.protocols.adjusting import adjusted_columns
-from experiments.protocols.base import (
+from slipscale.experiments.protocols.adaptive.track import rounded
+from slipscale.experiments.protocols.adjusting import adjusted_columns
+from slipscale.experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
     Column,
@@ -22,11 +22,11 @@ from experiments.protocols.base import (
     Protocol,
     Switch,
 )
-from experiments.protocols.comparing import IntervalTask, truth, with_catch_trials
-from experiments.protocols.pacing import RestedOptions
-from experiments.protocols.repeating import part_over
-from experiments.protocols.simulation import until_equal
-from experiments.protocols.steps import (
+from slipscale.experiments.protocols.comparing import IntervalTask, truth, with_catch_trials
+from slipscale.experiments.protocols.pacing import RestedOptions
+from slipscale.experiments.protocols.repeating import part_over
+from slipscale.experiments.protocols.simulation import until_equal
+from slipscale.experiments.protocols.steps import (
     Adjust,
     EndTrial,
     Instruct,
@@ -37,13 +37,13 @@ from experiments.protocols.steps import (
     Trial,
     Voided,
 )
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
-    from experiments.protocols.base import Context
-    from experiments.protocols.steps import Answer, Step, Steps
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.steps import Answer, Step, Steps
 
 REFERENCE, TURNED = 1, 2
 Direction = Literal["ascending", "descending", "equal"]

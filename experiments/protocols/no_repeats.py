@@ -13,12 +13,12 @@ from functools import cache
 from itertools import chain, pairwise
 from typing import TYPE_CHECKING
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from experiments.protocols.randomisation import Stream
+    from slipscale.experiments.protocols.randomisation import Stream
 
 ALONE = (
     "no_immediate_repeat: one surface alone must follow itself; "

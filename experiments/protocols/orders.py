@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from experiments.protocols.no_repeats import ALONE, without_repeats
-from experiments.protocols.williams import williams_blocks
-from faults import UserError
+from slipscale.experiments.protocols.no_repeats import ALONE, without_repeats
+from slipscale.experiments.protocols.williams import williams_blocks
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.protocols.randomisation import Stream
-    from experiments.protocols.williams import Place
+    from slipscale.experiments.protocols.randomisation import Stream
+    from slipscale.experiments.protocols.williams import Place
 
 Rule = Literal["simple", "blocked", "williams"]
 

@@ -1,6 +1,6 @@
 """Orders as version 1 of the rule drew them, kept so that journals of that time can be replayed.
 
-Nothing new is drawn here: `experiments.protocols.orders` draws what begins now. What was
+Nothing new is drawn here: `slipscale.experiments.protocols.orders` draws what begins now. What was
 wrong with these is told in docs/decisions/0130.
 """
 
@@ -10,15 +10,15 @@ from collections import Counter
 from functools import cache
 from typing import TYPE_CHECKING, TypeVar
 
-from experiments.protocols.no_repeats import ALONE
-from experiments.protocols.williams import williams_square
-from faults import UserError
+from slipscale.experiments.protocols.no_repeats import ALONE
+from slipscale.experiments.protocols.williams import williams_square
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from experiments.protocols.orders import Rule
-    from experiments.protocols.randomisation import Stream
+    from slipscale.experiments.protocols.orders import Rule
+    from slipscale.experiments.protocols.randomisation import Stream
 
 Item = TypeVar("Item")
 

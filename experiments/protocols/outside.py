@@ -11,16 +11,16 @@ from collections.abc import Callable, Generator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, get_args
 
-from experiments.protocols.steps import Step
-from faults import UserError
-from faults.plug_ins import called
+from slipscale.experiments.protocols.steps import Step
+from slipscale.faults import UserError
+from slipscale.faults.plug_ins import called
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from importlib.metadata import EntryPoint
 
-    from experiments.protocols.base import Column, Context, Protocol
-    from experiments.protocols.steps import Answer, Steps
+    from slipscale.experiments.protocols.base import Column, Context, Protocol
+    from slipscale.experiments.protocols.steps import Answer, Steps
 
 STEPS = get_args(Step)
 CELL = (str, int, float, bool, type(None))

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from experiments.protocols.base import AtLeastOne, Options, Positive, Seconds
-from experiments.protocols.steps import Explore, Rest
+from slipscale.experiments.protocols.base import AtLeastOne, Options, Positive, Seconds
+from slipscale.experiments.protocols.steps import Explore, Rest
 
 if TYPE_CHECKING:
-    from experiments.protocols.steps import Trial
+    from slipscale.experiments.protocols.steps import Trial
 
 
 class PacedOptions(Options):

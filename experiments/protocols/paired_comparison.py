@@ -12,25 +12,25 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
-from experiments.languages.texts import answers
-from experiments.protocols.base import AtLeastOne, Column, Protocol
-from experiments.protocols.comparing import (
+from slipscale.experiments.languages.texts import answers
+from slipscale.experiments.protocols.base import AtLeastOne, Column, Protocol
+from slipscale.experiments.protocols.comparing import (
     DESIGN,
     Comparing,
     ComparingOptions,
     Shown,
     with_catch_trials,
 )
-from experiments.protocols.simulation import compared
-from experiments.protocols.steps import ComparisonQuestion, Phase
-from faults import UserError
-from stimuli.texture import Grating
+from slipscale.experiments.protocols.simulation import compared
+from slipscale.experiments.protocols.steps import ComparisonQuestion, Phase
+from slipscale.faults import UserError
+from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
-    from experiments.protocols.base import Context, TrialRecord
-    from experiments.protocols.simulation import SimulatedPerson
-    from experiments.protocols.steps import Ask, Steps
-    from stimuli.surface import Surface
+    from slipscale.experiments.protocols.base import Context, TrialRecord
+    from slipscale.experiments.protocols.simulation import SimulatedPerson
+    from slipscale.experiments.protocols.steps import Ask, Steps
+    from slipscale.stimuli.surface import Surface
 
 SIZE = {"pairs": 2, "triads": 3}
 

@@ -2,7 +2,7 @@
 
 They are SHA-256 of a key and a counter, not a library's generator: NumPy and ``random`` keep
 their bit streams but not what ``shuffle`` makes of them. Orders of surfaces, drawn with them, are
-in `experiments.protocols.orders`.
+in `slipscale.experiments.protocols.orders`.
 """
 
 from __future__ import annotations

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
 
-from experiments.protocols import orders_version_1
-from experiments.protocols.base import AtLeastOne, Column, Count, Switch
-from experiments.protocols.orders import Rule, practice_order, presentation_order
-from experiments.protocols.pacing import PacedOptions
-from experiments.protocols.repeating import Repeating, part_over
-from experiments.protocols.steps import (
+from slipscale.experiments.protocols import orders_version_1
+from slipscale.experiments.protocols.base import AtLeastOne, Column, Count, Switch
+from slipscale.experiments.protocols.orders import Rule, practice_order, presentation_order
+from slipscale.experiments.protocols.pacing import PacedOptions
+from slipscale.experiments.protocols.repeating import Repeating, part_over
+from slipscale.experiments.protocols.steps import (
     Ask,
     EndTrial,
     Instruct,
@@ -28,14 +28,14 @@ from experiments.protocols.steps import (
     Trial,
     Voided,
 )
-from stimuli.texture import Grating
+from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Mapping, Sequence
 
-    from experiments.protocols.base import Context
-    from experiments.protocols.steps import Answer, Question, Step, Steps, Value
-    from stimuli.surface import Surface
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.steps import Answer, Question, Step, Steps, Value
+    from slipscale.stimuli.surface import Surface
 
 
 class RatedOptions(PacedOptions):

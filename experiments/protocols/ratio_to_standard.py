@@ -9,25 +9,25 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from experiments.protocols.against_standard import (
+from slipscale.experiments.protocols.against_standard import (
     DESIGN_COLUMNS,
     JUDGED,
     STANDARD_COLUMN,
     AgainstStandard,
     StandardOptions,
 )
-from experiments.protocols.base import Column, Context, Protocol
-from experiments.protocols.rated_surfaces import (
+from slipscale.experiments.protocols.base import Column, Context, Protocol
+from slipscale.experiments.protocols.rated_surfaces import (
     Presentation,
     surface_blocks,
     with_catch_trials,
 )
-from experiments.protocols.steps import Ask, Instruct, NumberQuestion, Present, Silence
+from slipscale.experiments.protocols.steps import Ask, Instruct, NumberQuestion, Present, Silence
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from experiments.protocols.steps import Answer, Step, Steps, Trial
+    from slipscale.experiments.protocols.steps import Answer, Step, Steps, Trial
 
 
 class RatioToStandard(StandardOptions):

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from experiments.protocols.base import Protocol
-from experiments.protocols.outside import guarded
-from faults import UserError
-from faults.plug_ins import OURS, PROTOCOLS, called, installed, package_of
+from slipscale.experiments.protocols.base import Protocol
+from slipscale.experiments.protocols.outside import guarded
+from slipscale.faults import UserError
+from slipscale.faults.plug_ins import OURS, PROTOCOLS, called, installed, package_of
 
 
 def protocol_names() -> list[str]:

@@ -6,13 +6,13 @@ from abc import ABC, abstractmethod
 from collections import deque
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from experiments.protocols.steps import EndBlock, Instruct, Voided
+from slipscale.experiments.protocols.steps import EndBlock, Instruct, Voided
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable
 
-    from experiments.languages.texts import Texts
-    from experiments.protocols.steps import Answer, Rest, Step, Steps
+    from slipscale.experiments.languages.texts import Texts
+    from slipscale.experiments.protocols.steps import Answer, Rest, Step, Steps
 
 Condition = TypeVar("Condition")
 # What makes a trial, and the number of the trial that it repeats.

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
-from experiments.protocols.steps import (
+from slipscale.experiments.protocols.steps import (
     FEEL_AGAIN,
     Adjust,
     ChoiceQuestion,
@@ -22,11 +22,11 @@ from experiments.protocols.steps import (
     WholeNumberQuestion,
     YesNoQuestion,
 )
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from experiments.protocols.randomisation import Stream
-    from experiments.protocols.steps import Ask, Value
+    from slipscale.experiments.protocols.randomisation import Stream
+    from slipscale.experiments.protocols.steps import Ask, Value
 
 ASKS_AGAIN = 0.5  # share of the matches before which the reference is felt again: our assumption
 

@@ -30,11 +30,11 @@ from collections.abc import Generator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
-from experiments.protocols.adaptive.track import rounded
+from slipscale.experiments.protocols.adaptive.track import rounded
 
 if TYPE_CHECKING:
-    from stimuli.headphone_sounds import HeadphoneSound
-    from stimuli.surface import Surface
+    from slipscale.stimuli.headphone_sounds import HeadphoneSound
+    from slipscale.stimuli.surface import Surface
 
 Phase = Literal["practice", "main"]
 Value = str | float | bool | None
@@ -391,8 +391,9 @@ class Presented:
     """What the plate did: commanded and read back are kept apart.
 
     Of a texture both are the mean, where the plate settles before it plays.
-    ``readback_kind`` says how far the readback can be trusted (see `hardware.records.Readback`).
-    Voltage at the plate and temperature are None where they are not known.
+    ``readback_kind`` says how far the readback can be trusted (see
+    `slipscale.hardware.records.Readback`). Voltage at the plate and temperature are None where they
+    are not known.
     """
 
     commanded_um_pp: float

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
-from experiments.protocols.base import Column, Context, Count, Protocol, Switch
-from experiments.protocols.comparing import DESIGN, truth
-from experiments.protocols.rated_surfaces import (
+from slipscale.experiments.protocols.base import Column, Context, Count, Protocol, Switch
+from slipscale.experiments.protocols.comparing import DESIGN, truth
+from slipscale.experiments.protocols.rated_surfaces import (
     BLOCK,
     TEXTURE,
     Presentation,
@@ -22,13 +22,13 @@ from experiments.protocols.rated_surfaces import (
     surface_blocks,
     with_catch_trials,
 )
-from experiments.protocols.steps import Ask, Instruct, VisualAnalogueQuestion
+from slipscale.experiments.protocols.steps import Ask, Instruct, VisualAnalogueQuestion
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from experiments.protocols.simulation import SimulatedPerson
-    from experiments.protocols.steps import Answer, Step, Steps
+    from slipscale.experiments.protocols.simulation import SimulatedPerson
+    from slipscale.experiments.protocols.steps import Answer, Step, Steps
 
 LENGTH = 100.0
 Start = Literal["left", "middle", "right", "random"]

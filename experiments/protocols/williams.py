@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.protocols.randomisation import Stream
+    from slipscale.experiments.protocols.randomisation import Stream
 
 
 def williams_square(size: int) -> list[list[int]]:

@@ -69,7 +69,8 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
         )
         self.type = "SlipscalePlate"
         self.exp.requireImport(
-            importName="PlateOutput", importFrom="experiments.psychopy_builder.plate_output"
+            importName="PlateOutput",
+            importFrom="slipscale.experiments.psychopy_builder.plate_output",
         )
         self.order += ["amplitude_um_pp"]
         self.params["amplitude_um_pp"] = Param(
@@ -116,7 +117,7 @@ class SlipscalePlateBackend(DeviceBackend):  # type: ignore[misc] # PsychoPy has
     """The plate in the device manager's dialog."""
 
     backendLabel = "Slipscale plate"  # noqa: N815
-    deviceClass = "experiments.psychopy_plate.SlipscalePlate"  # noqa: N815
+    deviceClass = "slipscale.experiments.psychopy_plate.SlipscalePlate"  # noqa: N815
     icon = "light/plate.png"
     plugin = "slipscale"
 

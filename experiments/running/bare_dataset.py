@@ -9,27 +9,27 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from experiments.dataset.bids import build_dataset, write_file
-from experiments.dataset.rendering import render
-from experiments.dataset.rows_from_journal import gather
-from experiments.dataset.runs import Run
-from experiments.journal.header import header
-from experiments.journal.record import Record
-from experiments.journal.serialisation import answer_record, step_record
-from experiments.participants.bare import bare_run, drops_out
-from experiments.protocols.steps import Adjust, Instruct, Reply
-from experiments.running.dry_run import dry_run
-from experiments.running.pilot import MOCK, run_simulated
-from experiments.running.run import plate_for
-from hardware.clock import VirtualClock
+from slipscale.experiments.dataset.bids import build_dataset, write_file
+from slipscale.experiments.dataset.rendering import render
+from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.dataset.runs import Run
+from slipscale.experiments.journal.header import header
+from slipscale.experiments.journal.record import Record
+from slipscale.experiments.journal.serialisation import answer_record, step_record
+from slipscale.experiments.participants.bare import bare_run, drops_out
+from slipscale.experiments.protocols.steps import Adjust, Instruct, Reply
+from slipscale.experiments.running.dry_run import dry_run
+from slipscale.experiments.running.pilot import MOCK, run_simulated
+from slipscale.experiments.running.run import plate_for
+from slipscale.hardware.clock import VirtualClock
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from experiments.participants.population import Population
-    from experiments.protocols.steps import Answer
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.protocols.steps import Answer
+    from slipscale.experiments.study.run_plan import RunPlan
 
 #: What only a session simulates -> whether a run has it.
 NEED_SESSIONS: dict[str, Callable[[RunPlan], bool]] = {
@@ -59,7 +59,7 @@ def write_simulated(
     folder : Path
         A new one.
     plans : sequence of RunPlan
-        Of a pilot: `experiments.running.pilot.pilot_plans`.
+        Of a pilot: `slipscale.experiments.running.pilot.pilot_plans`.
     population : Population
     sessions : bool
         Whether by full sessions on the mock plate.

@@ -6,15 +6,15 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from experiments.languages.texts import texts_hash
-from experiments.study.file import read_study
-from faults import UserError
+from slipscale.experiments.languages.texts import texts_hash
+from slipscale.experiments.study.file import read_study
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from experiments.journal.record import Record
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.study.run_plan import RunPlan
 
 
 def changed_words(plan: RunPlan, records: list[Record]) -> Iterator[str]:

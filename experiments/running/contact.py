@@ -6,19 +6,19 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from faults import UserError
-from hardware.clock import SystemClock
-from hardware.contact.registry import NONE, open_source
-from hardware.contact.source import QUANTITIES, Surroundings
+from slipscale.faults import UserError
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.contact.registry import NONE, open_source
+from slipscale.hardware.contact.source import QUANTITIES, Surroundings
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from experiments.journal.record import Record
-    from experiments.study.model import Study
-    from hardware.contact.source import ContactSource, Kind
-    from hardware.driver import PlateDriver
-    from hardware.plate_file import PlateFile
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.study.model import Study
+    from slipscale.hardware.contact.source import ContactSource, Kind
+    from slipscale.hardware.driver import PlateDriver
+    from slipscale.hardware.plate_file import PlateFile
 
 SIMULATED = "simulated"
 NEED_A_PARTICIPANT = ("mouse", SIMULATED)

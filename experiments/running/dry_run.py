@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from experiments.dataset.schema import columns
-from experiments.participants.respondent import unanswered
-from experiments.protocols.randomisation import Stream
-from experiments.protocols.steps import (
+from slipscale.experiments.dataset.schema import columns
+from slipscale.experiments.participants.respondent import unanswered
+from slipscale.experiments.protocols.randomisation import Stream
+from slipscale.experiments.protocols.steps import (
     Adjust,
     Adjusted,
     Ask,
@@ -31,16 +31,16 @@ from experiments.protocols.steps import (
     WholeNumberQuestion,
     YesNoQuestion,
 )
-from experiments.study.headphone_test import HEADPHONES
-from faults import UserError
+from slipscale.experiments.study.headphone_test import HEADPHONES
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from experiments.protocols.steps import Answer, Question, Step, Value
-    from experiments.study.run_plan import RunPlan
-    from hardware.driver import PlateDriver
-    from stimuli.surface import Surface
+    from slipscale.experiments.protocols.steps import Answer, Question, Step, Value
+    from slipscale.experiments.study.run_plan import RunPlan
+    from slipscale.hardware.driver import PlateDriver
+    from slipscale.stimuli.surface import Surface
 
 # An answer is the one at this place, from 0 to 1, among all that there are: the first is the first
 # option and "yes". A way through a run is a place for each question, by the number of the question.

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from experiments.dataset.backup import back_up
-from experiments.dataset.bids import build_dataset
-from experiments.journal.journal import Journal
-from experiments.journal.run_record import (
+from slipscale.experiments.dataset.backup import back_up
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.run_record import (
     consent_was_taken_back,
     dataset_of,
     is_complete,
@@ -23,9 +23,9 @@ from experiments.journal.run_record import (
     latest_s,
     read_plan,
 )
-from experiments.participants.psychopy_window import PsychoPyWindow
-from experiments.running.changed_words import changed_words
-from experiments.running.contact import (
+from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
+from slipscale.experiments.running.changed_words import changed_words
+from slipscale.experiments.running.contact import (
     NOT_NAMED,
     ContactSpecs,
     of_plate,
@@ -33,9 +33,9 @@ from experiments.running.contact import (
     of_study,
     open_sources,
 )
-from experiments.running.dry_run import check_supported
-from experiments.running.run import plate_for, run_plan
-from experiments.running.run_state import (
+from slipscale.experiments.running.dry_run import check_supported
+from slipscale.experiments.running.run import plate_for, run_plan
+from slipscale.experiments.running.run_state import (
     check_alike,
     check_mode,
     check_same_study,
@@ -43,30 +43,30 @@ from experiments.running.run_state import (
     remedy,
     run_state,
 )
-from experiments.session.mailbox import Mailbox, mailbox_of
-from experiments.session.marker_outputs import open_markers
-from experiments.session.masking_output import MaskingNoise, check_device
-from experiments.session.operator import Operators
-from experiments.session.sound_output import SoundOutput
-from experiments.session.sounds import NoSounds
-from experiments.session.terminal import Keys, TerminalOperator
-from experiments.session.tracking import ResonanceTracking
-from experiments.study.file import read_study
-from experiments.study.run_plan import RunPlan
-from faults import UserError, harmless
-from hardware.address import with_plate_file
-from hardware.clock import SystemClock
-from hardware.contact.serial_columns import open_vibrometer
-from hardware.contact.source import Surroundings
-from hardware.signals import signals_raise
+from slipscale.experiments.session.mailbox import Mailbox, mailbox_of
+from slipscale.experiments.session.marker_outputs import open_markers
+from slipscale.experiments.session.masking_output import MaskingNoise, check_device
+from slipscale.experiments.session.operator import Operators
+from slipscale.experiments.session.sound_output import SoundOutput
+from slipscale.experiments.session.sounds import NoSounds
+from slipscale.experiments.session.terminal import Keys, TerminalOperator
+from slipscale.experiments.session.tracking import ResonanceTracking
+from slipscale.experiments.study.file import read_study
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.faults import UserError, harmless
+from slipscale.hardware.address import with_plate_file
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.contact.serial_columns import open_vibrometer
+from slipscale.hardware.contact.source import Surroundings
+from slipscale.hardware.signals import signals_raise
 
 if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
-    from experiments.session.session import RunOutcome
-    from experiments.session.sounds import Sounds
-    from hardware.driver import PlateDriver
+    from slipscale.experiments.session.session import RunOutcome
+    from slipscale.experiments.session.sounds import Sounds
+    from slipscale.hardware.driver import PlateDriver
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +82,7 @@ class Setting:
     unblind : bool
         Whether the operator sees the amplitude.
     markers : tuple of str
-        Where markers go: SPECs of `experiments.session.marker_outputs`.
+        Where markers go: SPECs of `slipscale.experiments.session.marker_outputs`.
     contact : ContactSpecs
         What measures the finger, where the command says so.
     sound_required : bool

@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from figure_style import INK, canvas, styled
-from stimuli.texture import Grating
+from slipscale.figure_style import INK, canvas, styled
+from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.figure import Figure
 
-    from experiments.protocols.steps import Trial
-    from stimuli.surface import Surface
+    from slipscale.experiments.protocols.steps import Trial
+    from slipscale.stimuli.surface import Surface
 
 #: More participants than this cannot be told apart in one figure.
 MOST = 40

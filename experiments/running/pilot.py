@@ -10,19 +10,19 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from experiments.dataset.bids import build_dataset
-from experiments.dataset.runs import journals
-from experiments.journal.journal import Journal
-from experiments.journal.run_record import (
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.runs import journals
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.run_record import (
     elapsed_s,
     holds_records,
     is_complete,
     is_mock,
     read_plan,
 )
-from experiments.participants.population import Population
-from experiments.participants.simulated import GAVE_UP, SimulatedParticipant
-from experiments.running.contact import (
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated import GAVE_UP, SimulatedParticipant
+from slipscale.experiments.running.contact import (
     NOT_NAMED,
     ContactSpecs,
     of_plate,
@@ -31,23 +31,23 @@ from experiments.running.contact import (
     require_virtual,
     simulated,
 )
-from experiments.running.dry_run import check_answered, check_supported
-from experiments.running.run import plate_for, run_plan
-from experiments.session.operator import UnattendedOperator
-from experiments.session.sounds import ImaginedSounds
-from experiments.study.file import read_study
-from experiments.study.run_plan import RunPlan
-from faults import UserError
-from hardware.address import with_plate_file
-from hardware.clock import VirtualClock
-from hardware.contact.source import Surroundings
-from hardware.signals import signals_raise
+from slipscale.experiments.running.dry_run import check_answered, check_supported
+from slipscale.experiments.running.run import plate_for, run_plan
+from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.session.sounds import ImaginedSounds
+from slipscale.experiments.study.file import read_study
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.faults import UserError
+from slipscale.hardware.address import with_plate_file
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.contact.source import Surroundings
+from slipscale.hardware.signals import signals_raise
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from experiments.journal.record import Record
+    from slipscale.experiments.journal.record import Record
 
 MOCK = "mock"  # the plate without faults
 # The mock's readings scatter by less than this part of what a study lets a plate deviate: further,

@@ -14,22 +14,22 @@ from dataclasses import dataclass, replace
 from statistics import stdev
 from typing import TYPE_CHECKING
 
-from experiments.dataset.backup import check_folder as check_backup
-from experiments.dataset.runs import read_runs
-from experiments.journal.locks import has_locks
-from experiments.journal.run_record import is_mock
-from experiments.languages.texts import ENGLISH, shipped_texts
-from experiments.running.contact import (
+from slipscale.experiments.dataset.backup import check_folder as check_backup
+from slipscale.experiments.dataset.runs import read_runs
+from slipscale.experiments.journal.locks import has_locks
+from slipscale.experiments.journal.run_record import is_mock
+from slipscale.experiments.languages.texts import ENGLISH, shipped_texts
+from slipscale.experiments.running.contact import (
     NOT_NAMED,
     ContactSpecs,
     of_plate,
     of_study,
     try_sources,
 )
-from experiments.running.disk_space import why_not_taken
-from experiments.running.dry_run import check_supported, surfaces
-from experiments.running.run import plate_for
-from experiments.running.run_state import (
+from slipscale.experiments.running.disk_space import why_not_taken
+from slipscale.experiments.running.dry_run import check_supported, surfaces
+from slipscale.experiments.running.run import plate_for
+from slipscale.experiments.running.run_state import (
     check_alike,
     check_mode,
     check_same_study,
@@ -37,22 +37,22 @@ from experiments.running.run_state import (
     remedy,
     run_state,
 )
-from experiments.session.marker_outputs import open_markers
-from experiments.session.markers import Event
-from experiments.study.file import read_study
-from experiments.study.run_plan import RunPlan, check_labels, journal_path
-from faults import RigError, UserError
-from hardware.address import with_plate_file
-from hardware.clock import SystemClock
-from hardware.signals import silent_on_signals
-from stimuli.surface import VirtualSurface
+from slipscale.experiments.session.marker_outputs import open_markers
+from slipscale.experiments.session.markers import Event
+from slipscale.experiments.study.file import read_study
+from slipscale.experiments.study.run_plan import RunPlan, check_labels, journal_path
+from slipscale.faults import RigError, UserError
+from slipscale.hardware.address import with_plate_file
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.signals import silent_on_signals
+from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from pathlib import Path
 
-    from experiments.languages.texts import Texts
-    from hardware.driver import PlateDriver
+    from slipscale.experiments.languages.texts import Texts
+    from slipscale.hardware.driver import PlateDriver
 
 ENOUGH_MB = 100
 FOCUS_FRAMES = 40
@@ -300,7 +300,7 @@ def check_display(planned: PlannedSession) -> Finding:
     Where its key presses are not stamped by their own device, response times are the window's.
     """
     # Imported here: PsychoPy takes seconds, and the checks before may already say no.
-    from experiments.participants.psychopy_window import PsychoPyWindow  # noqa: PLC0415
+    from slipscale.experiments.participants.psychopy_window import PsychoPyWindow  # noqa: PLC0415
 
     # Where the study has faults there is still a screen.
     texts: Texts = shipped_texts(planned.language or ENGLISH)
@@ -338,7 +338,7 @@ def check_display(planned: PlannedSession) -> Finding:
 
 def check_sound(planned: PlannedSession) -> Finding:
     """Look for a device for the masking noise, if the study wants it, and make the noise."""
-    from experiments.session.masking_output import (  # noqa: PLC0415 - loads PortAudio
+    from slipscale.experiments.session.masking_output import (  # noqa: PLC0415 - loads PortAudio
         MaskingNoise,
         check_device,
     )

@@ -4,28 +4,28 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from experiments.journal.header import header, resume_data
-from experiments.running.contact import describe_contact
-from experiments.session.session import Session
-from hardware.registry import open_plate
+from slipscale.experiments.journal.header import header, resume_data
+from slipscale.experiments.running.contact import describe_contact
+from slipscale.experiments.session.session import Session
+from slipscale.hardware.registry import open_plate
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from experiments.journal.journal import Journal
-    from experiments.participants.base import Participant
-    from experiments.protocols.steps import Steps
-    from experiments.running.contact import NamedSource
-    from experiments.session.markers import Markers
-    from experiments.session.masking import Noise
-    from experiments.session.operator import Operator
-    from experiments.session.session import RunOutcome
-    from experiments.session.sounds import Sounds
-    from experiments.session.tracking import ResonanceTracking
-    from experiments.study.run_plan import RunPlan
-    from hardware.clock import Clock
-    from hardware.contact.source import Kind
-    from hardware.driver import PlateDriver
+    from slipscale.experiments.journal.journal import Journal
+    from slipscale.experiments.participants.base import Participant
+    from slipscale.experiments.protocols.steps import Steps
+    from slipscale.experiments.running.contact import NamedSource
+    from slipscale.experiments.session.markers import Markers
+    from slipscale.experiments.session.masking import Noise
+    from slipscale.experiments.session.operator import Operator
+    from slipscale.experiments.session.session import RunOutcome
+    from slipscale.experiments.session.sounds import Sounds
+    from slipscale.experiments.session.tracking import ResonanceTracking
+    from slipscale.experiments.study.run_plan import RunPlan
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.contact.source import Kind
+    from slipscale.hardware.driver import PlateDriver
 
 
 def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:

@@ -6,17 +6,17 @@ import shlex
 from contextlib import suppress
 from typing import TYPE_CHECKING, Literal
 
-from experiments.dataset.runs import journals, mode_of
-from experiments.dataset.withdrawal import replacement, withdrawn
-from experiments.journal.locks import is_being_written
-from experiments.journal.reading import has_begun
-from experiments.journal.run_record import is_complete, read_usable
-from faults import UserError
+from slipscale.experiments.dataset.runs import journals, mode_of
+from slipscale.experiments.dataset.withdrawal import replacement, withdrawn
+from slipscale.experiments.journal.locks import is_being_written
+from slipscale.experiments.journal.reading import has_begun
+from slipscale.experiments.journal.run_record import is_complete, read_usable
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from experiments.study.run_plan import Mode
+    from slipscale.experiments.study.run_plan import Mode
 
 RunState = Literal["free", "running now", "interrupted", "complete", "damaged"]
 

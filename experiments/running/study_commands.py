@@ -12,28 +12,28 @@ from typing import TYPE_CHECKING
 
 import tomlkit
 
-from experiments.dataset.bids import write_file
-from experiments.protocols.magnitude_estimation import MagnitudeEstimation
-from experiments.protocols.steps import Present
-from experiments.protocols.visual_analogue_scale import VisualAnalogueScale
-from experiments.running.balance import order_balance, task_balance
-from experiments.running.dry_run import dry_run
-from experiments.study.analysis_choices import RETIRED
-from experiments.study.file import parse_study, read_study, study_text
-from experiments.study.own_language import check_own_code, template, with_room_for
-from experiments.study.run_plan import RunPlan
-from experiments.study.schema import study_schema
-from faults import UserError
-from stimuli.texture import Grating
+from slipscale.experiments.dataset.bids import write_file
+from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
+from slipscale.experiments.protocols.steps import Present
+from slipscale.experiments.protocols.visual_analogue_scale import VisualAnalogueScale
+from slipscale.experiments.running.balance import order_balance, task_balance
+from slipscale.experiments.running.dry_run import dry_run
+from slipscale.experiments.study.analysis_choices import RETIRED
+from slipscale.experiments.study.file import parse_study, read_study, study_text
+from slipscale.experiments.study.own_language import check_own_code, template, with_room_for
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.experiments.study.schema import study_schema
+from slipscale.faults import UserError
+from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.figure import Figure
 
-    from experiments.protocols.steps import Trial
-    from experiments.study.model import Study
-    from stimuli.surface import Surface
+    from slipscale.experiments.protocols.steps import Trial
+    from slipscale.experiments.study.model import Study
+    from slipscale.stimuli.surface import Surface
 
 # A run of more trials takes days.
 MOST_TRIALS = 10_000
@@ -211,7 +211,7 @@ def balance(name: str, study: Study, text: str) -> list[str]:
 
 def orders_of_all(name: str) -> Figure:
     """Return the orders of all participants' first runs as a figure; it unblinds."""
-    from experiments.running.orders_figure import MOST, orders_figure  # noqa: PLC0415
+    from slipscale.experiments.running.orders_figure import MOST, orders_figure  # noqa: PLC0415
 
     study, text = read_study(name)
     plan = _plan(name, study, text)

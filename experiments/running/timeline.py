@@ -13,25 +13,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from experiments.participants.bare import bare_run
-from experiments.protocols.steps import Present, Rest, Silence
-from experiments.running.pilot import MOCK, pilot_plans
-from experiments.running.run import plate_for
-from experiments.study.file import read_study
-from faults import UserError
-from hardware.address import with_plate_file
-from hardware.clock import VirtualClock
+from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.protocols.steps import Present, Rest, Silence
+from slipscale.experiments.running.pilot import MOCK, pilot_plans
+from slipscale.experiments.running.run import plate_for
+from slipscale.experiments.study.file import read_study
+from slipscale.faults import UserError
+from slipscale.hardware.address import with_plate_file
+from slipscale.hardware.clock import VirtualClock
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from experiments.participants.bare import BareStep
-    from experiments.participants.population import Population
-    from experiments.protocols.steps import Step
-    from experiments.study.model import Study
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.participants.bare import BareStep
+    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.protocols.steps import Step
+    from slipscale.experiments.study.model import Study
+    from slipscale.experiments.study.run_plan import RunPlan
 
     Array = NDArray[np.float64]
 

@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from figure_style import BLUE, INK, VERMILION, canvas, styled
+from slipscale.figure_style import BLUE, INK, VERMILION, canvas, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from experiments.running.timeline import Spread, Timeline
+    from slipscale.experiments.running.timeline import Spread, Timeline
 
 
 @styled

@@ -5,23 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from experiments.journal.serialisation import answer_record
-from experiments.protocols.adaptive.track import DECIMALS
-from experiments.protocols.steps import FEEL_AGAIN, Adjusted
-from experiments.session.markers import Event
-from faults import UserError
-from stimuli.surface import VirtualSurface
+from slipscale.experiments.journal.serialisation import answer_record
+from slipscale.experiments.protocols.adaptive.track import DECIMALS
+from slipscale.experiments.protocols.steps import FEEL_AGAIN, Adjusted
+from slipscale.experiments.session.markers import Event
+from slipscale.faults import UserError
+from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.journal.journal import Journal
-    from experiments.participants.base import Participant, Turn, Watch
-    from experiments.protocols.steps import Adjust, Explore, Present, Reply
-    from experiments.session.markers import Markers
-    from experiments.session.progress import Progress
-    from experiments.session.surface_state import SurfaceState
-    from hardware.clock import Clock
+    from slipscale.experiments.journal.journal import Journal
+    from slipscale.experiments.participants.base import Participant, Turn, Watch
+    from slipscale.experiments.protocols.steps import Adjust, Explore, Present, Reply
+    from slipscale.experiments.session.markers import Markers
+    from slipscale.experiments.session.progress import Progress
+    from slipscale.experiments.session.surface_state import SurfaceState
+    from slipscale.hardware.clock import Clock
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

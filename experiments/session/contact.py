@@ -10,16 +10,16 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
 
-from experiments.protocols.steps import Explore
-from faults import UserError
+from slipscale.experiments.protocols.steps import Explore
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from experiments.journal.journal import Journal
-    from experiments.participants.base import Watch
-    from experiments.protocols.steps import Ask
-    from hardware.contact.source import ContactSource, Kind, Sample
+    from slipscale.experiments.journal.journal import Journal
+    from slipscale.experiments.participants.base import Watch
+    from slipscale.experiments.protocols.steps import Ask
+    from slipscale.hardware.contact.source import ContactSource, Kind, Sample
 
 # A record holds so many samples at most: a long one is written in parts.
 A_RECORD = 2000

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hardware.contact.followed_texture import FollowedTexture, followed_texture
+from slipscale.hardware.contact.followed_texture import FollowedTexture, followed_texture
 
 if TYPE_CHECKING:
-    from hardware.clock import Clock
-    from hardware.contact.source import Sample
-    from hardware.driver import PlateDriver
-    from stimuli.surface import Surface
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.contact.source import Sample
+    from slipscale.hardware.driver import PlateDriver
+    from slipscale.stimuli.surface import Surface
 
 LEAST_CHANGE_UM = 0.005  # less is not felt, and loads the line
 

@@ -8,26 +8,26 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from experiments.participants.base import StopRequested
-from experiments.protocols.steps import Voided
-from experiments.session.markers import Event
-from hardware.errors import PlateFault
+from slipscale.experiments.participants.base import StopRequested
+from slipscale.experiments.protocols.steps import Voided
+from slipscale.experiments.session.markers import Event
+from slipscale.hardware.errors import PlateFault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.journal.journal import Journal
-    from experiments.journal.record import Record
-    from experiments.participants.base import Participant
-    from experiments.protocols.steps import Answer, Ask
-    from experiments.session.markers import Markers
-    from experiments.session.masking import Noise
-    from experiments.session.operator import Operator, Request, State
-    from experiments.session.operator_answers import OperatorAnswers
-    from experiments.session.progress import Progress
-    from experiments.session.surface_state import SurfaceState
-    from hardware.clock import Clock
-    from hardware.driver import PlateDriver
+    from slipscale.experiments.journal.journal import Journal
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.participants.base import Participant
+    from slipscale.experiments.protocols.steps import Answer, Ask
+    from slipscale.experiments.session.markers import Markers
+    from slipscale.experiments.session.masking import Noise
+    from slipscale.experiments.session.operator import Operator, Request, State
+    from slipscale.experiments.session.operator_answers import OperatorAnswers
+    from slipscale.experiments.session.progress import Progress
+    from slipscale.experiments.session.surface_state import SurfaceState
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.driver import PlateDriver
 
 RECONNECT_WAIT_S = 0.5
 UNBLINDED = "unblinded: the operator is told the amplitude from here on"

@@ -17,15 +17,15 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from experiments.journal.locks import writer
-from experiments.session.operator import Request, SessionStatus, State, answer_wanted
-from faults import UserError
+from slipscale.experiments.journal.locks import writer
+from slipscale.experiments.session.operator import Request, SessionStatus, State, answer_wanted
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
-    from experiments.protocols.steps import Ask, Trial
+    from slipscale.experiments.protocols.steps import Ask, Trial
 
 # The folder is looked into this often at most: on a slow disk a look takes its time.
 LOOK_S = 0.05

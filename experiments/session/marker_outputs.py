@@ -10,9 +10,9 @@ import time
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from experiments.session.markers import Event, MarkerOutput, Markers
-from faults import UserError
-from faults.extras import how_to_install
+from slipscale.experiments.session.markers import Event, MarkerOutput, Markers
+from slipscale.faults import UserError
+from slipscale.faults.extras import how_to_install
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from faults import RigError
-from stimuli.masking_noise import pink_noise, ramp
+from slipscale.faults import RigError
+from slipscale.stimuli.masking_noise import pink_noise, ramp
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from experiments.session.masking import NoiseState
+    from slipscale.experiments.session.masking import NoiseState
 
 REMEDY = "plug in headphones and choose them as the system's output, or turn masking off"
 COMMON_RATE_HZ = 48_000.0

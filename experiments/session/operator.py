@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Protocol
 
-from experiments.protocols.steps import ChoiceQuestion
+from slipscale.experiments.protocols.steps import ChoiceQuestion
 
 if TYPE_CHECKING:
-    from experiments.protocols.steps import Ask, Trial
-    from experiments.session.masking import NoiseState
-    from experiments.session.surface_state import PlateState
+    from slipscale.experiments.protocols.steps import Ask, Trial
+    from slipscale.experiments.session.masking import NoiseState
+    from slipscale.experiments.session.surface_state import PlateState
 
 State = Literal["showing", "presenting", "waiting", "paused", "fault", "done"]
 
@@ -120,7 +120,7 @@ class Operator(Protocol):
 def answer_wanted(ask: Ask) -> str:
     """Return a question that the operator answers, with the numbers of its answers if it has some.
 
-    >>> from experiments.protocols.steps import Ask, ChoiceQuestion
+    >>> from slipscale.experiments.protocols.steps import Ask, ChoiceQuestion
     >>> options = (("again", "test again"), ("on", "go on"))
     >>> answer_wanted(Ask(name="x", question=ChoiceQuestion(prompt="Failed.", options=options)))
     'Failed. 1 test again, 2 go on'

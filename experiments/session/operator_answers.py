@@ -8,15 +8,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from experiments.languages.texts import ENGLISH, shipped_texts
-from experiments.participants.psychopy_window.entry import ENTER, Accepted, Refused, entry_for
-from experiments.protocols.steps import Reply
+from slipscale.experiments.languages.texts import ENGLISH, shipped_texts
+from slipscale.experiments.participants.psychopy_window.entry import (
+    ENTER,
+    Accepted,
+    Refused,
+    entry_for,
+)
+from slipscale.experiments.protocols.steps import Reply
 
 if TYPE_CHECKING:
-    from experiments.participants.base import Participant, Watch
-    from experiments.protocols.steps import Ask, Value
-    from experiments.session.progress import Progress
-    from hardware.clock import Clock
+    from slipscale.experiments.participants.base import Participant, Watch
+    from slipscale.experiments.protocols.steps import Ask, Value
+    from slipscale.experiments.session.progress import Progress
+    from slipscale.hardware.clock import Clock
 
 
 class _Given(Exception):

@@ -6,17 +6,17 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from experiments.protocols.steps import Ask, ChoiceQuestion, EndBlock, EndTrial, Present
-from experiments.session.operator import SessionStatus
+from slipscale.experiments.protocols.steps import Ask, ChoiceQuestion, EndBlock, EndTrial, Present
+from slipscale.experiments.session.operator import SessionStatus
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from experiments.protocols.steps import Step, Trial
-    from experiments.session.masking import Noise
-    from experiments.session.operator import Operator, State
-    from experiments.session.surface_state import SurfaceState
-    from hardware.clock import Clock
+    from slipscale.experiments.protocols.steps import Step, Trial
+    from slipscale.experiments.session.masking import Noise
+    from slipscale.experiments.session.operator import Operator, State
+    from slipscale.experiments.session.surface_state import SurfaceState
+    from slipscale.hardware.clock import Clock
 
 
 class Progress:

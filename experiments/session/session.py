@@ -11,9 +11,14 @@ from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from experiments.journal.serialisation import answer_from, answer_record, same_step, step_record
-from experiments.participants.base import StopRequested, Unfinished
-from experiments.protocols.steps import (
+from slipscale.experiments.journal.serialisation import (
+    answer_from,
+    answer_record,
+    same_step,
+    step_record,
+)
+from slipscale.experiments.participants.base import StopRequested, Unfinished
+from slipscale.experiments.protocols.steps import (
     CONSENT,
     NO_SOUND,
     Adjust,
@@ -32,35 +37,35 @@ from experiments.protocols.steps import (
     Silence,
     Voided,
 )
-from experiments.session.adjusting import Adjusting, turned
-from experiments.session.contact import Contact
-from experiments.session.following import Following
-from experiments.session.interruptions import Interruptions
-from experiments.session.markers import Event, Markers
-from experiments.session.masking import NoNoise
-from experiments.session.operator_answers import OperatorAnswers
-from experiments.session.progress import Progress
-from experiments.session.sounds import NoSounds
-from experiments.session.surface_state import SurfaceState
-from faults import UserError
-from hardware.clock import VirtualClock
-from hardware.errors import PlateFault
+from slipscale.experiments.session.adjusting import Adjusting, turned
+from slipscale.experiments.session.contact import Contact
+from slipscale.experiments.session.following import Following
+from slipscale.experiments.session.interruptions import Interruptions
+from slipscale.experiments.session.markers import Event, Markers
+from slipscale.experiments.session.masking import NoNoise
+from slipscale.experiments.session.operator_answers import OperatorAnswers
+from slipscale.experiments.session.progress import Progress
+from slipscale.experiments.session.sounds import NoSounds
+from slipscale.experiments.session.surface_state import SurfaceState
+from slipscale.faults import UserError
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.errors import PlateFault
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from experiments.journal.journal import Journal
-    from experiments.journal.record import Record
-    from experiments.languages.texts import Texts
-    from experiments.participants.base import Participant, Watch
-    from experiments.protocols.steps import Played, Step, Steps
-    from experiments.session.masking import Noise
-    from experiments.session.operator import Operator
-    from experiments.session.sounds import Sounds
-    from experiments.session.tracking import ResonanceTracking
-    from hardware.clock import Clock
-    from hardware.contact.source import ContactSource, Kind
-    from hardware.driver import PlateDriver
+    from slipscale.experiments.journal.journal import Journal
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.languages.texts import Texts
+    from slipscale.experiments.participants.base import Participant, Watch
+    from slipscale.experiments.protocols.steps import Played, Step, Steps
+    from slipscale.experiments.session.masking import Noise
+    from slipscale.experiments.session.operator import Operator
+    from slipscale.experiments.session.sounds import Sounds
+    from slipscale.experiments.session.tracking import ResonanceTracking
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.contact.source import ContactSource, Kind
+    from slipscale.hardware.driver import PlateDriver
 
 RunOutcome = Literal["complete", "stopped"]
 # After these a step is carried out once more, from its beginning.

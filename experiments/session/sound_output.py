@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from experiments.session.masking_output import CHANNELS, REMEDY, device_rate_hz
-from faults import RigError
+from slipscale.experiments.session.masking_output import CHANNELS, REMEDY, device_rate_hz
+from slipscale.faults import RigError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from stimuli.headphone_sounds import HeadphoneSound
+    from slipscale.stimuli.headphone_sounds import HeadphoneSound
 
 
 class Once:

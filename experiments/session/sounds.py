@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from stimuli.headphone_sounds import HeadphoneSound
+    from slipscale.stimuli.headphone_sounds import HeadphoneSound
 
 
 class Sounds(Protocol):

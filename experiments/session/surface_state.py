@@ -18,18 +18,18 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
-from experiments.protocols.steps import Adjust, Ask, Explore, Present, Presented
-from hardware.errors import PlateFault
+from slipscale.experiments.protocols.steps import Adjust, Ask, Explore, Present, Presented
+from slipscale.hardware.errors import PlateFault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.protocols.steps import Reply, Silence, Step
-    from experiments.session.following import Following
-    from hardware.clock import Clock
-    from hardware.contact.source import Sample
-    from hardware.driver import PlateDriver
-    from stimuli.surface import Surface
+    from slipscale.experiments.protocols.steps import Reply, Silence, Step
+    from slipscale.experiments.session.following import Following
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.contact.source import Sample
+    from slipscale.hardware.driver import PlateDriver
+    from slipscale.stimuli.surface import Surface
 
 
 PlateState = Literal["silent", "as commanded", "not measured", "lost"]

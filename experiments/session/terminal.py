@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, NamedTuple, Self, TextIO
 from rich.live import Live
 from rich.text import Text
 
-from experiments.session.operator import Request, SessionStatus, answer_wanted
-from faults import harmless
+from slipscale.experiments.session.operator import Request, SessionStatus, answer_wanted
+from slipscale.faults import harmless
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from experiments.protocols.steps import Ask, Trial
-    from experiments.session.operator import State
+    from slipscale.experiments.protocols.steps import Ask, Trial
+    from slipscale.experiments.session.operator import State
 
 ENTER, ESCAPE, BACKSPACE = "\r\n", "\x1b", "\x7f\b"
 # A key: an arrow's or function key's whole sequence, or one character.

@@ -7,15 +7,15 @@ from dataclasses import asdict
 from statistics import fmean
 from typing import TYPE_CHECKING
 
-from hardware.contact.source import SensorFault
-from hardware.resonance_tracking import track
+from slipscale.hardware.contact.source import SensorFault
+from slipscale.hardware.resonance_tracking import track
 
 if TYPE_CHECKING:
-    from experiments.journal.journal import Journal
-    from experiments.protocols.steps import Present
-    from hardware.clock import Clock
-    from hardware.contact.source import ContactSource
-    from hardware.driver import PlateDriver
+    from slipscale.experiments.journal.journal import Journal
+    from slipscale.experiments.protocols.steps import Present
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.contact.source import ContactSource
+    from slipscale.hardware.driver import PlateDriver
 
 READ_S = 0.1  # an amplitude is the mean over so long
 

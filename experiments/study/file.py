@@ -1,6 +1,6 @@
 """Study files: found, read, and every fault told at once, with its line.
 
-What a study may say is `experiments.study.model.Study`.
+What a study may say is `slipscale.experiments.study.model.Study`.
 """
 
 from __future__ import annotations
@@ -10,10 +10,10 @@ from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
 
-from experiments.study.model import Study
-from experiments.study.own_language import check_words, with_own_language
-from faults import UserError
-from faults.toml_file import parse_toml
+from slipscale.experiments.study.model import Study
+from slipscale.experiments.study.own_language import check_words, with_own_language
+from slipscale.faults import UserError
+from slipscale.faults.toml_file import parse_toml
 
 
 @lru_cache(maxsize=16)
@@ -41,7 +41,7 @@ def shipped_studies() -> list[str]:
     >>> "biet2007" in shipped_studies()
     True
     """
-    names = (entry.name for entry in files("experiments").joinpath("studies").iterdir())
+    names = (entry.name for entry in files("slipscale.experiments").joinpath("studies").iterdir())
     return sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml"))
 
 
@@ -54,7 +54,11 @@ def study_text(name: str) -> str:
         There is neither, or the file cannot be read as text.
     """
     if name in shipped_studies():
-        return files("experiments").joinpath("studies", f"{name}.toml").read_text(encoding="utf-8")
+        return (
+            files("slipscale.experiments")
+            .joinpath("studies", f"{name}.toml")
+            .read_text(encoding="utf-8")
+        )
     try:
         return Path(name).read_text(encoding="utf-8-sig")  # Windows' editors begin with a mark
     except (OSError, UnicodeDecodeError) as error:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from experiments.protocols.steps import (
+from slipscale.experiments.protocols.steps import (
     NO_SOUND,
     Ask,
     ChoiceQuestion,
@@ -18,16 +18,16 @@ from experiments.protocols.steps import (
     Played,
     Reply,
 )
-from stimuli.headphone_sounds import EARS, TONES, NoiseInEar, Tones
+from slipscale.stimuli.headphone_sounds import EARS, TONES, NoiseInEar, Tones
 
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from experiments.languages.texts import Texts
-    from experiments.protocols.base import Context
-    from experiments.protocols.simulation import SimulatedAnswer, SimulatedPerson
-    from experiments.protocols.steps import Answer, Steps, Value
-    from stimuli.headphone_sounds import Ears
+    from slipscale.experiments.languages.texts import Texts
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.simulation import SimulatedAnswer, SimulatedPerson
+    from slipscale.experiments.protocols.steps import Answer, Steps, Value
+    from slipscale.stimuli.headphone_sounds import Ears
 
 HEADPHONES = "headphones"
 DECISION, AGAIN, GO_ON = "decision", "again", "go_on"

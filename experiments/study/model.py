@@ -19,8 +19,8 @@ from pydantic import (
     field_validator,
 )
 
-from experiments.languages.texts import CODE, languages, text_faults
-from experiments.protocols.base import (
+from slipscale.experiments.languages.texts import CODE, languages, text_faults
+from slipscale.experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
     Context,
@@ -32,22 +32,22 @@ from experiments.protocols.base import (
     Words,
     protocol_texts,
 )
-from experiments.protocols.registry import load_protocol, protocol_names
-from experiments.study.analysis_choices import AnalysisChoices
-from experiments.study.headphone_test import HEADPHONES, HeadphoneTest
-from experiments.study.participant_keys import ParticipantKeys
-from experiments.study.person_questions import PersonQuestion, unanswerable
-from experiments.study.questionnaires import Questionnaire, unusable
-from experiments.study.tables import Cost, MaskingNoise, PlateSettings, Texture
-from faults import UserError
-from faults.validation import refuse
+from slipscale.experiments.protocols.registry import load_protocol, protocol_names
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.experiments.study.headphone_test import HEADPHONES, HeadphoneTest
+from slipscale.experiments.study.participant_keys import ParticipantKeys
+from slipscale.experiments.study.person_questions import PersonQuestion, unanswerable
+from slipscale.experiments.study.questionnaires import Questionnaire, unusable
+from slipscale.experiments.study.tables import Cost, MaskingNoise, PlateSettings, Texture
+from slipscale.faults import UserError
+from slipscale.faults.validation import refuse
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from faults.toml_lines import Place
-    from faults.validation import Fault
-    from stimuli.texture import Grating
+    from slipscale.faults.toml_lines import Place
+    from slipscale.faults.validation import Fault
+    from slipscale.stimuli.texture import Grating
 
 
 # Surfaces, tasks, sessions, questions: more than anybody can have in mind, and few to compute with.

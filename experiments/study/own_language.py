@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import RootModel
 
-from experiments.languages.screen_room import room_of
-from experiments.languages.texts import (
+from slipscale.experiments.languages.screen_room import room_of
+from slipscale.experiments.languages.texts import (
     CODE,
     ENGLISH,
     blanks,
@@ -29,19 +29,19 @@ from experiments.languages.texts import (
     unlike,
     unshown,
 )
-from experiments.protocols.base import protocol_texts
-from experiments.protocols.registry import load_protocol
-from faults import UserError
-from faults.toml_file import parse_toml
-from faults.toml_lines import Lines
-from faults.validation import complaint, sentences
+from slipscale.experiments.protocols.base import protocol_texts
+from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.faults import UserError
+from slipscale.faults.toml_file import parse_toml
+from slipscale.faults.toml_lines import Lines
+from slipscale.faults.validation import complaint, sentences
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from experiments.languages.texts import Texts
-    from experiments.study.model import Study
-    from faults.validation import Fault
+    from slipscale.experiments.languages.texts import Texts
+    from slipscale.experiments.study.model import Study
+    from slipscale.faults.validation import Fault
 
 KEY = "texts_files"
 MOST_NAMED = 6  # missing texts that a message names

@@ -10,7 +10,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from experiments.protocols.base import Switch
+from slipscale.experiments.protocols.base import Switch
 
 NAMED = ("space", "enter")
 AGAIN = ("r", "a")  # the first of them that does not go on

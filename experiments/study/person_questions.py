@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS, shipped_texts
-from experiments.protocols.base import Label, Words
-from experiments.protocols.steps import CONSENT, Ask, ChoiceQuestion, WholeNumberQuestion
-from faults import UserError
+from slipscale.experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS, shipped_texts
+from slipscale.experiments.protocols.base import Label, Words
+from slipscale.experiments.protocols.steps import CONSENT, Ask, ChoiceQuestion, WholeNumberQuestion
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
-    from faults.toml_lines import Place
-    from faults.validation import Fault
+    from slipscale.faults.toml_lines import Place
+    from slipscale.faults.validation import Fault
 
 # Columns of participants.tsv that Slipscale fills itself.
 TAKEN = ("participant_id", "mode", "complete")

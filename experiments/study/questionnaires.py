@@ -11,19 +11,19 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS
-from experiments.protocols.base import Label, Words
-from experiments.protocols.simulation import any_choice
-from experiments.protocols.steps import CONSENT, Instruct
-from experiments.study.person_questions import TAKEN, PersonQuestion, Translated, distinct
-from faults import UserError
+from slipscale.experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS
+from slipscale.experiments.protocols.base import Label, Words
+from slipscale.experiments.protocols.simulation import any_choice
+from slipscale.experiments.protocols.steps import CONSENT, Instruct
+from slipscale.experiments.study.person_questions import TAKEN, PersonQuestion, Translated, distinct
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
-    from experiments.protocols.simulation import SimulatedAnswer
-    from experiments.protocols.steps import Ask, Steps
-    from faults.validation import Fault
+    from slipscale.experiments.protocols.simulation import SimulatedAnswer
+    from slipscale.experiments.protocols.steps import Ask, Steps
+    from slipscale.faults.validation import Fault
 
 MOST_ITEMS = 200
 # What a row of a questionnaire's table begins with, beside the participant: which visit it was.

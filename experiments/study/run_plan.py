@@ -7,10 +7,10 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
-from experiments.languages.texts import load_texts
-from experiments.protocols.base import ORDER_VERSION, Context, protocol_texts
-from experiments.protocols.registry import load_protocol
-from experiments.protocols.steps import (
+from slipscale.experiments.languages.texts import load_texts
+from slipscale.experiments.protocols.base import ORDER_VERSION, Context, protocol_texts
+from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocols.steps import (
     CONSENT,
     Ask,
     ChoiceQuestion,
@@ -20,19 +20,19 @@ from experiments.protocols.steps import (
     Steps,
     WholeNumberQuestion,
 )
-from experiments.study.file import parse_study
-from experiments.study.headphone_test import HEADPHONES
-from faults import UserError
-from stimuli.headphone_sounds import NoiseInEar
+from slipscale.experiments.study.file import parse_study
+from slipscale.experiments.study.headphone_test import HEADPHONES
+from slipscale.faults import UserError
+from slipscale.stimuli.headphone_sounds import NoiseInEar
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from experiments.languages.texts import Texts
-    from experiments.protocols.base import Options, Protocol
-    from experiments.protocols.simulation import SimulatedAnswer
-    from experiments.protocols.steps import Answer
-    from experiments.study.model import Study
+    from slipscale.experiments.languages.texts import Texts
+    from slipscale.experiments.protocols.base import Options, Protocol
+    from slipscale.experiments.protocols.simulation import SimulatedAnswer
+    from slipscale.experiments.protocols.steps import Answer
+    from slipscale.experiments.study.model import Study
 
 Mode = Literal["participant", "pilot"]
 
@@ -83,8 +83,8 @@ class RunPlan:
     order_version : int
         The rule that orders are drawn by; an older one only to go on with a run of its time.
     population : str
-        Whom a pilot simulates, all numbers as JSON (`experiments.participants.population`); empty
-        for a person's run.
+        Whom a pilot simulates, all numbers as JSON
+        (`slipscale.experiments.participants.population`); empty for a person's run.
     """
 
     study_name: str

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic.json_schema import models_json_schema
 
-from experiments.protocols.base import Options
-from experiments.protocols.registry import load_protocol, protocol_names
-from experiments.study.model import Study
+from slipscale.experiments.protocols.base import Options
+from slipscale.experiments.protocols.registry import load_protocol, protocol_names
+from slipscale.experiments.study.model import Study
 
 if TYPE_CHECKING:
     from pydantic import BaseModel

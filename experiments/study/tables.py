@@ -6,10 +6,10 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from experiments.protocols.base import Label, Positive, Seconds, Switch, Words
-from faults import UserError
-from hardware.limits import PlateLimits
-from stimuli.texture import Grating, Waveform
+from slipscale.experiments.protocols.base import Label, Positive, Seconds, Switch, Words
+from slipscale.faults import UserError
+from slipscale.hardware.limits import PlateLimits
+from slipscale.stimuli.texture import Grating, Waveform
 
 
 class MaskingNoise(BaseModel):

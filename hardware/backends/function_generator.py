@@ -26,25 +26,25 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from faults import UserError
-from hardware import address as addresses
-from hardware.backends.gain import agreed_gain
-from hardware.backends.generator_dialects import channel_number, dialect_named
-from hardware.backends.generator_line import GeneratorLine
-from hardware.backends.generator_output import GeneratorOutput
-from hardware.clock import SystemClock
-from hardware.driver import PlateDriver
-from hardware.records import PlateIdentity, Presentation, Readback
-from stimuli.modulation import along_edge
+from slipscale.faults import UserError
+from slipscale.hardware import address as addresses
+from slipscale.hardware.backends.gain import agreed_gain
+from slipscale.hardware.backends.generator_dialects import channel_number, dialect_named
+from slipscale.hardware.backends.generator_line import GeneratorLine
+from slipscale.hardware.backends.generator_output import GeneratorOutput
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.driver import PlateDriver
+from slipscale.hardware.records import PlateIdentity, Presentation, Readback
+from slipscale.stimuli.modulation import along_edge
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hardware.backends.generator_dialects import Dialect
-    from hardware.calibration.record import Calibration
-    from hardware.clock import Clock
-    from hardware.limits import PlateLimits
-    from hardware.plate_file import PlateFile
+    from slipscale.hardware.backends.generator_dialects import Dialect
+    from slipscale.hardware.calibration.record import Calibration
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.limits import PlateLimits
+    from slipscale.hardware.plate_file import PlateFile
 
 RAMP_S, RAMP_STEPS = 0.03, 10
 SETTLING_TIME_CONSTANTS = 7  # to 0.1 %

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from hardware.calibration.record import Calibration
+    from slipscale.hardware.calibration.record import Calibration
 
 
 def agreed_gain(

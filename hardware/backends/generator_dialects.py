@@ -1,8 +1,8 @@
 """What each make of function generator calls the same things: a table of dialects.
 
 A dialect is data: how to write a setting, how to ask for it, and where in the answer its value
-stands. `hardware.backends.function_generator` knows the order in which settings are made and
-nothing of any make; a laboratory's own make is one more entry.
+stands. `slipscale.hardware.backends.function_generator` knows the order in which settings are made
+and nothing of any make; a laboratory's own make is one more entry.
 
 Sources: Keysight 33500/33600 Series Operating and Service Guide, "SCPI Programming Reference";
 Rigol DG1000Z Programming Guide, pages 2-56 (load), 2-58 (state) and 2-184 (offset); Siglent SDG
@@ -18,7 +18,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

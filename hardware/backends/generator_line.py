@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from hardware.errors import ConnectionLost, PlateNotFound, PlateTimeout
+from slipscale.hardware.errors import ConnectionLost, PlateNotFound, PlateTimeout
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

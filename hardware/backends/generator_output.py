@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from hardware.backends.generator_dialects import (
+from slipscale.hardware.backends.generator_dialects import (
     DIALECTS,
     KEYSIGHT,
     dialect_of,
@@ -17,19 +17,19 @@ from hardware.backends.generator_dialects import (
     number,
     words_of,
 )
-from hardware.errors import (
+from slipscale.hardware.errors import (
     GarbledReply,
     PlateFault,
     PlateRefused,
     StillVibrating,
     WrongDevice,
 )
-from hardware.records import PlateIdentity
+from slipscale.hardware.records import PlateIdentity
 
 if TYPE_CHECKING:
-    from hardware.backends.generator_dialects import Dialect, Item
-    from hardware.backends.generator_line import GeneratorLine
-    from hardware.clock import Clock
+    from slipscale.hardware.backends.generator_dialects import Dialect, Item
+    from slipscale.hardware.backends.generator_line import GeneratorLine
+    from slipscale.hardware.clock import Clock
 
 AGREEMENT = 1e-3  # of a setting that is read back
 REOPENINGS, REOPENING_PAUSE_S = 3, 0.5  # after a drop, to switch the output off

@@ -8,9 +8,10 @@ SPEC: ``mock`` or ``mock:option=value,...`` with
 ``noise``       standard deviation of a vibrometer reading, µm (0.005)
 ``calibration`` a file written by ``slipscale plate calibrate``: narrows the limits
 ``plate``       a file written by ``slipscale plate new``: limits and calibration
-``fault``       faults on order: ``CODE@PHASE/N``, see `hardware.fault_injection`. CODE is a
-                `PlateFault.code`; PHASE is connect, present, read_back, silence or
-                check. ``CODE@N`` counts all of these but check (called every frame)
+``fault``       faults on order: ``CODE@PHASE/N``, see
+                `slipscale.hardware.fault_injection`. CODE is a `PlateFault.code`; PHASE
+                is connect, present, read_back, silence or check. ``CODE@N`` counts all
+                of these but check (called every frame)
 ==============  ==================================================================
 
 A fault ``lost`` lasts until the next connect, every other one for one command. The board behind a
@@ -24,23 +25,23 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from hardware import address as addresses
-from hardware.driver import PlateDriver
-from hardware.errors import FAULTS, ConnectionLost
-from hardware.fault_injection import Injection, Schedule, parse_injections
-from hardware.plate.dynamics import FingerLoad, Resonator
-from hardware.plate.twin import OFF, SETTLING_TIME_CONSTANTS, Drive, Twin
-from hardware.records import PlateIdentity, Presentation, Readback
-from stimuli.modulation import Modulator, along_edge
+from slipscale.hardware import address as addresses
+from slipscale.hardware.driver import PlateDriver
+from slipscale.hardware.errors import FAULTS, ConnectionLost
+from slipscale.hardware.fault_injection import Injection, Schedule, parse_injections
+from slipscale.hardware.plate.dynamics import FingerLoad, Resonator
+from slipscale.hardware.plate.twin import OFF, SETTLING_TIME_CONSTANTS, Drive, Twin
+from slipscale.hardware.records import PlateIdentity, Presentation, Readback
+from slipscale.stimuli.modulation import Modulator, along_edge
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from hardware.calibration.record import Calibration
-    from hardware.clock import Clock
-    from hardware.limits import PlateLimits
-    from hardware.plate_file import PlateFile
-    from stimuli.modulation import Loop
+    from slipscale.hardware.calibration.record import Calibration
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.limits import PlateLimits
+    from slipscale.hardware.plate_file import PlateFile
+    from slipscale.stimuli.modulation import Loop
 
 RAMP_S = 0.025  # raised cosine: no click
 RAMP_STEPS = 16

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy import optimize, stats
 
-from faults import UserError
-from hardware.calibration.record import Gain, Point, Resonance
+from slipscale.faults import UserError
+from slipscale.hardware.calibration.record import Gain, Point, Resonance
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from figure_style import BLUE, VERMILION, canvas, styled
-from hardware.calibration.fit import response
+from slipscale.figure_style import BLUE, VERMILION, canvas, styled
+from slipscale.hardware.calibration.fit import response
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from hardware.calibration.record import Calibration, Point
+    from slipscale.hardware.calibration.record import Calibration, Point
 
 MEASURED, FITTED = BLUE, VERMILION
 

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import ValidationError
 
-from faults import UserError
-from hardware.calibration.record import Point
+from slipscale.faults import UserError
+from slipscale.hardware.calibration.record import Point
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -14,14 +14,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from faults import UserError
-from faults.toml_file import read_toml
-from hardware.limits import PlateLimits
+from slipscale.faults import UserError
+from slipscale.faults.toml_file import read_toml
+from slipscale.hardware.limits import PlateLimits
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from hardware.records import PlateIdentity
+    from slipscale.hardware.records import PlateIdentity
 
 OLD_DAYS = 180  # older is noted
 EXPIRED_DAYS = 365  # older is refused

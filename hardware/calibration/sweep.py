@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from pydantic import ValidationError
 
-from faults import UserError
-from hardware.calibration.fit import fit_gain, fit_resonance
-from hardware.calibration.record import Calibration, Device, DriveChain, Point, Provenance
+from slipscale.faults import UserError
+from slipscale.hardware.calibration.fit import fit_gain, fit_resonance
+from slipscale.hardware.calibration.record import Calibration, Device, DriveChain, Point, Provenance
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

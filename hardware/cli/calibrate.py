@@ -8,16 +8,16 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from faults import DONE, UserError
-from hardware.address import positive_number
+from slipscale.faults import DONE, UserError
+from slipscale.hardware.address import positive_number
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-    from hardware.calibration.record import Device, DriveChain, Point
-    from hardware.calibration.sweep import SweepPlan
-    from hardware.driver import PlateDriver
-    from hardware.records import Readback
+    from slipscale.hardware.calibration.record import Device, DriveChain, Point
+    from slipscale.hardware.calibration.sweep import SweepPlan
+    from slipscale.hardware.driver import PlateDriver
+    from slipscale.hardware.records import Readback
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -122,11 +122,11 @@ def without_calibration(spec: str) -> str:
 def run(arguments: Namespace) -> int:
     """Measure or read, fit, write the file and its plot."""
     # SciPy, pydantic and matplotlib load here: `slipscale plate --help` stays instant.
-    from figure_style import save  # noqa: PLC0415
-    from hardware.calibration.plot import draw  # noqa: PLC0415
-    from hardware.calibration.readings import read_points  # noqa: PLC0415
-    from hardware.calibration.record import DriveChain, Provenance, write_calibration  # noqa: PLC0415
-    from hardware.calibration.sweep import SweepPlan, calibration_from  # noqa: PLC0415
+    from slipscale.figure_style import save  # noqa: PLC0415
+    from slipscale.hardware.calibration.plot import draw  # noqa: PLC0415
+    from slipscale.hardware.calibration.readings import read_points  # noqa: PLC0415
+    from slipscale.hardware.calibration.record import DriveChain, Provenance, write_calibration  # noqa: PLC0415
+    from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from  # noqa: PLC0415
 
     _check_out(arguments.out)
     plan = SweepPlan(
@@ -189,9 +189,9 @@ def _check_out(path: Path) -> None:
 
 def _open(arguments: Namespace) -> PlateDriver:
     """Return the plate's driver, not connected."""
-    from hardware.address import without_session_watchdog  # noqa: PLC0415
-    from hardware.clock import Clock, SystemClock, VirtualClock  # noqa: PLC0415
-    from hardware.registry import open_plate  # noqa: PLC0415
+    from slipscale.hardware.address import without_session_watchdog  # noqa: PLC0415
+    from slipscale.hardware.clock import Clock, SystemClock, VirtualClock  # noqa: PLC0415
+    from slipscale.hardware.registry import open_plate  # noqa: PLC0415
 
     spec = without_session_watchdog(arguments.plate or "mock")
     clock: Clock = VirtualClock() if spec.startswith("mock") else SystemClock()
@@ -219,7 +219,7 @@ def _plate_serial(plate: PlateDriver, given: str) -> str:
 
 def _device(plate: PlateDriver, arguments: Namespace) -> Device:
     """Return which device readings from a file were taken on."""
-    from hardware.calibration.record import Device  # noqa: PLC0415
+    from slipscale.hardware.calibration.record import Device  # noqa: PLC0415
 
     if not arguments.serial and not plate.simulated:
         raise UserError(
@@ -232,9 +232,9 @@ def _device(plate: PlateDriver, arguments: Namespace) -> Device:
 def _measure(
     plate: PlateDriver, arguments: Namespace, plan: SweepPlan, drive: DriveChain
 ) -> tuple[Device, tuple[Point, ...]]:
-    from hardware.calibration.record import Device  # noqa: PLC0415
-    from hardware.calibration.sweep import sweep  # noqa: PLC0415
-    from hardware.signals import silent_on_signals  # noqa: PLC0415
+    from slipscale.hardware.calibration.record import Device  # noqa: PLC0415
+    from slipscale.hardware.calibration.sweep import sweep  # noqa: PLC0415
+    from slipscale.hardware.signals import silent_on_signals  # noqa: PLC0415
 
     def measure(frequency_hz: float, volts: float) -> float:
         readback = plate.excite(frequency_hz=frequency_hz, voltage_v=volts * drive.v_peak_per_volt)

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
-from faults import ANSWER_IS_NO, DONE, UserError
+from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -34,13 +34,13 @@ def run(arguments: Namespace) -> int:
         raise UserError(
             f"plate conform: '{spec}', expected serial:PORT; slipscale plate list shows ports"
         )
-    from hardware.backends.serial_board import protocol as wire  # noqa: PLC0415 - loads pyserial
-    from hardware.backends.serial_board.serial_line import SerialLine  # noqa: PLC0415
-    from hardware.clock import SystemClock  # noqa: PLC0415
-    from hardware.conformance.bench import Bench  # noqa: PLC0415
-    from hardware.conformance.table import examine  # noqa: PLC0415
-    from hardware.errors import PlateFault  # noqa: PLC0415
-    from hardware.signals import signals_raise  # noqa: PLC0415
+    from slipscale.hardware.backends.serial_board import protocol as wire  # noqa: PLC0415 - loads pyserial
+    from slipscale.hardware.backends.serial_board.serial_line import SerialLine  # noqa: PLC0415
+    from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
+    from slipscale.hardware.conformance.bench import Bench  # noqa: PLC0415
+    from slipscale.hardware.conformance.table import examine  # noqa: PLC0415
+    from slipscale.hardware.errors import PlateFault  # noqa: PLC0415
+    from slipscale.hardware.signals import signals_raise  # noqa: PLC0415
 
     line = SerialLine(port)
     verdicts = []

@@ -6,16 +6,16 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-    from hardware.plate.design.requirements import Brief
-    from hardware.plate.design.sizing import Candidate, Design
-    from hardware.plate.design.verdict import Judged
+    from slipscale.hardware.plate.design.requirements import Brief
+    from slipscale.hardware.plate.design.sizing import Candidate, Design
+    from slipscale.hardware.plate.design.verdict import Judged
 
-from faults import ANSWER_IS_NO, DONE
+from slipscale.faults import ANSWER_IS_NO, DONE
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -40,9 +40,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(arguments: Namespace) -> int:
     """Run the command; exit status 0, or 1 if no plate meets the brief."""
     # Imported here so that `slipscale plate --help` needs neither pydantic nor NumPy.
-    from hardware.plate.design import requirements as briefs  # noqa: PLC0415
-    from hardware.plate.design.sizing import design  # noqa: PLC0415
-    from hardware.plate.design.verdict import judge  # noqa: PLC0415
+    from slipscale.hardware.plate.design import requirements as briefs  # noqa: PLC0415
+    from slipscale.hardware.plate.design.sizing import design  # noqa: PLC0415
+    from slipscale.hardware.plate.design.verdict import judge  # noqa: PLC0415
 
     if arguments.fine and not arguments.fe:
         raise UserError("--fine makes --fe's mesh finer: name a plate with --fe, e.g. --fe 11x7")
@@ -60,8 +60,8 @@ def run(arguments: Namespace) -> int:
 
 
 def _solve(brief: Brief, found: Design, plate: str, *, fine: bool) -> tuple[Any, dict[str, Any]]:
-    from hardware.plate.design.verdict import judged, solve  # noqa: PLC0415
-    from hardware.plate.geometry import DEFAULT, FINE  # noqa: PLC0415
+    from slipscale.hardware.plate.design.verdict import judged, solve  # noqa: PLC0415
+    from slipscale.hardware.plate.geometry import DEFAULT, FINE  # noqa: PLC0415
 
     chosen = _candidate(found, plate)
     modes, solution = solve(brief, chosen, FINE if fine else DEFAULT)
@@ -181,10 +181,10 @@ def _why_none(result: dict[str, Any]) -> str:
 
 
 def _write(out: Path, brief: Brief, result: dict[str, Any], modes: Any) -> None:
-    from figure_style import save  # noqa: PLC0415
-    from hardware.plate.design import figures  # noqa: PLC0415
-    from hardware.plate.design.sizing import sections  # noqa: PLC0415
-    from hardware.plate.paper_study import harmonic  # noqa: PLC0415
+    from slipscale.figure_style import save  # noqa: PLC0415
+    from slipscale.hardware.plate.design import figures  # noqa: PLC0415
+    from slipscale.hardware.plate.design.sizing import sections  # noqa: PLC0415
+    from slipscale.hardware.plate.paper_study import harmonic  # noqa: PLC0415
 
     printed, wide = sections(brief)
     wanted = brief.requirements

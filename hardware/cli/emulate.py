@@ -10,9 +10,9 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from faults import DONE, UserError
-from hardware.emulator.response_faults import EMULATED_ONLY, FAULT_NAMES, PHASES
-from hardware.fault_injection import parse_injections
+from slipscale.faults import DONE, UserError
+from slipscale.hardware.emulator.response_faults import EMULATED_ONLY, FAULT_NAMES, PHASES
+from slipscale.hardware.fault_injection import parse_injections
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -94,11 +94,11 @@ def run(arguments: Namespace) -> int:
         import tty  # noqa: F401, PLC0415 - there are no pseudo-terminals without it
     except ImportError:
         raise UserError("plate emulate needs pseudo-terminals: Linux or macOS") from None
-    from hardware.clock import SystemClock  # noqa: PLC0415
-    from hardware.emulator import compiled, console, pty  # noqa: PLC0415
-    from hardware.plate.dynamics import NO_FINGER, Resonator  # noqa: PLC0415
-    from hardware.plate.twin import Twin  # noqa: PLC0415
-    from hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
+    from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
+    from slipscale.hardware.emulator import compiled, console, pty  # noqa: PLC0415
+    from slipscale.hardware.plate.dynamics import NO_FINGER, Resonator  # noqa: PLC0415
+    from slipscale.hardware.plate.twin import Twin  # noqa: PLC0415
+    from slipscale.hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
 
     _check_numbers(arguments)
     resonator = Resonator()
@@ -148,7 +148,7 @@ def run(arguments: Namespace) -> int:
 
 def _check_numbers(arguments: Namespace) -> None:
     """Raise `UserError` for noise or a watchdog that cannot be."""
-    from hardware.backends.serial_board.protocol import WATCHDOG_MS  # noqa: PLC0415
+    from slipscale.hardware.backends.serial_board.protocol import WATCHDOG_MS  # noqa: PLC0415
 
     if not (isfinite(arguments.noise) and arguments.noise >= 0):
         raise UserError(f"--noise: {arguments.noise:g}, expected 0 or more µm")

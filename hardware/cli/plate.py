@@ -8,14 +8,23 @@ from typing import Any
 
 # name: (module that holds it, what it does)
 SUBCOMMANDS: dict[str, tuple[str, str]] = {
-    "list": ("hardware.cli.ports", "the backends, and the ports on which a plate may be"),
-    "new": ("hardware.cli.plate_files", "write a plate's own file: identity, limits, wiring"),
-    "sign": ("hardware.cli.plate_files", "sign a plate's file after a change"),
-    "calibrate": ("hardware.cli.calibrate", "sweep, fit and write a calibration file"),
-    "watch": ("hardware.cli.watch", "what a plate says it does, plotted in the terminal"),
-    "emulate": ("hardware.cli.emulate", "a driver board on a pseudo-terminal, to try things on"),
-    "conform": ("hardware.cli.conform", "hold a driver board against its protocol, rule by rule"),
-    "design": ("hardware.cli.design", "from requirements to plate sizes"),
+    "list": ("slipscale.hardware.cli.ports", "the backends, and the ports on which a plate may be"),
+    "new": (
+        "slipscale.hardware.cli.plate_files",
+        "write a plate's own file: identity, limits, wiring",
+    ),
+    "sign": ("slipscale.hardware.cli.plate_files", "sign a plate's file after a change"),
+    "calibrate": ("slipscale.hardware.cli.calibrate", "sweep, fit and write a calibration file"),
+    "watch": ("slipscale.hardware.cli.watch", "what a plate says it does, plotted in the terminal"),
+    "emulate": (
+        "slipscale.hardware.cli.emulate",
+        "a driver board on a pseudo-terminal, to try things on",
+    ),
+    "conform": (
+        "slipscale.hardware.cli.conform",
+        "hold a driver board against its protocol, rule by rule",
+    ),
+    "design": ("slipscale.hardware.cli.design", "from requirements to plate sizes"),
 }
 
 

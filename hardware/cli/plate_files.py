@@ -6,7 +6,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from faults import DONE, UserError
+from slipscale.faults import DONE, UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -29,8 +29,8 @@ def new(arguments: Namespace) -> int:
     """Write a plate file with the shipped limits."""
     from pydantic import ValidationError  # noqa: PLC0415 - `--help` stays instant
 
-    from hardware.plate_file import SUFFIX, Identity, Wiring, new_plate  # noqa: PLC0415
-    from hardware.registry import backend_names  # noqa: PLC0415
+    from slipscale.hardware.plate_file import SUFFIX, Identity, Wiring, new_plate  # noqa: PLC0415
+    from slipscale.hardware.registry import backend_names  # noqa: PLC0415
 
     path: Path = arguments.file
     if path.suffix != SUFFIX:
@@ -68,7 +68,7 @@ def add_sign(parser: ArgumentParser) -> None:
 
 def sign(arguments: Namespace) -> int:
     """Sign a plate file."""
-    from hardware import plate_file  # noqa: PLC0415 - pydantic
+    from slipscale.hardware import plate_file  # noqa: PLC0415 - pydantic
 
     if arguments.beyond_shipped_limits != bool(arguments.by):
         raise UserError("expected --beyond-shipped-limits and --by NAME together, or neither")

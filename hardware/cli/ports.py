@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
-from faults import DONE
+from slipscale.faults import DONE
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -23,7 +23,7 @@ def run(arguments: Namespace) -> int:
     """Print backends and serial ports."""
     from serial.tools.list_ports import comports  # noqa: PLC0415 - asks the system: only when called
 
-    from hardware.registry import backend_names  # noqa: PLC0415
+    from slipscale.hardware.registry import backend_names  # noqa: PLC0415
 
     found = listing(backend_names(), comports)
     print(json.dumps(found, indent=2) if arguments.json else as_text(found))

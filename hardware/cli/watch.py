@@ -5,16 +5,16 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING
 
-from faults import DONE, UserError
-from hardware.address import positive_number
+from slipscale.faults import DONE, UserError
+from slipscale.hardware.address import positive_number
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Iterator
 
-    from hardware.clock import Clock
-    from hardware.driver import PlateDriver
-    from hardware.records import Readback
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.driver import PlateDriver
+    from slipscale.hardware.records import Readback
 
 LOOKS_S = 0.02  # between two looks at the plate: a session looks as often
 COLUMNS = 60  # of the plot
@@ -53,10 +53,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Present an amplitude; print a line of the plot for each readback, until told to end."""
-    from hardware.clock import SystemClock  # noqa: PLC0415
-    from hardware.registry import open_plate  # noqa: PLC0415
-    from hardware.signals import silent_on_signals  # noqa: PLC0415
-    from stimuli.surface import VirtualSurface  # noqa: PLC0415
+    from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
+    from slipscale.hardware.registry import open_plate  # noqa: PLC0415
+    from slipscale.hardware.signals import silent_on_signals  # noqa: PLC0415
+    from slipscale.stimuli.surface import VirtualSurface  # noqa: PLC0415
 
     if arguments.plate is None:
         raise UserError("plate watch: expected the plate's SPEC: mock, serial:PORT, ...")
@@ -97,7 +97,7 @@ def readbacks(
 def line(readback: Readback, time_s: float, commanded_um_pp: float, scale_um_pp: float) -> str:
     """Return one line of the plot.
 
-    >>> from hardware.records import Readback
+    >>> from slipscale.hardware.records import Readback
     >>> half = Readback(amplitude_um_pp=1.25, kind="measured", time_s=0.0)
     >>> line(half, 3.0, 1.25, 2.5)
     '   3.0    1.250   ##############################|                               measured'

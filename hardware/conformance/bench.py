@@ -9,13 +9,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, NoReturn
 
-from hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.backends.serial_board import protocol as wire
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hardware.backends.serial_board.link import Line
-    from hardware.clock import Clock
+    from slipscale.hardware.backends.serial_board.link import Line
+    from slipscale.hardware.clock import Clock
 
 ANSWER_S = 0.08  # a host waits no longer before it repeats a command
 LATEST_S = 0.32  # and no longer in all

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hardware.backends.serial_board import protocol as wire
-from hardware.conformance.bench import differs
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.conformance.bench import differs
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hardware.conformance.bench import Bench
+    from slipscale.hardware.conformance.bench import Bench
 
 IDENTITY_FIELDS = 4
 ENDINGS = (b"\r\n", b"\r\r\n")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from hardware.backends.serial_board import protocol as wire
-from hardware.conformance.bench import differs
-from hardware.limits import PlateLimits
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.conformance.bench import differs
+from slipscale.hardware.limits import PlateLimits
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hardware.conformance.bench import Bench
+    from slipscale.hardware.conformance.bench import Bench
 
 WATCHDOG_LATE_S = 0.15
 OPEN_LOOP_SHARE = 0.1  # of the largest voltage

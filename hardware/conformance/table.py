@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from hardware.backends.serial_board import protocol as wire
-from hardware.conformance import command_rules, line_rules, plate_rules
-from hardware.conformance.bench import Departure, NotApplicable
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.conformance import command_rules, line_rules, plate_rules
+from slipscale.hardware.conformance.bench import Departure, NotApplicable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from hardware.conformance.bench import Bench
+    from slipscale.hardware.conformance.bench import Bench
 
 RULES = (*line_rules.RULES, *command_rules.RULES, *plate_rules.RULES)
 

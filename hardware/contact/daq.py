@@ -17,14 +17,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from faults import UserError
-from hardware import address as addresses
-from hardware.contact.source import FORCE, ContactSource, Sample, SensorFault
+from slipscale.faults import UserError
+from slipscale.hardware import address as addresses
+from slipscale.hardware.contact.source import FORCE, ContactSource, Sample, SensorFault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hardware.contact.source import Surroundings
+    from slipscale.hardware.contact.source import Surroundings
 
 RATE_HZ = 1000.0
 BUFFER_S = 10.0  # what the device keeps for us

@@ -1,6 +1,6 @@
 """An emulated sensor that sends lines of numbers on a pseudo-terminal: two lasers, or load cells.
 
-    python -m hardware.contact.emulated_line [--rate 100]
+    python -m slipscale.hardware.contact.emulated_line [--rate 100]
 
 prints the port's name and then sends place and forces of a finger that strokes to and fro, until it
 is ended: ``x,y,normal,lateral`` in mm and N, so that one port tries

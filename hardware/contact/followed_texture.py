@@ -9,15 +9,15 @@ from __future__ import annotations
 from collections import deque
 from typing import TYPE_CHECKING
 
-from stimuli.surface import VirtualSurface
-from stimuli.texture import Grating
+from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from hardware.contact.source import Sample
-    from hardware.driver import PlateDriver
-    from stimuli.surface import Surface
+    from slipscale.hardware.contact.source import Sample
+    from slipscale.hardware.driver import PlateDriver
+    from slipscale.stimuli.surface import Surface
 
 SPEED_OVER_S = 0.04  # shorter, and noise passes for speed; longer, and a turn is seen late
 LONGEST_HELD_S = 0.05  # between frames

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hardware.contact.source import Sample
+    from slipscale.hardware.contact.source import Sample
 
 APART_S = 0.05
 LONGEST_GAP_S = 0.5  # longer, and the finger was lifted meanwhile

@@ -17,14 +17,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from faults import UserError
-from hardware import address as addresses
-from hardware.contact.source import POSITION, ContactSource, Sample
+from slipscale.faults import UserError
+from slipscale.hardware import address as addresses
+from slipscale.hardware.contact.source import POSITION, ContactSource, Sample
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hardware.contact.source import Surroundings
+    from slipscale.hardware.contact.source import Surroundings
 
 OPTIONS: dict[str, Callable[[str], Any]] = {
     "mm_per_pixel": addresses.positive_number,

@@ -8,10 +8,10 @@ from __future__ import annotations
 from importlib.metadata import entry_points
 from typing import TYPE_CHECKING, Protocol
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from hardware.contact.source import ContactSource, Kind, Surroundings
+    from slipscale.hardware.contact.source import ContactSource, Kind, Surroundings
 
 NONE = "none"
 GROUPS: dict[Kind, str] = {"position": "slipscale.positions", "force": "slipscale.forces"}

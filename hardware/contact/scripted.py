@@ -11,11 +11,11 @@ import math
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from faults import UserError
-from hardware.contact.source import POSITION, ContactSource, Sample
+from slipscale.faults import UserError
+from slipscale.hardware.contact.source import POSITION, ContactSource, Sample
 
 if TYPE_CHECKING:
-    from hardware.contact.source import Surroundings
+    from slipscale.hardware.contact.source import Surroundings
 
 COLUMNS = ("time_s", *POSITION)
 LAST_S = 0.01  # the finger that stays is told so often

@@ -27,10 +27,10 @@ from statistics import fmean
 from threading import Event, Thread
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from faults import UserError
-from hardware import address as addresses
-from hardware.backends.serial_board.serial_line import BAUD, SerialLine
-from hardware.contact.source import (
+from slipscale.faults import UserError
+from slipscale.hardware import address as addresses
+from slipscale.hardware.backends.serial_board.serial_line import BAUD, SerialLine
+from slipscale.hardware.contact.source import (
     FORCE,
     POSITION,
     ContactSource,
@@ -38,13 +38,13 @@ from hardware.contact.source import (
     SensorFault,
     Surroundings,
 )
-from hardware.errors import PlateFault
+from slipscale.hardware.errors import PlateFault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hardware.clock import Clock
-    from hardware.contact.source import Quantities
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.contact.source import Quantities
 
 FIRST_S = 3.0  # some boards restart when their port is opened
 SILENT_S = 0.5

@@ -10,8 +10,8 @@ deviation of a reading, mm). SPEC of a force: ``simulated`` or ``simulated:frict
 ``noise``       standard deviation of a reading of either force, N (0.005)
 ==============  ==================================================================
 
-The film carries a part of the finger (`stimuli.reynolds`), and friction is that of the rest; where
-the model lets the finger levitate there is none.
+The film carries a part of the finger (`slipscale.stimuli.reynolds`), and friction is that of the
+rest; where the model lets the finger levitate there is none.
 
 A reading depends on the seed, the finger and the time, never on how often it was asked for: an
 interrupted and resumed pilot measures what an undisturbed one would have.
@@ -23,15 +23,15 @@ import math
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from faults import UserError
-from hardware import address as addresses
-from hardware.contact.source import FORCE, POSITION, ContactSource, Sample
-from stimuli.surface import VirtualSurface
+from slipscale.faults import UserError
+from slipscale.hardware import address as addresses
+from slipscale.hardware.contact.source import FORCE, POSITION, ContactSource, Sample
+from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hardware.contact.source import Quantities, Surroundings, Touch
+    from slipscale.hardware.contact.source import Quantities, Surroundings, Touch
 
 RATE_HZ = 100.0
 POSITION_NOISE_MM, FORCE_NOISE_N = 0.02, 0.005

@@ -11,13 +11,13 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol, Self
 
-from hardware.errors import PlateFault
+from slipscale.hardware.errors import PlateFault
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from types import TracebackType
 
-    from hardware.clock import Clock
+    from slipscale.hardware.clock import Clock
 
 Quantities = tuple[str, ...]
 # What a position source and a force source measure. x runs along the stroke, y across.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.backends.serial_board import protocol as wire
 
 NUMBER = re.compile(r"[+-]?\d{1,7}(\.\d{1,6})?")
 

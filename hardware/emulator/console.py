@@ -21,12 +21,12 @@ import os
 import sys
 from typing import TYPE_CHECKING
 
-from hardware.plate.dynamics import FingerLoad
+from slipscale.hardware.plate.dynamics import FingerLoad
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hardware.emulator.pty import Emulator
+    from slipscale.hardware.emulator.pty import Emulator
 
 FINGER = FingerLoad(loss=1 / 300)  # Q from 60 to 50
 

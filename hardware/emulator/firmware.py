@@ -12,17 +12,22 @@ from collections import deque
 from statistics import fmean
 from typing import TYPE_CHECKING
 
-from hardware.backends.serial_board import protocol as wire
-from hardware.backends.serial_board.protocol import BoardLimits, BoardReply, BoardStatus, ListLimits
-from hardware.emulator import arguments as parse
-from hardware.emulator.arguments import Refusal
-from hardware.plate.twin import OFF, Drive
-from stimuli.modulation import Loop, along_edge
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.backends.serial_board.protocol import (
+    BoardLimits,
+    BoardReply,
+    BoardStatus,
+    ListLimits,
+)
+from slipscale.hardware.emulator import arguments as parse
+from slipscale.hardware.emulator.arguments import Refusal
+from slipscale.hardware.plate.twin import OFF, Drive
+from slipscale.stimuli.modulation import Loop, along_edge
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hardware.plate.twin import Twin
+    from slipscale.hardware.plate.twin import Twin
 
 RAMP_S = 0.025
 RAMP_DOWN_S = 0.015  # after a ramp to 0, until the output goes off

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from typing import TYPE_CHECKING, Any, Self
 
-from faults import RigError
+from slipscale.faults import RigError
 
 if TYPE_CHECKING:
     from types import TracebackType

@@ -15,9 +15,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TextIO
 
-from hardware.backends.serial_board import protocol as wire
-from hardware.emulator.firmware import IDENTITY, OLD_IDENTITY, Board
-from hardware.emulator.response_faults import (
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.emulator.firmware import IDENTITY, OLD_IDENTITY, Board
+from slipscale.hardware.emulator.response_faults import (
     ANSWER_FAULTS,
     COMMAND_FAULTS,
     PHASES,
@@ -28,16 +28,16 @@ from hardware.emulator.response_faults import (
     Piece,
     phase_of,
 )
-from hardware.fault_injection import Schedule, parse_injections
-from hardware.plate.dynamics import NO_FINGER
-from hardware.plate.twin import Twin
+from slipscale.hardware.fault_injection import Schedule, parse_injections
+from slipscale.hardware.plate.dynamics import NO_FINGER
+from slipscale.hardware.plate.twin import Twin
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from hardware.clock import Clock
-    from hardware.fault_injection import Injection
-    from hardware.plate.dynamics import FingerLoad
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.fault_injection import Injection
+    from slipscale.hardware.plate.dynamics import FingerLoad
 
 TICK_S = 0.001
 DEFAULT_LIMITS = wire.BoardLimits()
@@ -85,7 +85,7 @@ class Emulator:
     clock : Clock
         The machine's.
     injections : iterable of Injection
-        Faults on order; phases are those of `hardware.emulator.response_faults`.
+        Faults on order; phases are those of `slipscale.hardware.emulator.response_faults`.
     twin : Twin
         The plate behind the board.
     back_s : float
@@ -98,8 +98,8 @@ class Emulator:
     log : TextIO
         Where to write what the plate does, a line a millisecond.
     firmware : callable
-        Makes a board that runs the compiled firmware, see `hardware.emulator.compiled`; without,
-        it is the emulated one.
+        Makes a board that runs the compiled firmware, see `slipscale.hardware.emulator.compiled`;
+        without, it is the emulated one.
     """
 
     def __init__(

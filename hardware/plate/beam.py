@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from faults import UserError
-from hardware.limits import PlateLimits
-from hardware.plate.materials import (
+from slipscale.faults import UserError
+from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.plate.materials import (
     COPPER_BERYLLIUM,
     P1_91,
     P1_91_TABLE_II,
@@ -23,7 +23,7 @@ from hardware.plate.materials import (
     Isotropic,
     Piezoceramic,
 )
-from stimuli.quantities import MICRO, MILLI, Array, not_negative, positive
+from slipscale.stimuli.quantities import MICRO, MILLI, Array, not_negative, positive
 
 if TYPE_CHECKING:
     import numpy.typing as npt

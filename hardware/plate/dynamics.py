@@ -17,7 +17,7 @@ import cmath
 import math
 from dataclasses import dataclass
 
-from faults import UserError
+from slipscale.faults import UserError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

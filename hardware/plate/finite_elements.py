@@ -19,14 +19,14 @@ import numpy as np
 from scipy import sparse
 from skfem import Basis, BilinearForm, ElementHexS2, MeshHex
 
-from hardware.plate.geometry import DEFAULT, Density, Layout, mesh_lines
-from hardware.plate.materials import VACUUM_PERMITTIVITY_F_M
-from stimuli.quantities import MILLI
+from slipscale.hardware.plate.geometry import DEFAULT, Density, Layout, mesh_lines
+from slipscale.hardware.plate.materials import VACUUM_PERMITTIVITY_F_M
+from slipscale.stimuli.quantities import MILLI
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from stimuli.quantities import Array
+    from slipscale.stimuli.quantities import Array
 
 Electrodes = Literal["shorted", "open"]
 POTENTIAL_UNIT_V = 1e10

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Literal, Self
 
 import numpy as np
 
-from faults import UserError
-from hardware.plate.materials import COPPER_BERYLLIUM, P1_91, Isotropic, Piezoceramic
-from stimuli.quantities import MILLI, not_negative, positive
+from slipscale.faults import UserError
+from slipscale.hardware.plate.materials import COPPER_BERYLLIUM, P1_91, Isotropic, Piezoceramic
+from slipscale.stimuli.quantities import MILLI, not_negative, positive
 
 if TYPE_CHECKING:
-    from stimuli.quantities import Array
+    from slipscale.stimuli.quantities import Array
 
 Ends = Literal["free", "supported"]
 

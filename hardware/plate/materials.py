@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from faults import UserError
-from stimuli.quantities import not_negative, positive
+from slipscale.faults import UserError
+from slipscale.stimuli.quantities import not_negative, positive
 
 if TYPE_CHECKING:
-    from stimuli.quantities import Array
+    from slipscale.stimuli.quantities import Array
 
 VACUUM_PERMITTIVITY_F_M = 8.8541878128e-12  # CODATA 2018
 _POISSON_MIN, _POISSON_MAX = -1.0, 0.5

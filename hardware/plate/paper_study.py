@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.optimize import root_scalar
 
-from faults import UserError
-from hardware.plate.beam import BeamSection
-from hardware.plate.geometry import DEFAULT, HALF_WAVE, Density, Layout
-from hardware.plate.vibration import Modes, modes, response_um
-from stimuli.quantities import MILLI, positive
-from stimuli.surface import pp_from_peak
+from slipscale.faults import UserError
+from slipscale.hardware.plate.beam import BeamSection
+from slipscale.hardware.plate.geometry import DEFAULT, HALF_WAVE, Density, Layout
+from slipscale.hardware.plate.vibration import Modes, modes, response_um
+from slipscale.stimuli.quantities import MILLI, positive
+from slipscale.stimuli.surface import pp_from_peak
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from hardware.plate.finite_elements import Electrodes
-    from stimuli.quantities import Array
+    from slipscale.hardware.plate.finite_elements import Electrodes
+    from slipscale.stimuli.quantities import Array
 
 HALF_WAVES_MM = (9.0, 10.0, 11.0, 12.0, 14.0, 16.0, 20.0)  # Section III-C-1
 MODE_COUNT = 12  # modes superposed; with 36, Fig. 12's peak moves by 0.01 %

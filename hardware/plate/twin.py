@@ -13,10 +13,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hardware.plate.dynamics import NO_FINGER, Conditions, FingerLoad, Resonator, conditions
+from slipscale.hardware.plate.dynamics import (
+    NO_FINGER,
+    Conditions,
+    FingerLoad,
+    Resonator,
+    conditions,
+)
 
 if TYPE_CHECKING:
-    from stimuli.modulation import Loop
+    from slipscale.stimuli.modulation import Loop
 
 TEMPERATURE_PERIODS_S = (2_700.0, 1_130.0, 470.0)  # air conditioning, doors, people
 WORD = (1 << 64) - 1  # a Philox key has two 64-bit words

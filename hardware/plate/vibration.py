@@ -17,15 +17,20 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
-from faults import UserError
-from hardware.plate.finite_elements import POTENTIAL_UNIT_V, Assembly, Electrodes, assemble
-from hardware.plate.geometry import DEFAULT, Density, Layout
-from stimuli.quantities import MILLI, not_negative, positive
+from slipscale.faults import UserError
+from slipscale.hardware.plate.finite_elements import (
+    POTENTIAL_UNIT_V,
+    Assembly,
+    Electrodes,
+    assemble,
+)
+from slipscale.hardware.plate.geometry import DEFAULT, Density, Layout
+from slipscale.stimuli.quantities import MILLI, not_negative, positive
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from stimuli.quantities import Array
+    from slipscale.stimuli.quantities import Array
 
 _RIGID_BELOW = 1e-3  # of the highest frequency found: rounding leaves rigid bodies above 0 Hz
 

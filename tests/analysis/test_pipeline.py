@@ -7,12 +7,12 @@ import re
 import pandas as pd
 import pytest
 
-import slipscale
-from analysis.pipeline import analyse
-from analysis.reporting.files import write_analysis
-from analysis.reporting.terminal import print_table3
-from analysis.statistics.not_computed import NotComputed
-from faults import UserError
+from slipscale import commands
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reporting.files import write_analysis
+from slipscale.analysis.reporting.terminal import print_table3
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.faults import UserError
 
 
 def digests(folder):
@@ -21,7 +21,7 @@ def digests(folder):
 
 def test_analyse_writes_what_the_contract_says_where_it_says(dataset, capsys):
     folder = dataset()
-    assert slipscale.main(["analyse", str(folder)]) == 0
+    assert commands.main(["analyse", str(folder)]) == 0
     out = folder / "derivatives" / "slipscale"
     header = "amplitude_um_pp,n,mean,maximum_deviation,standard_deviation"
     lines = (out / "table3.csv").read_text().splitlines()

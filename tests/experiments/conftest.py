@@ -5,17 +5,17 @@ from pathlib import Path
 
 import pytest
 
-from experiments.journal.journal import Journal
-from experiments.journal.run_record import elapsed_s, read_plan
-from experiments.participants.population import Population
-from experiments.participants.simulated import SimulatedParticipant
-from experiments.running.run import run_plan
-from experiments.session.operator import UnattendedOperator
-from experiments.session.sounds import ImaginedSounds
-from experiments.study.file import study_text
-from experiments.study.run_plan import RunPlan
-from hardware.clock import VirtualClock
-from hardware.registry import open_plate
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.run_record import elapsed_s, read_plan
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated import SimulatedParticipant
+from slipscale.experiments.running.run import run_plan
+from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.session.sounds import ImaginedSounds
+from slipscale.experiments.study.file import study_text
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.registry import open_plate
 
 
 def make_plan(text=None, **changes):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hardware.emulator.process import EmulatorProcess
+from slipscale.hardware.emulator.process import EmulatorProcess
 
 # What a person does in Builder's window: add a plate to the device manager, put the component
 # into a routine, save the script.

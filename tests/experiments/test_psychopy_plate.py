@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from hardware.emulator.process import EmulatorProcess
+from slipscale.hardware.emulator.process import EmulatorProcess
 
 SCRIPT = """
 import json, sys
@@ -16,7 +16,7 @@ import psychopy.hardware
 from psychopy.hardware import DeviceManager
 
 plate = DeviceManager.addDevice(
-    "experiments.psychopy_plate.SlipscalePlate", "plate", spec=sys.argv[1]
+    "slipscale.experiments.psychopy_plate.SlipscalePlate", "plate", spec=sys.argv[1]
 )
 made = plate.present(1.2)
 plate.check()

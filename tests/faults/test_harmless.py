@@ -1,7 +1,7 @@
 import pytest
 
-import slipscale
-from faults import harmless
+from slipscale import commands
+from slipscale.faults import harmless
 
 
 @pytest.mark.parametrize("text", ["\x1b[2J", "\x07", "\x9b31m", "\u202e", "\r", "\x00"])
@@ -16,7 +16,7 @@ def test_words_lines_and_units_stay_as_they_are():
 
 def test_a_message_quotes_a_study_without_obeying_it(tmp_path, capsys):
     study = tmp_path / "\x1b[2Jstudy.toml"
-    assert slipscale.main(["study", "validate", str(study)]) == 2
+    assert commands.main(["study", "validate", str(study)]) == 2
     assert "\\x1b[2J" in capsys.readouterr().err
 
 
@@ -27,7 +27,7 @@ def test_a_study_is_shown_and_judged_without_being_obeyed(tmp_path, capsys):
         '[[tasks]]\nprotocol = "magnitude_estimation"\n'
     )
     study.write_text(text, encoding="utf-8")
-    assert slipscale.main(["study", "show", str(study)]) == 0
+    assert commands.main(["study", "show", str(study)]) == 0
     shown = capsys.readouterr().out
     assert "\\x1b[2JMine" in shown
     assert "\x1b" not in shown
@@ -38,7 +38,7 @@ def test_a_table_is_analysed_without_its_words_being_obeyed(tmp_path, capsys, un
     table = tmp_path / "t.csv"
     table.write_text("who,level,estimate\na,1,2\na,2,3\nb,1,2\nb,2,5\nb,2,\x1b[2J\n")
     words = ["--participant", "who", "--stimulus", f"level:{unit}", "--response", "estimate"]
-    assert slipscale.main(["analyse", str(table), *words, "--out", str(tmp_path / "out")]) == 0
+    assert commands.main(["analyse", str(table), *words, "--out", str(tmp_path / "out")]) == 0
     shown = capsys.readouterr()
     assert harmless(unit) in shown.out
     assert "'\\x1b[2J' where a number was expected" in shown.err
@@ -49,5 +49,5 @@ def test_a_unit_that_cannot_be_printed_is_refused(tmp_path, capsys):
     table = tmp_path / "t.csv"
     table.write_text("who,level,estimate\na,1,2\n")
     words = ["--participant", "who", "--stimulus", "level:\x1b[31mm", "--response", "estimate"]
-    assert slipscale.main(["analyse", str(table), *words]) == 2
+    assert commands.main(["analyse", str(table), *words]) == 2
     assert "stimulus.unit: expected characters that can be printed" in capsys.readouterr().err

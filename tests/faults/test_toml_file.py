@@ -11,8 +11,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from pydantic import BaseModel, ConfigDict, Field
 
-from faults import UserError
-from faults.toml_file import parse_toml, read_toml
+from slipscale.faults import UserError
+from slipscale.faults.toml_file import parse_toml, read_toml
 
 
 class Part(BaseModel):
@@ -99,6 +99,6 @@ def test_any_text_is_a_model_or_a_users_mistake(text):
 
 
 def test_faults_load_no_pydantic():
-    code = "import sys; import faults, faults.toml_file; print('pydantic' in sys.modules)"
+    code = "import sys; import slipscale.faults.toml_file; print('pydantic' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from faults.toml_lines import Lines
+from slipscale.faults.toml_lines import Lines
 
 LAYOUTS = '''# a = 0
 a = """

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from faults import UserError
-from hardware.clock import VirtualClock
-from hardware.driver import PlateDriver
-from hardware.errors import NotReached, OverLimit, PlateRefused, PlateTimeout
-from hardware.limits import OnTime, PlateLimits
-from hardware.records import PlateIdentity, Presentation, Readback
-from hardware.registry import backend_names, open_plate
-from stimuli.surface import VirtualSurface
+from slipscale.faults import UserError
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.driver import PlateDriver
+from slipscale.hardware.errors import NotReached, OverLimit, PlateRefused, PlateTimeout
+from slipscale.hardware.limits import OnTime, PlateLimits
+from slipscale.hardware.records import PlateIdentity, Presentation, Readback
+from slipscale.hardware.registry import backend_names, open_plate
+from slipscale.stimuli.surface import VirtualSurface
 
 
 class Recorder(PlateDriver):

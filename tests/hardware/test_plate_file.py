@@ -6,25 +6,25 @@ import json
 
 import pytest
 
-import slipscale
-from faults import UserError
-from hardware.address import with_plate_file
-from hardware.backends.mock import MockPlate
-from hardware.calibration.record import (
+from slipscale import commands
+from slipscale.faults import UserError
+from slipscale.hardware.address import with_plate_file
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.calibration.record import (
     Device,
     DriveChain,
     Provenance,
     read_calibration,
     write_calibration,
 )
-from hardware.calibration.sweep import SweepPlan, calibration_from, sweep
-from hardware.clock import VirtualClock
-from hardware.errors import OverLimit, WrongDevice
-from hardware.limits import PlateLimits
-from hardware.plate.twin import Twin
-from hardware.plate_file import LimitsTable, open_plate_file
-from hardware.registry import open_plate
-from stimuli.surface import VirtualSurface
+from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.errors import OverLimit, WrongDevice
+from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.plate.twin import Twin
+from slipscale.hardware.plate_file import LimitsTable, open_plate_file
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.surface import VirtualSurface
 
 TODAY = dt.datetime.now(tz=dt.UTC).date()
 
@@ -56,7 +56,7 @@ class Real(MockPlate):
 def file(tmp_path):
     """A plate file for the mock, as `slipscale plate new` writes it."""
     path = tmp_path / "plates" / "desk.toml"
-    assert slipscale.main(["plate", "new", str(path), "--backend", "mock", "--serial", "P-7"]) == 0
+    assert commands.main(["plate", "new", str(path), "--backend", "mock", "--serial", "P-7"]) == 0
     return path
 
 
@@ -67,7 +67,7 @@ def edit(path, before, after):
 
 
 def sign(path, *words):
-    return slipscale.main(["plate", "sign", str(path), *words])
+    return commands.main(["plate", "sign", str(path), *words])
 
 
 def opened(path):
@@ -103,7 +103,7 @@ def test_its_limits_are_those_of_the_shipped_class():
 
 
 def test_an_existing_file_is_never_overwritten(file, capsys):
-    assert slipscale.main(["plate", "new", str(file), "--backend", "mock"]) == 2
+    assert commands.main(["plate", "new", str(file), "--backend", "mock"]) == 2
     assert "File exists" in capsys.readouterr().err
 
 
@@ -117,7 +117,7 @@ def test_an_existing_file_is_never_overwritten(file, capsys):
     ],
 )
 def test_a_new_file_that_cannot_be_is_refused_in_a_sentence(tmp_path, words, said, capsys):
-    assert slipscale.main(["plate", "new", str(tmp_path / words[0]), *words[1:]]) == 2
+    assert commands.main(["plate", "new", str(tmp_path / words[0]), *words[1:]]) == 2
     assert said in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
@@ -197,10 +197,10 @@ def test_a_pilot_holds_to_the_limits_of_the_studys_plate_and_says_whose_they_are
     study = tmp_path / "study.toml"
     study.write_text(STUDY.replace("PLATE", str(file)), encoding="utf-8")
     words = ["pilot", str(study), "--participants", "1", "--out", str(tmp_path / "data")]
-    assert slipscale.main(words) == 3
+    assert commands.main(words) == 3
     assert "2.3 µm p-p is outside 0 to" in capsys.readouterr().err
     study.write_text(STUDY.replace("PLATE", str(file)).replace("2.3", "0.9"), encoding="utf-8")
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     [journal] = (tmp_path / "data").glob("sourcedata/sub-01/*.jsonl")
     header = json.loads(journal.read_text(encoding="utf-8").splitlines()[0])
     assert header["plate_spec"] == f"mock:plate={file}"
@@ -230,9 +230,9 @@ def test_a_calibration_takes_the_plates_number_from_its_file(file, capsys):
     out = file.parent / "calibration.toml"
     spec = ["--plate", f"mock:plate={file}", "--out", str(out)]
     words = ["plate", "calibrate", "--by", "A", "--instrument", "B", *spec]
-    assert slipscale.main([*words, "--plate-serial", "P-8"]) == 2
+    assert commands.main([*words, "--plate-serial", "P-8"]) == 2
     assert "the plate file says 'P-7'" in capsys.readouterr().err
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     assert read_calibration(out).device.plate == "P-7"
 
 
@@ -247,7 +247,7 @@ def test_its_calibration_comes_with_it(file):
 
 def test_a_calibration_whose_name_no_file_can_have_is_refused(file):
     file.write_text(f'{file.read_text()}[calibration]\nfile = "a\\u0000b"\n')
-    slipscale.main(["plate", "sign", str(file)])
+    commands.main(["plate", "sign", str(file)])
     with pytest.raises(UserError, match="no file's name has a null character"):
         open_plate_file(file)
 
@@ -282,7 +282,7 @@ def test_a_calibration_that_is_not_this_plates_is_refused(file, device, expected
 def test_wiring_and_spec_that_differ_are_refused(tmp_path, gain, channel, spec, said):
     path = tmp_path / "lan.toml"
     words = ["plate", "new", str(path), "--backend", "scpi", "--amplifier-gain", gain]
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     edit(path, "amplifier_gain", f"{channel}\namplifier_gain")
     assert sign(path) == 0
     plate = open_plate(f"scpi:/dev/ttyUSB0,plate={path}", clock=VirtualClock())

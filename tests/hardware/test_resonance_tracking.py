@@ -6,15 +6,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from faults import UserError
-from hardware.backends.mock import MockPlate
-from hardware.calibration.record import Calibration
-from hardware.clock import VirtualClock
-from hardware.errors import ConnectionLost, PlateRefused
-from hardware.limits import PlateLimits
-from hardware.plate.dynamics import Resonator
-from hardware.plate.twin import OFF, Twin
-from hardware.resonance_tracking import track, vertex_hz
+from slipscale.faults import UserError
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.calibration.record import Calibration
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.errors import ConnectionLost, PlateRefused
+from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.plate.dynamics import Resonator
+from slipscale.hardware.plate.twin import OFF, Twin
+from slipscale.hardware.resonance_tracking import track, vertex_hz
 
 CALIBRATED_HZ = 30_500.0
 

@@ -4,8 +4,8 @@ import signal
 
 import pytest
 
-from hardware import signals
-from hardware.signals import EndedBySignal, signals_raise
+from slipscale.hardware import signals
+from slipscale.hardware.signals import EndedBySignal, signals_raise
 
 
 @pytest.fixture

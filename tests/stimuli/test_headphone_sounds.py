@@ -5,8 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
-from faults import UserError
-from stimuli.headphone_sounds import EARS, NoiseInEar, Tones
+from slipscale.faults import UserError
+from slipscale.stimuli.headphone_sounds import EARS, NoiseInEar, Tones
 
 RATE_HZ = 8_000
 

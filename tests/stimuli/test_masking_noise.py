@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
 
-from faults import UserError
-from stimuli.masking_noise import pink_noise, ramp
+from slipscale.faults import UserError
+from slipscale.stimuli.masking_noise import pink_noise, ramp
 
 RATE_HZ = 48_000.0
 

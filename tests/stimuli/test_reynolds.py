@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from faults import UserError
-from stimuli import periodic_film, squeeze_film
-from stimuli.periodic_film import Resolution, ReynoldsDiverged, periodic_state
-from stimuli.reynolds import WorkingPoint, relative_friction, solve, sweep
-from stimuli.squeeze_film import Finger
+from slipscale.faults import UserError
+from slipscale.stimuli import periodic_film, squeeze_film
+from slipscale.stimuli.periodic_film import Resolution, ReynoldsDiverged, periodic_state
+from slipscale.stimuli.reynolds import WorkingPoint, relative_friction, solve, sweep
+from slipscale.stimuli.squeeze_film import Finger
 
 PAPER = WorkingPoint(amplitude_um_peak=1.15, roughness_um=0.6, frequency_hz=30_500)
 

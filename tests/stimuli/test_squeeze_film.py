@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from faults import UserError
-from stimuli.squeeze_film import (
+from slipscale.faults import UserError
+from slipscale.stimuli.squeeze_film import (
     ClosedFormWarning,
     Finger,
     Gas,
@@ -16,7 +16,7 @@ from stimuli.squeeze_film import (
     relative_friction,
     squeeze_number,
 )
-from stimuli.surface import VirtualSurface
+from slipscale.stimuli.surface import VirtualSurface
 
 
 def test_squeeze_number_of_the_prototype_is_the_printed_one():

@@ -2,8 +2,8 @@ import math
 
 import pytest
 
-from faults import UserError
-from stimuli.surface import VirtualSurface, peak_from_pp, pp_from_peak
+from slipscale.faults import UserError
+from slipscale.stimuli.surface import VirtualSurface, peak_from_pp, pp_from_peak
 
 
 def test_peak_is_half_of_peak_to_peak_and_back():

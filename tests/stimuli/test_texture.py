@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from faults import UserError
-from stimuli.modulation import AmplitudeStep, Loop, Modulator
-from stimuli.surface import VirtualSurface
-from stimuli.texture import Grating
+from slipscale.faults import UserError
+from slipscale.stimuli.modulation import AmplitudeStep, Loop, Modulator
+from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.texture import Grating
 
 WAVES = ["sine", "square", "triangle", "sawtooth"]
 

@@ -6,10 +6,10 @@ import datetime as dt
 from typing import TYPE_CHECKING
 from unittest import mock
 
-from faults import RigError, UserError
-from hardware.backends.mock import MockPlate
-from hardware.calibration import record
-from hardware.calibration.record import (
+from slipscale.faults import RigError, UserError
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.calibration import record
+from slipscale.hardware.calibration.record import (
     Calibration,
     Device,
     DriveChain,
@@ -17,10 +17,10 @@ from hardware.calibration.record import (
     read_calibration,
     to_toml,
 )
-from hardware.calibration.sweep import SweepPlan, calibration_from, sweep
-from hardware.cli.calibrate import measured
-from hardware.clock import VirtualClock
-from hardware.limits import PlateLimits
+from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
+from slipscale.hardware.cli.calibrate import measured
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.limits import PlateLimits
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
 

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.statistics.descending_difference.verbal_coding import OTHER, SHIPPED, load_codebook
-from faults import UserError
+from slipscale.analysis.statistics.descending_difference.verbal_coding import (
+    OTHER,
+    SHIPPED,
+    load_codebook,
+)
+from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file, characters
 from tools.fuzzing.kind import Case, Kind
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reading.load import load
-from analysis.reading.mapping import NAME
-from faults import UserError
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.reading.mapping import NAME
+from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
 

@@ -11,11 +11,11 @@ from functools import cache
 from typing import TYPE_CHECKING
 from unittest import mock
 
-from analysis.reading.load import load
-from experiments.dataset import verification
-from experiments.dataset.bids import build_dataset
-from experiments.dataset.runs import read_runs
-from faults import UserError
+from slipscale.analysis.reading.load import load
+from slipscale.experiments.dataset import verification
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.runs import read_runs
+from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
 from tools.fuzzing.recorded import record
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
     from random import Random
 
-    from experiments.dataset.runs import Problem, Run
+    from slipscale.experiments.dataset.runs import Problem, Run
 
 JOURNALS = "sourcedata"
 

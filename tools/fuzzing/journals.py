@@ -11,12 +11,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from experiments.dataset.rendering import render
-from experiments.dataset.runs import read_runs
-from experiments.journal.record import chained, decode, encode
-from experiments.journal.run_record import read_plan
-from experiments.running.pilot import run_simulated
-from faults import RigError, UserError
+from slipscale.experiments.dataset.rendering import render
+from slipscale.experiments.dataset.runs import read_runs
+from slipscale.experiments.journal.record import chained, decode, encode
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.running.pilot import run_simulated
+from slipscale.faults import RigError, UserError
 from tools.fuzzing.changes import changed_file, characters
 from tools.fuzzing.kind import Case, Kind
 from tools.fuzzing.recorded import record
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from pathlib import Path
     from random import Random
 
-    from experiments.journal.record import Record
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.study.run_plan import RunPlan
 
 KINDS = (
     *("header", "begin", "done", "void", "end", "resume", "fault", "pause", "go_on", "stop"),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from experiments.lab.folder import FILE, LabFile, read_lab, rendered
-from faults import UserError
-from hardware.registry import backend_names
+from slipscale.experiments.lab.folder import FILE, LabFile, read_lab, rendered
+from slipscale.faults import UserError
+from slipscale.hardware.registry import backend_names
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
 

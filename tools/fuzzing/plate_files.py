@@ -6,10 +6,10 @@ import re
 from typing import TYPE_CHECKING
 from unittest import mock
 
-from faults import RigError, UserError
-from hardware import plate_file
-from hardware.calibration.record import to_toml
-from hardware.plate_file import Identity, Wiring, new_plate, open_plate_file, sign
+from slipscale.faults import RigError, UserError
+from slipscale.hardware import plate_file
+from slipscale.hardware.calibration.record import to_toml
+from slipscale.hardware.plate_file import Identity, Wiring, new_plate, open_plate_file, sign
 from tools.fuzzing.calibrations import TODAY, whole_calibration
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reconstruction.constraints import targets
-from analysis.reconstruction.table_files import SHIPPED, read
-from faults import UserError
+from slipscale.analysis.reconstruction.constraints import targets
+from slipscale.analysis.reconstruction.table_files import SHIPPED, read
+from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
 

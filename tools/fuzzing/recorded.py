@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from experiments.running.pilot import pilot_plans, run_simulated
+from slipscale.experiments.running.pilot import pilot_plans, run_simulated
 from tools.fuzzing.study_files import short_studies
 from tools.torture.pilots import looked_up_once
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.study.run_plan import RunPlan
 
 
 def record(folder: Path) -> dict[str, RunPlan]:

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import tomlkit
 
-from experiments.running import study_commands
-from experiments.study.file import shipped_studies, study_text
-from faults import UserError
+from slipscale.experiments.running import study_commands
+from slipscale.experiments.study.file import shipped_studies, study_text
+from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
 from tools.torture.pilots import EVERY_OPTION

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reading.load import load
-from analysis.reading.mapping import parse_mapping
-from faults import UserError
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.faults import UserError
 from tools.fuzzing.kind import Case, Kind
 
 if TYPE_CHECKING:
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
     from random import Random
 
-    from analysis.reading.mapping import TableMapping
+    from slipscale.analysis.reading.mapping import TableMapping
 
 NAMES = ("participant_id", "amplitude_um_pp", "estimate")
 OTHER_NAMES = (

@@ -7,8 +7,8 @@ from functools import cache, partial
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-import slipscale
-from hardware.cli import plate
+from slipscale import commands
+from slipscale.hardware.cli import plate
 from tools.site.tables import code, table
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ def parsers() -> dict[str, argparse.ArgumentParser]:
 
 
 def _walk() -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    for name in slipscale.COMMANDS:
-        parser, _ = slipscale.load(name)
+    for name in commands.COMMANDS:
+        parser, _ = commands.load_command(name)
         yield parser.prog, parser
         for action in parser._actions:  # noqa: SLF001 - argparse shows its parts nowhere else
             if isinstance(action, argparse._SubParsersAction):  # noqa: SLF001

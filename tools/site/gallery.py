@@ -5,15 +5,15 @@ from __future__ import annotations
 import io
 from typing import TYPE_CHECKING
 
-from experiments.protocols.steps import Present
-from experiments.running.dry_run import dry_run
-from experiments.running.study_commands import show
-from experiments.study.file import read_study, shipped_studies
-from experiments.study.run_plan import RunPlan
+from slipscale.experiments.protocols.steps import Present
+from slipscale.experiments.running.dry_run import dry_run
+from slipscale.experiments.running.study_commands import show
+from slipscale.experiments.study.file import read_study, shipped_studies
+from slipscale.experiments.study.run_plan import RunPlan
 from tools.site.tables import code, table
 
 if TYPE_CHECKING:
-    from experiments.study.model import Study
+    from slipscale.experiments.study.model import Study
 
 INTRODUCTION = """# Studies
 

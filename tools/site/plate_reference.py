@@ -8,7 +8,7 @@ from importlib import import_module
 from importlib.metadata import entry_points
 from itertools import takewhile
 
-from hardware.registry import BACKENDS
+from slipscale.hardware.registry import BACKENDS
 from tools.site.tables import table
 
 INTRODUCTION = """# Plates: SPEC

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from analysis.published.biet2007 import TABLE3_FILE
-from analysis.reconstruction.answers import Across, column_answer
-from analysis.reconstruction.distributions import distributions
-from analysis.reconstruction.sampling import Sampler
-from analysis.reconstruction.solutions import Solutions
-from analysis.reconstruction.table_files import read
-from analysis.reconstruction_page.page import Source, render
-from analysis.reproduction.attained_bounds import known
+from slipscale.analysis.published.biet2007 import TABLE3_FILE
+from slipscale.analysis.reconstruction.answers import Across, column_answer
+from slipscale.analysis.reconstruction.distributions import distributions
+from slipscale.analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.table_files import read
+from slipscale.analysis.reconstruction_page.page import Source, render
+from slipscale.analysis.reproduction.attained_bounds import known
 
 SEED = 1
 

@@ -6,7 +6,7 @@ import json
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any
 
-from experiments.study.schema import study_schema
+from slipscale.experiments.study.schema import study_schema
 from tools.site.tables import code, table
 
 if TYPE_CHECKING:
@@ -39,7 +39,9 @@ def pages() -> dict[str, str]:
     """Return the page, and the schema as a file."""
     schema = study_schema()
     sections = [section(*part) for part in parts(schema)]
-    texts = files("experiments").joinpath("languages", "en.toml").read_text(encoding="utf-8")
+    texts = (
+        files("slipscale.experiments").joinpath("languages", "en.toml").read_text(encoding="utf-8")
+    )
     shipped = (
         "## [texts.en]\n\nThe shipped texts, by their keys. A study replaces any of them in a "
         "table `[texts.en.session]` and so on; the words in {braces} must be there again.\n\n"

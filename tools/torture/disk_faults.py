@@ -15,8 +15,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 from unittest import mock
 
-from experiments.journal import journal as journal_module
-from experiments.journal.journal import Journal
+from slipscale.experiments.journal import journal as journal_module
+from slipscale.experiments.journal.journal import Journal
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -11,19 +11,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from unittest import mock
 
-from experiments.dataset.bids import build_dataset
-from experiments.journal import journal as journal_module
-from experiments.journal import run_record
-from experiments.running.pilot import pilot_plans, run_simulated
-from experiments.study.file import shipped_studies
-from faults import UserError
-from hardware import registry
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.journal import journal as journal_module
+from slipscale.experiments.journal import run_record
+from slipscale.experiments.running.pilot import pilot_plans, run_simulated
+from slipscale.experiments.study.file import shipped_studies
+from slipscale.faults import UserError
+from slipscale.hardware import registry
 from tools.torture.disk_faults import FAULTS, GONE, Disk, Killed, below_the_journal
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.study.run_plan import RunPlan
 
 EVERY_OPTION = Path(__file__).with_name("every_option.toml")
 

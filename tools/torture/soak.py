@@ -26,29 +26,29 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING
 
-from experiments.dataset.bids import build_dataset
-from experiments.journal.journal import Journal
-from experiments.participants.scripted import ScriptedParticipant
-from experiments.protocols.steps import (
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.participants.scripted import ScriptedParticipant
+from slipscale.experiments.protocols.steps import (
     Ask,
     ChoiceQuestion,
     NumberQuestion,
     TextQuestion,
     YesNoQuestion,
 )
-from experiments.running.run import run_plan
-from experiments.session.operator import UnattendedOperator
-from hardware.clock import VirtualClock
-from hardware.emulator.process import EmulatorProcess
-from hardware.errors import PlateTimeout
-from hardware.registry import open_plate
+from slipscale.experiments.running.run import run_plan
+from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.emulator.process import EmulatorProcess
+from slipscale.hardware.errors import PlateTimeout
+from slipscale.hardware.registry import open_plate
 from tools.page_figures import put
 from tools.torture.pilots import plans_of
 
 if TYPE_CHECKING:
-    from experiments.protocols.steps import Adjust, Value
-    from experiments.study.run_plan import RunPlan
-    from hardware.driver import PlateDriver
+    from slipscale.experiments.protocols.steps import Adjust, Value
+    from slipscale.experiments.study.run_plan import RunPlan
+    from slipscale.hardware.driver import PlateDriver
 
 # A data set of so many participants, then a new one: it is built anew after each session.
 PARTICIPANTS = 12

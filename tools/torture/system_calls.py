@@ -15,16 +15,16 @@ import traceback
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from experiments.dataset.bids import build_dataset
-from experiments.journal.journal import Journal
-from experiments.running.pilot import run_simulated
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.running.pilot import run_simulated
 from tools.torture.disk_faults import Stream
 from tools.torture.pilots import difference, folder, spread, undisturbed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.study.run_plan import RunPlan
     from tools.torture.pilots import Outcome
 
 FIRST, RESUMED = "SIGKILL in a run", "SIGKILL in a resumed run"

@@ -11,17 +11,17 @@ import signal
 from typing import TYPE_CHECKING
 from unittest import mock
 
-from experiments.journal import locks
-from experiments.journal.journal import Journal
-from experiments.journal.reading import read_whole
-from faults import UserError
-from hardware.clock import VirtualClock
+from slipscale.experiments.journal import locks
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.reading import read_whole
+from slipscale.faults import UserError
+from slipscale.hardware.clock import VirtualClock
 from tools.torture.pilots import folder
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.study.run_plan import RunPlan
     from tools.torture.pilots import Outcome
 
 

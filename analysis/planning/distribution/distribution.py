@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.planning.distribution.numbers import TABLE3
-from analysis.planning.distribution.wording import CONCLUSIONS, HEADLINES, said
-from analysis.planning.outcome import Share
+from slipscale.analysis.planning.distribution.numbers import TABLE3
+from slipscale.analysis.planning.distribution.wording import CONCLUSIONS, HEADLINES, said
+from slipscale.analysis.planning.outcome import Share
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from analysis.planning.distribution.many_studies import ManyStudies, StudyResult
+    from slipscale.analysis.planning.distribution.many_studies import ManyStudies, StudyResult
 
 PERCENTILES = (5, 50, 95)
 
@@ -27,7 +27,7 @@ class Spread:
     Parameters
     ----------
     name : str
-        See `analysis.planning.distribution.numbers.Findings`.
+        See `slipscale.analysis.planning.distribution.numbers.Findings`.
     studies : int
         How many have it.
     p5, median, p95 : float
@@ -52,7 +52,7 @@ class Conclusion:
     Parameters
     ----------
     name : str
-        See `analysis.planning.distribution.numbers.Findings`.
+        See `slipscale.analysis.planning.distribution.numbers.Findings`.
     words : str
     share : Share
         A study that could not be analysed is one in which it does not hold.

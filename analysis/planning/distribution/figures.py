@@ -6,16 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.figures.shared import amplitude_axis
-from analysis.planning.distribution.distribution import cell_name
-from analysis.published import biet2007
-from figure_style import BLUE, GREY, PALE, VERMILION, canvas, styled
+from slipscale.analysis.figures.shared import amplitude_axis
+from slipscale.analysis.planning.distribution.distribution import cell_name
+from slipscale.analysis.published import biet2007
+from slipscale.figure_style import BLUE, GREY, PALE, VERMILION, canvas, styled
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from analysis.planning.distribution.distribution import Distribution
+    from slipscale.analysis.planning.distribution.distribution import Distribution
 
 #: Table III's column -> its title.
 STATISTICS = {

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 from markupsafe import Markup
 
-from analysis.planning.distribution.figures import (
+from slipscale.analysis.planning.distribution.figures import (
     CURVES,
     PANELS,
     STATISTICS,
@@ -17,11 +17,11 @@ from analysis.planning.distribution.figures import (
     curves_figure,
     results_figure,
 )
-from analysis.planning.distribution.terminal import percent, sentences, values
-from analysis.reporting import html, json_form
-from analysis.reporting.csv_file import write_csv
-from faults import UserError
-from figure_style import save, svg
+from slipscale.analysis.planning.distribution.terminal import percent, sentences, values
+from slipscale.analysis.reporting import html, json_form
+from slipscale.analysis.reporting.csv_file import write_csv
+from slipscale.faults import UserError
+from slipscale.figure_style import save, svg
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from analysis.planning.distribution.distribution import Distribution
+    from slipscale.analysis.planning.distribution.distribution import Distribution
 
 try:
     VERSION = version("slipscale")
@@ -129,9 +129,11 @@ def _record(found: Distribution) -> dict[str, object]:
 
 
 def _page(found: Distribution, figures: dict[str, Figure]) -> str:
-    css = files("analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
+    css = (
+        files("slipscale.analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
+    )
     return (
-        html.environment("analysis.planning")
+        html.environment("slipscale.analysis.planning")
         .get_template("distribution.html")
         .render(
             title=f"{found.title}, simulated {len(found.results)} times",

@@ -11,22 +11,22 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from analysis.pipeline import analyse
-from analysis.planning.distribution.numbers import Findings, findings
-from experiments.running.bare_dataset import why_sessions, write_simulated
-from experiments.running.dry_run import check_answered, check_supported
-from experiments.running.pilot import MOCK, pilot_plans
-from experiments.running.run import plate_for
-from experiments.study.file import study_hash
-from faults import UserError
-from hardware.address import with_plate_file
-from hardware.clock import VirtualClock
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.planning.distribution.numbers import Findings, findings
+from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
+from slipscale.experiments.running.dry_run import check_answered, check_supported
+from slipscale.experiments.running.pilot import MOCK, pilot_plans
+from slipscale.experiments.running.run import plate_for
+from slipscale.experiments.study.file import study_hash
+from slipscale.faults import UserError
+from slipscale.hardware.address import with_plate_file
+from slipscale.hardware.clock import VirtualClock
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from experiments.participants.population import Population
-    from experiments.study.run_plan import RunPlan
+    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.study.run_plan import RunPlan
 
 #: What a study's seed means; another number makes other seeds.
 VERSION = 1

@@ -10,14 +10,14 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from analysis.reporting import json_form
-from analysis.reporting.files import inference
+from slipscale.analysis.reporting import json_form
+from slipscale.analysis.reporting.files import inference
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from analysis.reporting.json_form import Json, JsonObject
-    from analysis.result import Analysis
+    from slipscale.analysis.reporting.json_form import Json, JsonObject
+    from slipscale.analysis.result import Analysis
 
 TABLE3 = "table3"
 #: Keys that tell which of a list's elements one is; their values make its name.

@@ -9,11 +9,11 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from analysis.planning.distribution.figures import STATISTICS
-from analysis.published import biet2007
+from slipscale.analysis.planning.distribution.figures import STATISTICS
+from slipscale.analysis.published import biet2007
 
 if TYPE_CHECKING:
-    from analysis.planning.distribution.distribution import Distribution, Spread
+    from slipscale.analysis.planning.distribution.distribution import Distribution, Spread
 
 
 def percent(share: float) -> str:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import html
-from analysis.reporting.apa import reliable
-from analysis.reporting.html import ReportSection
-from analysis.reporting.numbers import grouped, p_value
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting import html
+from slipscale.analysis.reporting.apa import reliable
+from slipscale.analysis.reporting.html import ReportSection
+from slipscale.analysis.reporting.numbers import grouped, p_value
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from analysis.result import Analysis
+    from slipscale.analysis.result import Analysis
 
 
 def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

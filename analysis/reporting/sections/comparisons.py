@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import apa, html
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import DASH, grouped, interval, p_value
-from analysis.statistics.equivalence import PRIOR_SCALE
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting import apa, html
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import DASH, grouped, interval, p_value
+from slipscale.analysis.statistics.equivalence import PRIOR_SCALE
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from markupsafe import Markup
 
-    from analysis.result import Analysis
-    from analysis.statistics.pairwise import PairComparison, PairedT
-    from analysis.statistics.run_all import Inference
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.pairwise import PairComparison, PairedT
+    from slipscale.analysis.statistics.run_all import Inference
 
 TEST_TITLES = {
     "rm_anova": "Repeated-measures ANOVA, log estimates",

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.figures.shared import LINES_AT_MOST
-from analysis.figures.yes_no import step_label
-from analysis.reporting import html
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import grouped, interval
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.figures.shared import LINES_AT_MOST
+from slipscale.analysis.figures.yes_no import step_label
+from slipscale.analysis.reporting import html
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import grouped, interval
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from analysis.result import Analysis
-    from analysis.statistics.descending_difference.yes_no import DescendingDifference
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.descending_difference.yes_no import DescendingDifference
 
 #: Of a category's reports, so many different wordings are shown.
 WORDINGS_SHOWN = 40

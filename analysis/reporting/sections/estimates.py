@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.published import biet2007
-from analysis.reporting import html
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import DASH, grouped, interval
+from slipscale.analysis.published import biet2007
+from slipscale.analysis.reporting import html
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import DASH, grouped, interval
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-    from analysis.result import Analysis
+    from slipscale.analysis.result import Analysis
 
 
 def estimates(analysis: Analysis) -> ReportSection:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import apa_exponent_and_weber, html
-from analysis.reporting.html import ReportSection
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting import apa_exponent_and_weber, html
+from slipscale.analysis.reporting.html import ReportSection
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from analysis.result import Analysis
+    from slipscale.analysis.result import Analysis
 
 
 def exponent_and_weber(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

@@ -5,18 +5,18 @@ from __future__ import annotations
 from math import exp
 from typing import TYPE_CHECKING
 
-from analysis.reporting import apa, html
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import DASH, grouped, interval, p_value
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting import apa, html
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import DASH, grouped, interval, p_value
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from markupsafe import Markup
 
-    from analysis.result import Analysis
-    from analysis.statistics.welch import Welch
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.welch import Welch
 
 #: Fields of `GroupComparison` -> what its numbers are, and how a value of them is read.
 COMPARED: dict[str, tuple[str, str, Callable[[float], float]]] = {

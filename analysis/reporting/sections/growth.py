@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import html
-from analysis.reporting.apa import MODEL_NAMES
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import grouped
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting import html
+from slipscale.analysis.reporting.apa import MODEL_NAMES
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import grouped
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from markupsafe import Markup
 
-    from analysis.result import Analysis
-    from analysis.statistics.growth_models import GrowthComparison
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.growth_models import GrowthComparison
 
 
 def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import apa_magnitude_modes as words
-from analysis.reporting import html
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import DASH, bracketed, number, p_value, significant
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting import apa_magnitude_modes as words
+from slipscale.analysis.reporting import html
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import DASH, bracketed, number, p_value, significant
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from markupsafe import Markup
 
-    from analysis.result import Analysis
-    from analysis.statistics.productions import TaskProductions
-    from analysis.statistics.ratings import TaskRatings
-    from analysis.statistics.ratio_judgements import TaskRatios
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.productions import TaskProductions
+    from slipscale.analysis.statistics.ratings import TaskRatings
+    from slipscale.analysis.statistics.ratio_judgements import TaskRatios
 
 
 def ratings(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

@@ -5,18 +5,18 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from analysis.reporting import html
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import grouped, number
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting import html
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import grouped, number
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from analysis.result import Analysis
-    from analysis.statistics.confidence_interval import ConfidenceInterval
-    from analysis.statistics.mean_over_participants import MeanOverParticipants
-    from analysis.statistics.measured_friction import MeanCorrelation, MeasuredFriction
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.statistics.measured_friction import MeanCorrelation, MeasuredFriction
 
 LESS_FRICTION = 0.1
 

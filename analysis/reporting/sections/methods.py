@@ -4,18 +4,18 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import html, methods_text
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import grouped
-from analysis.reporting.primary import FAMILIES
-from analysis.wording import listed
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.reporting import html, methods_text
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import grouped
+from slipscale.analysis.reporting.primary import FAMILIES
+from slipscale.analysis.wording import listed
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from analysis.result import Analysis
-    from experiments.study.analysis_choices import AnalysisChoices
+    from slipscale.analysis.result import Analysis
+    from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 SEEDS_LISTED = 12
 #: `Dataset.unchanged` -> what may be said of the study file's choices.

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import html
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import unit_number
-from analysis.statistics.multiplicity import multiplicity
+from slipscale.analysis.reporting import html
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import unit_number
+from slipscale.analysis.statistics.multiplicity import multiplicity
 
 if TYPE_CHECKING:
-    from analysis.result import Analysis
+    from slipscale.analysis.result import Analysis
 
 
 def tests_made(analysis: Analysis) -> ReportSection:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import html
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import DASH, significant
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting import html
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import DASH, significant
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     import pandas as pd
     from markupsafe import Markup
 
-    from analysis.own.declaration import OwnFinding, OwnResult
-    from analysis.result import Analysis
+    from slipscale.analysis.own.declaration import OwnFinding, OwnResult
+    from slipscale.analysis.result import Analysis
 
 #: Rows of a table in the report; the file beside it holds them all.
 ROWS_SHOWN = 40

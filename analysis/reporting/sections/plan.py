@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import html
+from slipscale.analysis.reporting import html
 
 if TYPE_CHECKING:
-    from analysis.result import Analysis
+    from slipscale.analysis.result import Analysis
 
 
 def plan(analysis: Analysis) -> html.ReportSection:

@@ -6,26 +6,26 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import pandas as pd
 
-from analysis.preprocessing import data_quality as quality_rules
-from analysis.reporting import html
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import (
+from slipscale.analysis.preprocessing import data_quality as quality_rules
+from slipscale.analysis.reporting import html
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import (
     DASH,
     SMALLEST_OF_TWO_DECIMALS,
     grouped,
     interval,
     significant,
 )
-from analysis.statistics.not_computed import NotComputed
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from markupsafe import Markup
 
-    from analysis.result import Analysis
-    from analysis.statistics.robustness import SubsetSummary
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.robustness import SubsetSummary
 
     #: A row of a table of pandas', whose cells have several types.
     Row: TypeAlias = pd.Series[Any]

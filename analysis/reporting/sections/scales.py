@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import apa_scales, html
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import DASH, bracketed, number, p_value
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting import apa_scales, html
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import DASH, bracketed, number, p_value
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from markupsafe import Markup
 
-    from analysis.result import Analysis
-    from analysis.statistics.matching import MatchedReference
-    from analysis.statistics.mean_over_participants import MeanOverParticipants
-    from analysis.statistics.scaling.task_scales import TaskScale
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.matching import MatchedReference
+    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.statistics.scaling.task_scales import TaskScale
 
 
 def scales(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import apa, html
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import DASH, grouped, interval, p_value, unit_number
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting import apa, html
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import DASH, grouped, interval, p_value, unit_number
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from markupsafe import Markup
 
-    from analysis.result import Analysis
-    from analysis.statistics.session_anova import SessionAnova
-    from analysis.statistics.session_effects import SessionEffects, SessionMeasure
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.session_anova import SessionAnova
+    from slipscale.analysis.statistics.session_effects import SessionEffects, SessionMeasure
 
 
 def sessions(analysis: Analysis) -> ReportSection:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.figures.shared import LINES_AT_MOST
-from analysis.preprocessing import normalisation
-from analysis.reporting import (
+from slipscale.analysis.figures.shared import LINES_AT_MOST
+from slipscale.analysis.preprocessing import normalisation
+from slipscale.analysis.reporting import (
     apa,
     apa_difference,
     apa_magnitude_modes,
@@ -14,16 +14,16 @@ from analysis.reporting import (
     apa_thresholds,
     html,
 )
-from analysis.reporting.html import ReportSection
-from analysis.reporting.numbers import counted, grouped
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting.html import ReportSection
+from slipscale.analysis.reporting.numbers import counted, grouped
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from markupsafe import Markup
 
-    from analysis.result import Analysis
+    from slipscale.analysis.result import Analysis
 
 #: Fewer participants than this make every interval wide and every "not told apart" empty.
 SMALL = 6

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from analysis.reporting import apa_thresholds, html
-from analysis.reporting.html import ReportSection, TableColumn
-from analysis.reporting.numbers import DASH, bracketed, p_value, significant, unit_number
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics.forced_choice import COMPARED
+from slipscale.analysis.reporting import apa_thresholds, html
+from slipscale.analysis.reporting.html import ReportSection, TableColumn
+from slipscale.analysis.reporting.numbers import DASH, bracketed, p_value, significant, unit_number
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.forced_choice import COMPARED
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from markupsafe import Markup
 
-    from analysis.result import Analysis
-    from analysis.statistics.psychometrics.forced_choice import (
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.psychometrics.forced_choice import (
         ParticipantThreshold,
         TaskThresholds,
     )

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import pandas as pd
 
-from analysis.preprocessing.sufficiency import FEWEST, few
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from analysis.statistics.not_computed import NotComputed
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -85,7 +85,8 @@ def psychometric(
     Parameters
     ----------
     steps : DataFrame
-        `analysis.reading.dataset.Dataset.differences`: answered steps, catch steps among them.
+        `slipscale.analysis.reading.dataset.Dataset.differences`: answered steps, catch steps among
+        them.
     measure : {"removed_um_pp", "weber_fraction"}
         Of the size; a step from 0 has no Weber fraction and is left out of that curve.
     base : str

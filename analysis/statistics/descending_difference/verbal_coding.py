@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from faults.toml_file import read_toml
+from slipscale.faults.toml_file import read_toml
 
 Meaning = Literal["less_slippery", "more_slippery", "unclear"]
 #: A stem without a letter would be found in every report.

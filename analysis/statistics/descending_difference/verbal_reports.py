@@ -6,15 +6,15 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from analysis.statistics.descending_difference.verbal_coding import OTHER
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.descending_difference.verbal_coding import OTHER
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     import pandas as pd
 
-    from analysis.statistics.descending_difference.verbal_coding import Codebook, Meaning
+    from slipscale.analysis.statistics.descending_difference.verbal_coding import Codebook, Meaning
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

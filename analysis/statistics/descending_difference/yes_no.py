@@ -12,29 +12,34 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from analysis.preprocessing.sufficiency import few
-from analysis.statistics.descending_difference.probit import d_primes
-from analysis.statistics.descending_difference.proportions import clustered_interval
-from analysis.statistics.descending_difference.step_size_curve import psychometric
-from analysis.statistics.descending_difference.verbal_reports import code_reports
-from analysis.statistics.mean_over_participants import mean_over_participants
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics.psychometric_function import Answers, PsychometricFunction
-from analysis.statistics.psychometrics.thresholds import fit_threshold
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.analysis.preprocessing.sufficiency import few
+from slipscale.analysis.statistics.descending_difference.probit import d_primes
+from slipscale.analysis.statistics.descending_difference.proportions import clustered_interval
+from slipscale.analysis.statistics.descending_difference.step_size_curve import psychometric
+from slipscale.analysis.statistics.descending_difference.verbal_reports import code_reports
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.psychometric_function import (
+    Answers,
+    PsychometricFunction,
+)
+from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-    from analysis.statistics.confidence_interval import ConfidenceInterval
-    from analysis.statistics.descending_difference.coder_agreement import CoderAgreement
-    from analysis.statistics.descending_difference.probit import DPrimeOfSize
-    from analysis.statistics.descending_difference.step_size_curve import PsychometricCurve
-    from analysis.statistics.descending_difference.verbal_coding import Codebook
-    from analysis.statistics.descending_difference.verbal_reports import VerbalReports
-    from analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.descending_difference.coder_agreement import CoderAgreement
+    from slipscale.analysis.statistics.descending_difference.probit import DPrimeOfSize
+    from slipscale.analysis.statistics.descending_difference.step_size_curve import (
+        PsychometricCurve,
+    )
+    from slipscale.analysis.statistics.descending_difference.verbal_coding import Codebook
+    from slipscale.analysis.statistics.descending_difference.verbal_reports import VerbalReports
+    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
 #: Of fewer steps of a kind a participant's own d' is mostly its correction.
 TRIALS_FOR_OWN = 20
@@ -196,7 +201,7 @@ def analyse_differences(
     Parameters
     ----------
     steps : DataFrame
-        `analysis.reading.dataset.Dataset.differences`.
+        `slipscale.analysis.reading.dataset.Dataset.differences`.
     book : Codebook
         Codes the verbal reports.
     confidence : float

@@ -7,26 +7,29 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.sufficiency import FEWEST, few
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics.goodness_of_fit import GoodnessOfFit, goodness_of_fit
-from analysis.statistics.psychometrics.population_threshold import (
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.goodness_of_fit import (
+    GoodnessOfFit,
+    goodness_of_fit,
+)
+from slipscale.analysis.statistics.psychometrics.population_threshold import (
     PopulationThreshold,
     population_threshold,
     weber_fraction,
 )
-from analysis.statistics.psychometrics.psychometric_function import (
+from slipscale.analysis.statistics.psychometrics.psychometric_function import (
     Answers,
     Estimate,
     PsychometricFunction,
     estimate,
 )
-from analysis.statistics.psychometrics.thresholds import (
+from slipscale.analysis.statistics.psychometrics.thresholds import (
     fit_threshold,
     fit_threshold_by_posterior,
     fit_threshold_by_psignifit,
 )
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -81,7 +84,7 @@ class TaskThresholds:
     task : str
         The task's label in file names.
     method : str
-        A key of `analysis.statistics.psychometrics.psychometric_function.METHODS`.
+        A key of `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`.
     standard_um_pp : float or None
         With which surfaces were compared, µm peak to peak; None in detection, where the others
         are still, and where standards differ.
@@ -109,7 +112,7 @@ def thresholds(
     Parameters
     ----------
     choices : DataFrame
-        `analysis.reading.forced_choice.read_choices`'s trials.
+        `slipscale.analysis.reading.forced_choice.read_choices`'s trials.
     psignifit : bool
         Whether to fit by psignifit too, which takes a second a participant and task.
     """

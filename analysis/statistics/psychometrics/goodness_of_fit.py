@@ -7,15 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.sufficiency import FEWEST, TINY, few
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics import psychometric_fit as likelihood
-from analysis.statistics.psychometrics.psychometric_fit import Counts
-from analysis.statistics.psychometrics.thresholds import LARGEST_LAPSE, counts_of, model_of
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
+from slipscale.analysis.statistics.psychometrics.psychometric_fit import Counts
+from slipscale.analysis.statistics.psychometrics.thresholds import (
+    LARGEST_LAPSE,
+    counts_of,
+    model_of,
+)
 
 if TYPE_CHECKING:
-    from analysis.statistics.psychometrics.psychometric_fit import Array
-    from analysis.statistics.psychometrics.psychometric_function import (
+    from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array
+    from slipscale.analysis.statistics.psychometrics.psychometric_function import (
         Answers,
         PsychometricFunction,
     )

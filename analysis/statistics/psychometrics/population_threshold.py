@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.sufficiency import FEWEST, few
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics.psychometric_function import (
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.psychometric_function import (
     Estimate,
     PsychometricFunction,
     estimate,
 )
-from experiments.protocols.adaptive.curves import CURVES
-from faults import UserError
+from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -21,10 +21,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.statistics.psychometrics import psychometric_fit as likelihood
+from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
 
 if TYPE_CHECKING:
-    from analysis.statistics.psychometrics.psychometric_fit import Array, Counts, Model
+    from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Counts, Model
 
 USUAL_SLOPE = 2.0
 SLOPE_SD = 0.6

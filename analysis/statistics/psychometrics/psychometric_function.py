@@ -11,15 +11,15 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from experiments.protocols.adaptive.curves import CURVES
-from faults import UserError
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from analysis.statistics.not_computed import NotComputed
-    from analysis.statistics.psychometrics.psychometric_fit import Array, Guess
+    from slipscale.analysis.statistics.not_computed import NotComputed
+    from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Guess
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,7 +115,7 @@ class PsychometricFunction:
     estimator : {"maximum likelihood", "posterior", "psignifit"}
         How it was found.
     curve, method : str
-        Keys of `experiments.protocols.adaptive.curves.CURVES` and of `METHODS`.
+        Keys of `slipscale.experiments.protocols.adaptive.curves.CURVES` and of `METHODS`.
     share : float
         The threshold is where the curve without guesses and lapses has this value.
     threshold_um_pp : Estimate

@@ -10,19 +10,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.sufficiency import few
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics import psychometric_fit as likelihood
-from analysis.statistics.psychometrics.posterior import marginals
-from analysis.statistics.psychometrics.psychometric_fit import Array, Counts, Model
-from analysis.statistics.psychometrics.psychometric_function import (
+from slipscale.analysis.preprocessing.sufficiency import few
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
+from slipscale.analysis.statistics.psychometrics.posterior import marginals
+from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Counts, Model
+from slipscale.analysis.statistics.psychometrics.psychometric_function import (
     METHODS,
     Answers,
     PsychometricFunction,
     estimate,
 )
-from experiments.protocols.adaptive.curves import CURVES
-from faults import UserError
+from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -155,8 +155,8 @@ def fit_threshold_by_posterior(
 ) -> PsychometricFunction | NotComputed:
     """Fit a psychometric function by medians of a posterior, with equal-tailed intervals.
 
-    `analysis.statistics.psychometrics.posterior` says what is thought beforehand. Parameters and
-    errors as for `fit_threshold`; where that finds no threshold, neither does this.
+    `slipscale.analysis.statistics.psychometrics.posterior` says what is thought beforehand.
+    Parameters and errors as for `fit_threshold`; where that finds no threshold, neither does this.
     """
     model = model_of(method, curve, share, LARGEST_LAPSE)
     likeliest = _likeliest(answers, model)

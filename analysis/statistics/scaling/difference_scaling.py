@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from analysis.preprocessing.sufficiency import FEWEST, few
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from analysis.statistics.not_computed import NotComputed
-from faults import UserError
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.faults import UserError
 
 Array = npt.NDArray[np.float64]
 

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import numpy.typing as npt
 
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from analysis.statistics.not_computed import NotComputed
-from experiments.protocols.adaptive.curves import CURVES
-from faults import UserError
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from experiments.protocols.adaptive.curves import Curve
+    from slipscale.experiments.protocols.adaptive.curves import Curve
 
 Array = npt.NDArray[np.float64]
 

@@ -7,25 +7,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.reading.surface_labels import amplitude_of
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.scaling.difference_scaling import (
+from slipscale.analysis.reading.surface_labels import amplitude_of
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.scaling.difference_scaling import (
     DifferenceScale,
     difference_scale,
     triads_as_quadruples,
 )
-from analysis.statistics.scaling.paired_comparison_scale import (
+from slipscale.analysis.statistics.scaling.paired_comparison_scale import (
     ComparisonScale,
     bradley_terry,
     thurstone,
 )
-from analysis.statistics.scaling.transitivity import (
+from slipscale.analysis.statistics.scaling.transitivity import (
     Consistency,
     StochasticTransitivity,
     consistency,
     stochastic_transitivity,
 )
-from experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -83,7 +83,7 @@ def scales(
     Parameters
     ----------
     comparisons : DataFrame
-        `analysis.reading.comparing_and_matching.read_comparisons`'s trials.
+        `slipscale.analysis.reading.comparing_and_matching.read_comparisons`'s trials.
     """
     if not len(comparisons):
         return NotComputed("no trials of paired comparison")

@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from analysis.preprocessing.sufficiency import FEWEST, few
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.scaling.paired_comparison_scale import checked_choices
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.scaling.paired_comparison_scale import checked_choices
 
 if TYPE_CHECKING:
     import numpy.typing as npt

@@ -13,21 +13,21 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from experiments.dataset.bids import write_file
-from experiments.journal.run_record import is_mock
-from experiments.lab.console.state import ended_runs
-from experiments.lab.unblinding import unblind
-from experiments.running.run_state import studies
-from experiments.session.mailbox import LiveRequest, TrialName, post
-from experiments.study.file import parse_whole, shipped_studies, study_text
-from faults import UserError
+from slipscale.experiments.dataset.bids import write_file
+from slipscale.experiments.journal.run_record import is_mock
+from slipscale.experiments.lab.console.state import ended_runs
+from slipscale.experiments.lab.unblinding import unblind
+from slipscale.experiments.running.run_state import studies
+from slipscale.experiments.session.mailbox import LiveRequest, TrialName, post
+from slipscale.experiments.study.file import parse_whole, shipped_studies, study_text
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.lab.console.jobs import Jobs
-    from experiments.lab.console.state import Snapshot, State
-    from experiments.lab.roster import Person
+    from slipscale.experiments.lab.console.jobs import Jobs
+    from slipscale.experiments.lab.console.state import Snapshot, State
+    from slipscale.experiments.lab.roster import Person
 
 Label = Annotated[str, Field(pattern="^[A-Za-z0-9]{1,40}$")]
 Words = Annotated[str, Field(max_length=2000)]

@@ -18,24 +18,24 @@ from starlette.middleware import Middleware
 from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from experiments.lab.console.actions import Actions
-from experiments.lab.console.jobs import KINDS
-from experiments.lab.console.pages import PAGES, parts_done
-from experiments.lab.console.presence import Presence
-from experiments.lab.console.security import REPORT_POLICY, Guard
-from experiments.lab.console.state import RESULTS, State, pilots
-from experiments.lab.console.words import LANGUAGES, Words, preferred
-from faults import UserError, harmless
+from slipscale.experiments.lab.console.actions import Actions
+from slipscale.experiments.lab.console.jobs import KINDS
+from slipscale.experiments.lab.console.pages import PAGES, parts_done
+from slipscale.experiments.lab.console.presence import Presence
+from slipscale.experiments.lab.console.security import REPORT_POLICY, Guard
+from slipscale.experiments.lab.console.state import RESULTS, State, pilots
+from slipscale.experiments.lab.console.words import LANGUAGES, Words, preferred
+from slipscale.faults import UserError, harmless
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Iterator
 
     from starlette.requests import Request
 
-    from experiments.lab.console.jobs import Jobs
-    from experiments.lab.console.security import Access
+    from slipscale.experiments.lab.console.jobs import Jobs
+    from slipscale.experiments.lab.console.security import Access
 
-PACKAGE = "experiments.lab.console"
+PACKAGE = "slipscale.experiments.lab.console"
 LOOK_S = 1.0
 STATIC = {
     "console.css": "text/css",

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING
 
-from experiments.lab.console.plots import BOTTOM, HEIGHT, LEFT, TOP, WIDTH
+from slipscale.experiments.lab.console.plots import BOTTOM, HEIGHT, LEFT, TOP, WIDTH
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from experiments.lab.run_summary import PlateReading, RunSummary
+    from slipscale.experiments.lab.run_summary import PlateReading, RunSummary
 
 TOGETHER = 8
 RIGHT = 10

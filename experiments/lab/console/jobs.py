@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, get_args
 
-from faults import UserError, harmless
+from slipscale.faults import UserError, harmless
 
 Kind = Literal["session", "check", "analysis", "pilot"]
 KINDS: tuple[Kind, ...] = get_args(Kind)

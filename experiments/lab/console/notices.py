@@ -10,15 +10,15 @@ from datetime import datetime
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from experiments.journal.run_record import read_usable
-from faults import UserError
+from slipscale.experiments.journal.run_record import read_usable
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from experiments.lab.defaults import Defaults
-    from experiments.lab.roster import Roster, Visit
-    from experiments.study.model import Study
+    from slipscale.experiments.lab.defaults import Defaults
+    from slipscale.experiments.lab.roster import Roster, Visit
+    from slipscale.experiments.study.model import Study
 
 AHEAD_S = 120.0  # two computers' clocks may differ by as much
 MOST_NAMED = 5

@@ -7,29 +7,29 @@ from datetime import UTC, datetime
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
-from experiments.journal.run_record import is_mock
-from experiments.lab.console.actions import text_hash, why_not_edited
-from experiments.lab.console.history import deviations, history
-from experiments.lab.console.plots import scatter
-from experiments.lab.console.state import (
+from slipscale.experiments.journal.run_record import is_mock
+from slipscale.experiments.lab.console.actions import text_hash, why_not_edited
+from slipscale.experiments.lab.console.history import deviations, history
+from slipscale.experiments.lab.console.plots import scatter
+from slipscale.experiments.lab.console.state import (
     RESULTS,
     findings,
     pilots,
     table3,
     usual_duration_s,
 )
-from experiments.lab.run_summary import RunSummary, summary
-from experiments.session.terminal import clock_face
-from experiments.study.file import study_text
-from experiments.study.run_plan import RunPlan
+from slipscale.experiments.lab.run_summary import RunSummary, summary
+from slipscale.experiments.session.terminal import clock_face
+from slipscale.experiments.study.file import study_text
+from slipscale.experiments.study.run_plan import RunPlan
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from experiments.lab.console.jobs import Job, Jobs
-    from experiments.lab.console.state import Live, Snapshot
-    from experiments.lab.console.words import Words
-    from experiments.lab.roster import Person, Visit
+    from slipscale.experiments.lab.console.jobs import Job, Jobs
+    from slipscale.experiments.lab.console.state import Live, Snapshot
+    from slipscale.experiments.lab.console.words import Words
+    from slipscale.experiments.lab.roster import Person, Visit
 
 MOST_EVENTS = 30
 MOST_NOTES = 20

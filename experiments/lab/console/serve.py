@@ -15,15 +15,15 @@ from typing import TYPE_CHECKING
 
 import uvicorn
 
-from experiments.lab.console.app import make_app
-from experiments.lab.console.jobs import Jobs
-from experiments.lab.console.security import Access
-from faults import UserError
+from slipscale.experiments.lab.console.app import make_app
+from slipscale.experiments.lab.console.jobs import Jobs
+from slipscale.experiments.lab.console.security import Access
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from starlette.applications import Starlette
 
-    from experiments.lab.console.app import Console
+    from slipscale.experiments.lab.console.app import Console
 
 PORT = 8470
 CERTIFICATE_DAYS = "30"

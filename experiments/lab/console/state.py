@@ -11,18 +11,18 @@ from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING
 
-from experiments.lab.console.notices import notices
-from experiments.lab.defaults import Defaults, here
-from experiments.lab.roster import Roster, read_roster
-from experiments.lab.run_summary import RunSummary, summary
-from experiments.lab.unblinding import results_may_be_seen, unblinded
-from experiments.session.mailbox import LiveStatus, read_status
-from experiments.study.file import read_study
-from faults import UserError, harmless
+from slipscale.experiments.lab.console.notices import notices
+from slipscale.experiments.lab.defaults import Defaults, here
+from slipscale.experiments.lab.roster import Roster, read_roster
+from slipscale.experiments.lab.run_summary import RunSummary, summary
+from slipscale.experiments.lab.unblinding import results_may_be_seen, unblinded
+from slipscale.experiments.session.mailbox import LiveStatus, read_status
+from slipscale.experiments.study.file import read_study
+from slipscale.faults import UserError, harmless
 
 if TYPE_CHECKING:
-    from experiments.lab.roster import Visit
-    from experiments.study.model import Study
+    from slipscale.experiments.lab.roster import Visit
+    from slipscale.experiments.study.model import Study
 
 FRESH_S = 1.0
 RESULTS = Path("derivatives", "slipscale")
@@ -69,7 +69,7 @@ class Snapshot:
     results_ns : int or None
         When the last analysis was written; None without one.
     notices : tuple of str
-        What is odd and stops nothing: see `experiments.lab.console.notices`.
+        What is odd and stops nothing: see `slipscale.experiments.lab.console.notices`.
     """
 
     problem: str = ""

@@ -8,7 +8,7 @@ from functools import cache
 from importlib.resources import files
 from typing import TYPE_CHECKING
 
-from experiments.languages.texts import flatten
+from slipscale.experiments.languages.texts import flatten
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,7 +19,7 @@ LANGUAGES = ("en", "fr")
 @cache
 def page_texts(language: str) -> Mapping[str, str]:
     """Return the texts of a language, by their keys."""
-    source = files("experiments.lab.console").joinpath("texts", f"{language}.toml")
+    source = files("slipscale.experiments.lab.console").joinpath("texts", f"{language}.toml")
     return flatten(tomllib.loads(source.read_text(encoding="utf-8")))
 
 

@@ -6,7 +6,7 @@ and `window`, which joins them into a participant. PsychoPy is imported when the
 before.
 """
 
-from experiments.participants.psychopy_window.display import check_screen, screens
-from experiments.participants.psychopy_window.window import PsychoPyWindow
+from slipscale.experiments.participants.psychopy_window.display import check_screen, screens
+from slipscale.experiments.participants.psychopy_window.window import PsychoPyWindow
 
 __all__ = ["PsychoPyWindow", "check_screen", "screens"]

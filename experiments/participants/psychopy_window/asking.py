@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from experiments.participants.psychopy_window import entry, scene, touch
-from experiments.participants.psychopy_window.scene import Scene, Text
-from experiments.participants.psychopy_window.screen_words import ScreenResult, remaining
-from experiments.participants.psychopy_window.waiting import Unmoved, by_touch
-from experiments.protocols.steps import (
+from slipscale.experiments.participants.psychopy_window import entry, scene, touch
+from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
+from slipscale.experiments.participants.psychopy_window.screen_words import ScreenResult, remaining
+from slipscale.experiments.participants.psychopy_window.waiting import Unmoved, by_touch
+from slipscale.experiments.protocols.steps import (
     Ask,
     ChoiceQuestion,
     ComparisonQuestion,

@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
-from experiments.participants.psychopy_window.scene import (
+from slipscale.experiments.participants.psychopy_window.scene import (
     Area,
     Arrow,
     Box,
@@ -22,14 +22,14 @@ from experiments.participants.psychopy_window.scene import (
     Scene,
     Text,
 )
-from faults import UserError
-from hardware.contact.source import Touch
+from slipscale.faults import UserError
+from slipscale.hardware.contact.source import Touch
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from types import TracebackType
 
-    from hardware.clock import Clock
+    from slipscale.hardware.clock import Clock
 
 # Dark grey and one accent (Okabe and Ito's sky blue, safe for every colour vision).
 COLOURS: dict[Colour, tuple[int, int, int]] = {

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import TYPE_CHECKING, Protocol, TypeGuard
 
-from experiments.languages.texts import NUMBER_KEYS
-from experiments.protocols.steps import (
+from slipscale.experiments.languages.texts import NUMBER_KEYS
+from slipscale.experiments.protocols.steps import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,
@@ -25,7 +25,7 @@ from experiments.protocols.steps import (
     WholeNumberQuestion,
     YesNoQuestion,
 )
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from hardware.clock import Clock
+    from slipscale.hardware.clock import Clock
 
 Kind = Literal["character", "erase", "escape", "turn", "move", "point"]
 Source = Literal["ptb", "window"]

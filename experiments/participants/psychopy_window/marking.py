@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from experiments.participants.psychopy_window import scene
-from experiments.participants.psychopy_window.entry import ENTER
-from experiments.participants.psychopy_window.scene import Box, Scene, Text
-from experiments.participants.psychopy_window.screen_words import (
+from slipscale.experiments.participants.psychopy_window import scene
+from slipscale.experiments.participants.psychopy_window.entry import ENTER
+from slipscale.experiments.participants.psychopy_window.scene import Box, Scene, Text
+from slipscale.experiments.participants.psychopy_window.screen_words import (
     ScreenResult,
     go_on_key,
     naming_key,
@@ -17,7 +17,7 @@ from experiments.participants.psychopy_window.screen_words import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from experiments.protocols.steps import Ask, VisualAnalogueQuestion
+    from slipscale.experiments.protocols.steps import Ask, VisualAnalogueQuestion
 
 LINE_Y, LINE_LENGTH, LINE_WIDTH = 0.05, 1.1, 0.006
 #: How far from the line a click still means it, up and down, and beyond its ends.

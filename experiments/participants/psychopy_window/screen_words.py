@@ -6,13 +6,13 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from experiments.participants.psychopy_window import scene
-from experiments.participants.psychopy_window.scene import Scene, Text
+from slipscale.experiments.participants.psychopy_window import scene
+from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from experiments.protocols.steps import Value
+    from slipscale.experiments.protocols.steps import Value
 
     Texts = Mapping[str, str]
 

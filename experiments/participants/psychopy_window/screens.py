@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Protocol
 
-from experiments.participants.psychopy_window.asking import Asking
-from experiments.participants.psychopy_window.marking import Marking
-from experiments.participants.psychopy_window.waiting import (
+from slipscale.experiments.participants.psychopy_window.asking import Asking
+from slipscale.experiments.participants.psychopy_window.marking import Marking
+from slipscale.experiments.participants.psychopy_window.waiting import (
     Adjusting,
     Exploring,
     Listening,
@@ -18,7 +18,7 @@ from experiments.participants.psychopy_window.waiting import (
     Resting,
     Telling,
 )
-from experiments.protocols.steps import (
+from slipscale.experiments.protocols.steps import (
     Adjust,
     Ask,
     Explore,
@@ -31,9 +31,9 @@ from experiments.protocols.steps import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from experiments.participants.psychopy_window.scene import Scene
-    from experiments.participants.psychopy_window.screen_words import ScreenResult
-    from experiments.protocols.steps import ParticipantStep
+    from slipscale.experiments.participants.psychopy_window.scene import Scene
+    from slipscale.experiments.participants.psychopy_window.screen_words import ScreenResult
+    from slipscale.experiments.protocols.steps import ParticipantStep
 
     Texts = Mapping[str, str]
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from experiments.participants.psychopy_window import scene
-from experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
-from experiments.participants.psychopy_window.scene import Area, Arrow, Box, Scene, Text
+from slipscale.experiments.participants.psychopy_window import scene
+from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
+from slipscale.experiments.participants.psychopy_window.scene import Area, Arrow, Box, Scene, Text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -5,20 +5,20 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from experiments.participants.psychopy_window import scene
-from experiments.participants.psychopy_window.scene import Scene, Text
-from experiments.participants.psychopy_window.screen_words import (
+from slipscale.experiments.participants.psychopy_window import scene
+from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
+from slipscale.experiments.participants.psychopy_window.screen_words import (
     ScreenResult,
     go_on_key,
     naming_key,
     remaining,
 )
-from experiments.protocols.steps import FEEL_AGAIN, NumberQuestion, WholeNumberQuestion
+from slipscale.experiments.protocols.steps import FEEL_AGAIN, NumberQuestion, WholeNumberQuestion
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from experiments.protocols.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
+    from slipscale.experiments.protocols.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
 
     Texts = Mapping[str, str]
 

@@ -6,25 +6,25 @@ from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Self
 
-from experiments.participants.base import Kind, StopRequested, Unfinished, Watch
-from experiments.participants.psychopy_window import scene
-from experiments.participants.psychopy_window.asking import Stopping
-from experiments.participants.psychopy_window.display import Display
-from experiments.participants.psychopy_window.entry import ENTER, ERASE
-from experiments.participants.psychopy_window.keyboard import Key, Keyboard
-from experiments.participants.psychopy_window.screens import Screen, screen_for
-from experiments.protocols.steps import Reply
+from slipscale.experiments.participants.base import Kind, StopRequested, Unfinished, Watch
+from slipscale.experiments.participants.psychopy_window import scene
+from slipscale.experiments.participants.psychopy_window.asking import Stopping
+from slipscale.experiments.participants.psychopy_window.display import Display
+from slipscale.experiments.participants.psychopy_window.entry import ENTER, ERASE
+from slipscale.experiments.participants.psychopy_window.keyboard import Key, Keyboard
+from slipscale.experiments.participants.psychopy_window.screens import Screen, screen_for
+from slipscale.experiments.protocols.steps import Reply
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
     from types import TracebackType
 
-    from experiments.languages.texts import Texts
-    from experiments.participants.base import Turn
-    from experiments.participants.psychopy_window.scene import Scene
-    from experiments.participants.psychopy_window.screen_words import ScreenResult
-    from experiments.protocols.steps import Adjust, ParticipantStep
-    from hardware.clock import Clock
+    from slipscale.experiments.languages.texts import Texts
+    from slipscale.experiments.participants.base import Turn
+    from slipscale.experiments.participants.psychopy_window.scene import Scene
+    from slipscale.experiments.participants.psychopy_window.screen_words import ScreenResult
+    from slipscale.experiments.protocols.steps import Adjust, ParticipantStep
+    from slipscale.hardware.clock import Clock
 
 # Keys with arrows, drawn: notches of the wheel.
 TURNS = {scene.UP: 1, scene.DOWN: -1}

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from experiments.protocols.adaptive.interleaved import Interleaved
-    from experiments.protocols.adaptive.track import Track
+    from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
+    from slipscale.experiments.protocols.adaptive.track import Track
 
 
 class Answered(NamedTuple):

@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 import numpy.typing as npt
 
-from experiments.protocols.adaptive.quest_plus import QuestPlus, information_gain
-from experiments.protocols.adaptive.track import DECIMALS
-from faults import UserError
+from slipscale.experiments.protocols.adaptive.quest_plus import QuestPlus, information_gain
+from slipscale.experiments.protocols.adaptive.track import DECIMALS
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from experiments.protocols.adaptive.curves import Array
+    from slipscale.experiments.protocols.adaptive.curves import Array
 
 #: Runs times combinations of parameters: 400 MB.
 LARGEST_BATCH = 50_000_000

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, Self
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from experiments.protocols.adaptive.stopping import Stopping
-    from experiments.protocols.adaptive.track import Track
-    from experiments.protocols.randomisation import Stream
+    from slipscale.experiments.protocols.adaptive.stopping import Stopping
+    from slipscale.experiments.protocols.adaptive.track import Track
+    from slipscale.experiments.protocols.randomisation import Stream
 
 Order = Literal["alternating", "shuffled"]
 

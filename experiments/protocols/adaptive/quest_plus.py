@@ -13,9 +13,14 @@ from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
-from experiments.protocols.adaptive.curves import CURVES, Array
-from experiments.protocols.adaptive.track import DECIMALS, Progress, check_between, rounded
-from faults import UserError
+from slipscale.experiments.protocols.adaptive.curves import CURVES, Array
+from slipscale.experiments.protocols.adaptive.track import (
+    DECIMALS,
+    Progress,
+    check_between,
+    rounded,
+)
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

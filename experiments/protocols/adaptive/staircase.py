@@ -7,8 +7,8 @@ Res. 38, 1861-1881, doi:10.1016/S0042-6989(97)00340-4, abstract).
 
 from __future__ import annotations
 
-from experiments.protocols.adaptive.up_down import Scale, UpDown
-from faults import UserError
+from slipscale.experiments.protocols.adaptive.up_down import Scale, UpDown
+from slipscale.faults import UserError
 
 #: Correct answers in a row for a step down: size of that step as a part of the step up. They
 #: settle at 77.85, 80.35, 83.15 and 85.84 % correct.

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from faults import UserError
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from experiments.protocols.adaptive.track import Progress, Track
+    from slipscale.experiments.protocols.adaptive.track import Progress, Track
 
 #: More trials than this in one track are more than a participant can bear.
 MOST_TRIALS = 1000

@@ -12,14 +12,14 @@ import math
 from dataclasses import dataclass
 from typing import Literal, Self
 
-from experiments.protocols.adaptive.track import (
+from slipscale.experiments.protocols.adaptive.track import (
     DECIMALS,
     Progress,
     check_between,
     check_positive,
     rounded,
 )
-from faults import UserError
+from slipscale.faults import UserError
 
 Scale = Literal["linear", "log10"]
 DOWN, UP = -1, 1

@@ -6,8 +6,8 @@ Kaernbach 1991, Percept. Psychophys. 49, 227-229, doi:10.3758/BF03214307: the le
 
 from __future__ import annotations
 
-from experiments.protocols.adaptive.up_down import Scale, UpDown
-from faults import UserError
+from slipscale.experiments.protocols.adaptive.up_down import Scale, UpDown
+from slipscale.faults import UserError
 
 
 def weighted(

@@ -23,15 +23,15 @@ from statistics import fmean
 from threading import Event, Thread
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from faults import UserError
-from hardware import address as addresses
-from hardware.backends.serial_board import protocol as wire
-from hardware.backends.serial_board import supervision as watch
-from hardware.backends.serial_board.link import BoardLink, NotKnown
-from hardware.backends.serial_board.serial_line import SerialLine
-from hardware.clock import SystemClock
-from hardware.driver import PlateDriver
-from hardware.errors import (
+from slipscale.faults import UserError
+from slipscale.hardware import address as addresses
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.backends.serial_board import supervision as watch
+from slipscale.hardware.backends.serial_board.link import BoardLink, NotKnown
+from slipscale.hardware.backends.serial_board.serial_line import SerialLine
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.driver import PlateDriver
+from slipscale.hardware.errors import (
     ConnectionLost,
     GarbledReply,
     NotReached,
@@ -40,17 +40,17 @@ from hardware.errors import (
     ProtocolViolation,
     WrongDevice,
 )
-from hardware.records import PlateIdentity, Presentation, Readback
-from stimuli.modulation import DEFAULT_MODULATOR, STEPS_MAX, Modulator
+from slipscale.hardware.records import PlateIdentity, Presentation, Readback
+from slipscale.stimuli.modulation import DEFAULT_MODULATOR, STEPS_MAX, Modulator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hardware.calibration.record import Calibration
-    from hardware.clock import Clock
-    from hardware.limits import PlateLimits
-    from hardware.plate_file import PlateFile
-    from stimuli.modulation import Loop
+    from slipscale.hardware.calibration.record import Calibration
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.limits import PlateLimits
+    from slipscale.hardware.plate_file import PlateFile
+    from slipscale.stimuli.modulation import Loop
 
 T = TypeVar("T")
 

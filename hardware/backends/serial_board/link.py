@@ -10,9 +10,9 @@ from __future__ import annotations
 from threading import Lock
 from typing import Protocol
 
-from hardware.backends.serial_board import protocol as wire
-from hardware.clock import SystemClock
-from hardware.errors import (
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.errors import (
     ConnectionLost,
     GarbledReply,
     OverLimit,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from stimuli.modulation import Loop
+    from slipscale.stimuli.modulation import Loop
 
 PROTOCOL: Final = "slipscale-plate-1"  # the model field of *IDN?
 STOP: Final = b"!"  # one byte, anywhere: silence at once
@@ -247,7 +247,7 @@ def _require(condition: bool, otherwise: str) -> None:
 def list_commands(loop: Loop) -> list[str]:
     """Return what has the board play a loop about the amplitude at which it has settled.
 
-    >>> from stimuli.modulation import Loop
+    >>> from slipscale.stimuli.modulation import Loop
     >>> list_commands(Loop(amplitudes_um_pp=(2, 0.4), step_s=0.025, edge_s=0.002, mean_um_pp=1.2))
     ['LIST:AMPL 1,2.0000,0.4000', 'LIST:PLAY 2,25.000,2.000']
     """

@@ -12,7 +12,13 @@ from typing import TYPE_CHECKING, TypeVar
 
 import serial
 
-from hardware.errors import ConnectionLost, NoPermission, PlateBusy, PlateFault, PlateNotFound
+from slipscale.hardware.errors import (
+    ConnectionLost,
+    NoPermission,
+    PlateBusy,
+    PlateFault,
+    PlateNotFound,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from hardware.errors import (
+from slipscale.hardware.errors import (
     ConnectionLost,
     NotReached,
     OverLimit,
@@ -15,8 +15,8 @@ from hardware.errors import (
 )
 
 if TYPE_CHECKING:
-    from hardware.backends.serial_board.protocol import BoardStatus
-    from hardware.limits import PlateLimits
+    from slipscale.hardware.backends.serial_board.protocol import BoardStatus
+    from slipscale.hardware.limits import PlateLimits
 
 # Why a board that should vibrate does not.
 SILENCED: dict[str, tuple[type[PlateFault], str]] = {

@@ -27,13 +27,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from faults import UserError
-from hardware import address as addresses
-from hardware.backends.gain import agreed_gain
-from hardware.backends.sound_card.carrier import RAMP_S, Carrier
-from hardware.clock import SystemClock
-from hardware.driver import PlateDriver
-from hardware.errors import (
+from slipscale.faults import UserError
+from slipscale.hardware import address as addresses
+from slipscale.hardware.backends.gain import agreed_gain
+from slipscale.hardware.backends.sound_card.carrier import RAMP_S, Carrier
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.driver import PlateDriver
+from slipscale.hardware.errors import (
     ConnectionLost,
     OverLimit,
     PlateBusy,
@@ -42,15 +42,15 @@ from hardware.errors import (
     PlateTimeout,
     StillVibrating,
 )
-from hardware.records import PlateIdentity, Presentation, Readback
+from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from hardware.calibration.record import Calibration
-    from hardware.clock import Clock
-    from hardware.limits import PlateLimits
-    from hardware.plate_file import PlateFile
+    from slipscale.hardware.calibration.record import Calibration
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.limits import PlateLimits
+    from slipscale.hardware.plate_file import PlateFile
 
 RATE_HZ = 192_000.0
 PASSBAND = 0.45  # of the rate: what converters pass without loss

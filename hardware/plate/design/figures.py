@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from figure_style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION, canvas, note, styled
-from hardware.plate.paper_study import harmonic
-from hardware.plate.vibration import surface_response_um
-from stimuli.surface import pp_from_peak
+from slipscale.figure_style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION, canvas, note, styled
+from slipscale.hardware.plate.paper_study import harmonic
+from slipscale.hardware.plate.vibration import surface_response_um
+from slipscale.stimuli.surface import pp_from_peak
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hardware.plate.beam import BeamSection
-    from hardware.plate.paper_study import Harmonic
-    from hardware.plate.vibration import Modes
+    from slipscale.hardware.plate.beam import BeamSection
+    from slipscale.hardware.plate.paper_study import Harmonic
+    from slipscale.hardware.plate.vibration import Modes
 
 MODE_EXAGGERATION = 0.06  # height of the drawn mode, as a share of the plate's length
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from faults.toml_file import read_toml
-from hardware.limits import PlateLimits
-from hardware.plate.materials import COPPER_BERYLLIUM, P1_91, P1_91_TABLE_II
+from slipscale.faults.toml_file import read_toml
+from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.plate.materials import COPPER_BERYLLIUM, P1_91, P1_91_TABLE_II
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -19,7 +19,7 @@ Length = Annotated[float, Field(ge=2, le=300)]  # of a ceramic in mm: shorter on
 AMPLITUDE_MAX_UM_PEAK = 20.0  # a hundredth of the plate's thickness: where linear bending ends
 QUALITY_MAX = 2_000.0  # hard piezoceramics are sold with up to some 1,500
 NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
-Row = tuple[float, ...]  # `hardware.plate.materials.Piezoceramic` checks the matrices
+Row = tuple[float, ...]  # `slipscale.hardware.plate.materials.Piezoceramic` checks the matrices
 
 
 class _Table(BaseModel):

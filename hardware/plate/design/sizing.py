@@ -13,15 +13,15 @@ import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from faults import UserError
-from hardware.plate.beam import BeamSection
-from hardware.plate.geometry import Layout
-from hardware.plate.materials import BeamCeramic, Isotropic, Piezoceramic
-from stimuli import reynolds, squeeze_film
-from stimuli.reynolds import WorkingPoint
+from slipscale.faults import UserError
+from slipscale.hardware.plate.beam import BeamSection
+from slipscale.hardware.plate.geometry import Layout
+from slipscale.hardware.plate.materials import BeamCeramic, Isotropic, Piezoceramic
+from slipscale.stimuli import reynolds, squeeze_film
+from slipscale.stimuli.reynolds import WorkingPoint
 
 if TYPE_CHECKING:
-    from hardware.plate.design.requirements import Brief
+    from slipscale.hardware.plate.design.requirements import Brief
 
 _COLUMNS_MORE = 4  # how many more ceramics than the workspace needs are looked at
 

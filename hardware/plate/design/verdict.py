@@ -10,18 +10,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from faults import UserError
-from hardware.limits import PlateLimits
-from hardware.plate.design.sizing import layout_of
-from hardware.plate.geometry import QUICK
-from hardware.plate.paper_study import harmonic, plate_modes
-from stimuli.surface import pp_from_peak
+from slipscale.faults import UserError
+from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.plate.design.sizing import layout_of
+from slipscale.hardware.plate.geometry import QUICK
+from slipscale.hardware.plate.paper_study import harmonic, plate_modes
+from slipscale.stimuli.surface import pp_from_peak
 
 if TYPE_CHECKING:
-    from hardware.plate.design.requirements import Brief
-    from hardware.plate.design.sizing import Candidate
-    from hardware.plate.geometry import Density
-    from hardware.plate.vibration import Modes
+    from slipscale.hardware.plate.design.requirements import Brief
+    from slipscale.hardware.plate.design.sizing import Candidate
+    from slipscale.hardware.plate.geometry import Density
+    from slipscale.hardware.plate.vibration import Modes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,7 +2,7 @@
 
 import pytest
 
-import slipscale
+from slipscale import commands
 
 #: Four people's loudness, with noise.
 ESTIMATES = {
@@ -22,10 +22,10 @@ OPTIONS = ["--participant", "subject", "--stimulus", "sound_pressure:µPa", "--r
 def test_the_mapping_that_is_written_stands_for_the_options(tmp_path, capsys):
     path = tmp_path / "data.csv"
     path.write_text(LOUD)
-    assert slipscale.main(["analyse", str(path), *OPTIONS, "--map", "--json"]) == 0
+    assert commands.main(["analyse", str(path), *OPTIONS, "--map", "--json"]) == 0
     told = capsys.readouterr().out
     assert (tmp_path / "analysis.toml").read_text(encoding="utf-8").count("sound_pressure") == 1
-    assert slipscale.main(["analyse", str(path), "--json"]) == 0
+    assert commands.main(["analyse", str(path), "--json"]) == 0
     assert capsys.readouterr().out == told
 
 
@@ -45,5 +45,5 @@ def test_the_mapping_that_is_written_stands_for_the_options(tmp_path, capsys):
 def test_options_that_do_not_fit_are_one_sentence(tmp_path, capsys, options, words):
     path = tmp_path / "data.csv"
     path.write_text(LOUD)
-    assert slipscale.main(["analyse", str(path), *options]) == 2
+    assert commands.main(["analyse", str(path), *options]) == 2
     assert words in capsys.readouterr().err

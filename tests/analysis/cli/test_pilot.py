@@ -7,9 +7,9 @@ from statistics import fmean, stdev
 
 import pytest
 
-import slipscale
-from experiments.dataset.runs import journals
-from experiments.running import pilot
+from slipscale import commands
+from slipscale.experiments.dataset.runs import journals
+from slipscale.experiments.running import pilot
 
 STUDY = """
 name = "small"
@@ -34,7 +34,7 @@ def folder(tmp_path_factory):
     (root / "small.toml").write_text(STUDY)
     out = root / "data"
     words = ["pilot", str(root / "small.toml"), "--seed", "5", "--out", str(out)]
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     return out
 
 
@@ -119,16 +119,16 @@ def test_an_interrupted_pilot_tells_the_command_that_completes_it(
     study.write_text(STUDY)
     whole = tmp_path / "whole"
     words = ["pilot", str(study), *options]
-    assert slipscale.main([*words, "--out", str(whole)]) == 0
+    assert commands.main([*words, "--out", str(whole)]) == 0
     capsys.readouterr()
     # A name long enough to be broken over two lines, were it printed as prose.
     out = tmp_path / f"my {'long ' * 20}pilot"
     interrupt(monkeypatch, after=1)
-    assert slipscale.main([*words, "--out", str(out)]) == 130
+    assert commands.main([*words, "--out", str(out)]) == 130
     said = next(line for line in capsys.readouterr().out.splitlines() if "To go on: " in line)
     command = shlex.split(said.partition("To go on: ")[2])
     assert command[0] == "slipscale"
-    assert slipscale.main(command[1:]) == 0
+    assert commands.main(command[1:]) == 0
     tables = [path.relative_to(whole) for path in sorted(whole.glob("sub-*/beh/*.tsv"))]
     assert len(tables) == 2 * (2 if "--participants" in options else 4)
     assert all((out / name).read_bytes() == (whole / name).read_bytes() for name in tables)
@@ -137,5 +137,5 @@ def test_an_interrupted_pilot_tells_the_command_that_completes_it(
 def test_a_pilot_in_a_folder_of_its_own_choice_tells_that_folder(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     interrupt(monkeypatch, after=0)
-    assert slipscale.main(["pilot", "--participants", "1"]) == 130
+    assert commands.main(["pilot", "--participants", "1"]) == 130
     assert "slipscale pilot biet2007 --participants 1 --out pilots/001" in capsys.readouterr().out

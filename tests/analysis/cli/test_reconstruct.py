@@ -8,11 +8,11 @@ import json
 import pytest
 from scipy.stats import ttest_rel
 
-import slipscale
+from slipscale import commands
 
 
 def test_json_gives_counts_as_strings(capsys):
-    assert slipscale.main(["reconstruct", "biet2007_table3", "--json"]) == 0
+    assert commands.main(["reconstruct", "biet2007_table3", "--json"]) == 0
     first = json.loads(capsys.readouterr().out)["columns"][0]
     assert first["label"] == "0 um"
     assert first["consistent"] is True
@@ -21,9 +21,9 @@ def test_json_gives_counts_as_strings(capsys):
 
 def test_samples_are_csv_and_repeat_with_their_seed(capsys, tmp_path):
     words = ["reconstruct", "biet2007_table3", "--sample", "3", "--seed", "5"]
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     shown = capsys.readouterr().out
-    assert slipscale.main([*words, "--out", str(tmp_path / "s.csv")]) == 0
+    assert commands.main([*words, "--out", str(tmp_path / "s.csv")]) == 0
     assert (tmp_path / "s.csv").read_text() == shown
     rows = list(csv.DictReader(shown.splitlines()))
     assert len(rows) == 12
@@ -32,9 +32,9 @@ def test_samples_are_csv_and_repeat_with_their_seed(capsys, tmp_path):
 
 def test_long_samples_are_the_same_ratings_one_a_row(capsys):
     words = ["reconstruct", "biet2007_table3", "--sample", "2", "--seed", "5"]
-    slipscale.main(words)
+    commands.main(words)
     wide = list(csv.DictReader(capsys.readouterr().out.splitlines()))
-    slipscale.main([*words, "--long"])
+    commands.main([*words, "--long"])
     long = list(csv.DictReader(capsys.readouterr().out.splitlines()))
     assert len(long) == 4 * 2 * 12
     assert [
@@ -47,7 +47,7 @@ def test_long_samples_are_the_same_ratings_one_a_row(capsys):
 
 def test_an_inconsistent_table_exits_1_and_says_why(capsys, tmp_path):
     (tmp_path / "t.csv").write_text("label,n,mean,sd,scale_maximum\na,28,5.19,1.00,10\n")
-    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv")]) == 1
+    assert commands.main(["reconstruct", str(tmp_path / "t.csv")]) == 1
     assert "GRIM" in capsys.readouterr().out
 
 
@@ -65,7 +65,7 @@ b,25,4.40,1.29,1,7
 )
 def test_one_impossible_column_silences_no_other(capsys, tmp_path, words):
     (tmp_path / "t.csv").write_text(MIXED.replace("large,500,4.00,1.50,1,7\n", ""))
-    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv"), *words]) == 1
+    assert commands.main(["reconstruct", str(tmp_path / "t.csv"), *words]) == 1
     said = "".join(capsys.readouterr())
     assert "sd 9.00 is impossible on a scale from 1 to 7" in said
     assert "Welch's t of b minus a: 3.227" in said or "--design" not in words
@@ -78,13 +78,13 @@ def test_one_impossible_column_silences_no_other(capsys, tmp_path, words):
 def test_a_column_too_large_to_count_is_answered_as_far_as_possible_then_refused(capsys, tmp_path):
     (tmp_path / "t.csv").write_text(MIXED)
     words = ["reconstruct", str(tmp_path / "t.csv"), "--minutes", "0"]
-    assert slipscale.main(words) == 2
+    assert commands.main(words) == 2
     said = capsys.readouterr()
     assert "multisets        40" in said.out
     assert "(saddle-point estimate)" in said.out
     assert "one data set, checked" in said.out
     assert "column 'large' not counted: counting needs about" in said.err
-    assert slipscale.main([*words, "--json"]) == 2
+    assert commands.main([*words, "--json"]) == 2
     large = json.loads(capsys.readouterr().out)["columns"][2]
     assert large["consistent"] is True
     assert large["multisets"] is None
@@ -93,7 +93,7 @@ def test_a_column_too_large_to_count_is_answered_as_far_as_possible_then_refused
 
 def test_conclusions_ask_whose_ratings_the_columns_are(capsys, tmp_path):
     (tmp_path / "t.csv").write_text(TWO)
-    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv"), "--conclusions"]) == 2
+    assert commands.main(["reconstruct", str(tmp_path / "t.csv"), "--conclusions"]) == 2
     assert 'design = "paired" (the same participants' in capsys.readouterr().err
 
 
@@ -103,11 +103,11 @@ TWO = "label,n,mean,sd,scale_maximum,amplitude_um_pp\na,5,2.40,1.14,9,0.5\nb,5,6
 def test_conclusions_are_said_and_written_as_strict_json(capsys, tmp_path):
     (tmp_path / "t.csv").write_text(TWO)
     words = ["reconstruct", str(tmp_path / "t.csv"), *PAIRED]
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     said = capsys.readouterr().out
     assert "paired t(4) of b minus a" in said
     assert "least favourable" in said
-    assert slipscale.main([*words, "--json"]) == 0
+    assert commands.main([*words, "--json"]) == 0
 
     def refuse(word):
         raise AssertionError(word)
@@ -123,7 +123,7 @@ def test_columns_too_large_to_count_are_bounded_all_the_same(capsys, tmp_path):
     (tmp_path / "t.csv").write_text(
         "label,n,mean,sd,scale_maximum\na,300,40.00,12.00,100\nb,300,60.00,12.00,100\n"
     )
-    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv"), *PAIRED]) == 2
+    assert commands.main(["reconstruct", str(tmp_path / "t.csv"), *PAIRED]) == 2
     said = capsys.readouterr()
     assert "paired t(299) of b minus a: 14.4" in said.out
     assert "not counted" in said.err
@@ -132,12 +132,12 @@ def test_columns_too_large_to_count_are_bounded_all_the_same(capsys, tmp_path):
 def test_bounds_come_with_the_tables_that_attain_them(capsys, tmp_path):
     (tmp_path / "t.csv").write_text(TWO.replace("6.40,1.14", "6.40,1.52"))
     words = ["reconstruct", str(tmp_path / "t.csv"), *PAIRED]
-    assert slipscale.main([*words, "--json"]) == 0
+    assert commands.main([*words, "--json"]) == 0
     found = json.loads(capsys.readouterr().out)["conclusions"]
     (t,) = (row for row in found["always"] + found["depends"] if row["name"] == "t.a.b")
     for value, table in ((t["low"], t["at_low"]), (t["high"], t["at_high"])):
         assert ttest_rel(*reversed(table)).statistic == pytest.approx(value)
-    slipscale.main(words)
+    commands.main(words)
     first = " ".join(f"{v:g}" for v in t["at_low"][0])
     assert f"{t['low']:.4g} with a: {first}; b: " in capsys.readouterr().out
 
@@ -146,7 +146,7 @@ def test_too_many_data_sets_to_list_are_bounded_by_sums_and_sums_of_squares(caps
     (tmp_path / "t.csv").write_text(
         "label,n,mean,sd,scale_maximum\na,14,40.00,12.00,100\nb,14,60.00,12.00,100\n"
     )
-    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv"), *PAIRED]) == 0
+    assert commands.main(["reconstruct", str(tmp_path / "t.csv"), *PAIRED]) == 0
     said = capsys.readouterr().out
     assert "these bounds are from sums and sums of squares alone" in said
     # By hand: 20 over 24/√14, SDs of 12 in opposite order; and its square.
@@ -167,24 +167,24 @@ def test_too_many_data_sets_to_list_are_bounded_by_sums_and_sums_of_squares(caps
     ],
 )
 def test_a_users_mistake_exits_2_with_a_sentence(capsys, words, said):
-    assert slipscale.main(["reconstruct", *words]) == 2
+    assert commands.main(["reconstruct", *words]) == 2
     assert said in capsys.readouterr().err
 
 
 def test_what_takes_long_is_announced(capsys, tmp_path, monkeypatch):
     (tmp_path / "t.csv").write_text(TWO)
-    monkeypatch.setattr("analysis.cli.reconstruct.WORTH_SAYING_S", -1.0)
-    assert slipscale.main(["reconstruct", str(tmp_path / "t.csv")]) == 0
+    monkeypatch.setattr("slipscale.analysis.cli.reconstruct.WORTH_SAYING_S", -1.0)
+    assert commands.main(["reconstruct", str(tmp_path / "t.csv")]) == 0
     assert "column 'a': counting takes about 1 s and 0.0 GiB" in capsys.readouterr().err
 
 
 def test_conclusions_that_take_long_are_announced(capsys, tmp_path, monkeypatch):
     (tmp_path / "t.csv").write_text(TWO)
     words = ["reconstruct", str(tmp_path / "t.csv"), *PAIRED]
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     assert capsys.readouterr().err.strip() == ""
-    monkeypatch.setattr("analysis.cli.reconstruct.WORTH_SAYING_S", 1.0)
-    assert slipscale.main(words) == 0
+    monkeypatch.setattr("slipscale.analysis.cli.reconstruct.WORTH_SAYING_S", 1.0)
+    assert commands.main(words) == 0
     assert "conclusions across columns take about 4 s" in capsys.readouterr().err
 
 
@@ -212,11 +212,11 @@ statistic = "4.78"
 def test_a_printed_test_is_answered_in_words_json_and_page(capsys, tmp_path, t, verdict, status):
     (tmp_path / "t.toml").write_text(TESTED.replace("4.78", t))
     words = ["reconstruct", str(tmp_path / "t.toml"), "--html", str(tmp_path / "page.html")]
-    assert slipscale.main(words) == status
+    assert commands.main(words) == status
     assert f"paired t of a, b: t = {t}: {verdict}" in capsys.readouterr().out
     page = (tmp_path / "page.html").read_text()
     assert f">{verdict}<" in page
-    assert slipscale.main([*words, "--json"]) == status
+    assert commands.main([*words, "--json"]) == status
     (found,) = json.loads(capsys.readouterr().out)["tests"]
     assert found["verdict"] == verdict
     if found["example"]:

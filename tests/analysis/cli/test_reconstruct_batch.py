@@ -6,8 +6,8 @@ import csv
 
 import pytest
 
-import slipscale
-from analysis.reconstruction.batch import verdict
+from slipscale import commands
+from slipscale.analysis.reconstruction.batch import verdict
 
 HEADER = "label,n,mean,sd,scale_minimum,scale_maximum,median,observed_maximum"
 ROWS = {
@@ -33,7 +33,7 @@ def table(tmp_path):
 def batch(table, out, *words):
     # What is in closed form takes no time, so that the long row alone is refused.
     given = [str(table), "--batch", "--out", str(out), "--minutes", "0", *words]
-    return slipscale.main(["reconstruct", *given])
+    return commands.main(["reconstruct", *given])
 
 
 def test_every_row_has_a_verdict_and_all_are_summed_up(table, tmp_path, capsys):
@@ -68,7 +68,7 @@ def test_what_was_interrupted_anywhere_goes_on(table, tmp_path, monkeypatch, kep
     judged = []
     judge = verdict
     monkeypatch.setattr(
-        "analysis.reconstruction.batch.verdict",
+        "slipscale.analysis.reconstruction.batch.verdict",
         lambda row, **allowed: judged.append(row) or judge(row, **allowed),
     )
     batch(table, tmp_path / "torn.csv")

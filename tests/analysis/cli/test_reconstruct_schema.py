@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from jsonschema import Draft202012Validator, ValidationError
 
-import slipscale
+from slipscale import commands
 
 DOCS = Path(__file__).parents[3] / "docs"
 SCHEMA = Draft202012Validator(json.loads((DOCS / "reconstruct.schema.json").read_text("utf-8")))
@@ -29,7 +29,7 @@ TABLES = {
 def test_every_answer_is_what_the_schema_says(name, design, tmp_path, capsys):
     (tmp_path / "t.csv").write_text(TABLES[name])
     words = ["reconstruct", str(tmp_path / "t.csv"), "--json", "--conclusions", "--design", design]
-    slipscale.main([*words, *(["--variants"] if name == "paired" else [])])
+    commands.main([*words, *(["--variants"] if name == "paired" else [])])
     answer = json.loads(capsys.readouterr().out)
     SCHEMA.validate(answer)
     answer["columns"][0]["multisets"] = 7
@@ -59,7 +59,7 @@ kind = "welch_t"
 statistic = 4.71
 """
     )
-    slipscale.main(["reconstruct", str(tmp_path / "t.toml"), "--json"])
+    commands.main(["reconstruct", str(tmp_path / "t.toml"), "--json"])
     found = json.loads(capsys.readouterr().out)
     SCHEMA.validate(found)
     assert [test["verdict"] for test in found["tests"]] == ["possible", "not decided", "possible"]

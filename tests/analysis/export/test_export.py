@@ -12,13 +12,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import slipscale
-from analysis.export.files import FORMS, check_installed, write_export
-from analysis.export.word import write_word
-from analysis.pipeline import analyse
-from analysis.reporting import methods_text
-from analysis.reporting.references import REFERENCES
-from faults import UserError
+from slipscale import commands
+from slipscale.analysis.export.files import FORMS, check_installed, write_export
+from slipscale.analysis.export.word import write_word
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reporting import methods_text
+from slipscale.analysis.reporting.references import REFERENCES
+from slipscale.faults import UserError
 
 
 def pdf_is_there():
@@ -200,7 +200,7 @@ def test_a_missing_extra_is_one_sentence_and_nothing_is_written(
     monkeypatch.setitem(sys.modules, module, None)
     path = table_by_hand("participant_id,amplitude_um_pp,estimate\na,0,1\na,1,2\nb,0,1\nb,1,3\n")
     out = path.with_name("out")
-    assert slipscale.main(["export", str(path), "--out", str(out), "--forms", form]) == 2
+    assert commands.main(["export", str(path), "--out", str(out), "--forms", form]) == 2
     error = capsys.readouterr().err
     assert "pip install 'slipscale[export]'" in error
     assert error.count("\n") == 1

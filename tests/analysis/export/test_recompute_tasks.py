@@ -8,10 +8,10 @@ import sys
 import pandas as pd
 import pytest
 
-from analysis.export.files import write_export
-from analysis.pipeline import analyse
 from benchmarks.bare_dataset import write_dataset
-from experiments.participants.population import Population
+from slipscale.analysis.export.files import write_export
+from slipscale.analysis.pipeline import analyse
+from slipscale.experiments.participants.population import Population
 
 STUDY = """
 name = "every"

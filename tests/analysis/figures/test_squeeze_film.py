@@ -1,7 +1,7 @@
 import pytest
 
-from analysis.figures import squeeze_film
-from figure_style import save
+from slipscale.analysis.figures import squeeze_film
+from slipscale.figure_style import save
 
 
 @pytest.mark.parametrize(

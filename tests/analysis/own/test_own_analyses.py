@@ -7,17 +7,17 @@ from types import SimpleNamespace
 import pandas as pd
 import pytest
 
-import slipscale
-from analysis.own import run
-from analysis.own.declaration import OwnAnalysis, OwnResult
-from analysis.own.run import own_analyses
-from analysis.pipeline import analyse
-from analysis.published.biet2007 import ALLOWED_DATASET
-from analysis.reading.load import load
-from analysis.reporting.files import inference, write_analysis
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.run_all import conclude
-from faults import UserError
+from slipscale import commands
+from slipscale.analysis.own import run
+from slipscale.analysis.own.declaration import OwnAnalysis, OwnResult
+from slipscale.analysis.own.run import own_analyses
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.published.biet2007 import ALLOWED_DATASET
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.reporting.files import inference, write_analysis
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.run_all import conclude
+from slipscale.faults import UserError
 
 
 class Point:
@@ -80,7 +80,7 @@ def installed(monkeypatch):
 
 def test_a_result_is_in_the_report_and_in_every_file(installed, only_own, tmp_path, capsys):
     installed(spread=OwnAnalysis(title="Spread of estimates", run=spread))
-    assert slipscale.main(["analyse", str(only_own), "--out", str(tmp_path)]) == 0
+    assert commands.main(["analyse", str(only_own), "--out", str(tmp_path)]) == 0
     assert "Spread of estimates: There are 0 estimates" in capsys.readouterr().out
     expected = {
         "title": "Spread of estimates",

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from analysis.pipeline import analyse
-from analysis.planning.fitted_population import fit_population
-from analysis.planning.simulated_dataset import simulated_dataset
-from analysis.planning.simulation import Task, simulate_ratings
-from experiments.participants.habits import Habits
-from experiments.participants.population import AMPLITUDE_UM_PP, Population
-from experiments.study.analysis_choices import AnalysisChoices
-from faults import UserError
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.planning.fitted_population import fit_population
+from slipscale.analysis.planning.simulated_dataset import simulated_dataset
+from slipscale.analysis.planning.simulation import Task, simulate_ratings
+from slipscale.experiments.participants.habits import Habits
+from slipscale.experiments.participants.population import AMPLITUDE_UM_PP, Population
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.faults import UserError
 
 CHOICES = AnalysisChoices(tests=("order",))
 

@@ -5,18 +5,18 @@ from functools import cache
 import numpy as np
 import pytest
 
-from analysis.planning.simulated_dataset import simulated_dataset
-from analysis.planning.simulation import Task, simulate_ratings
-from analysis.preprocessing.data_quality import flags, measures
-from analysis.preprocessing.log_transform import prepare
-from analysis.preprocessing.normalisation import normalise
-from analysis.preprocessing.residuals import residuals
-from analysis.statistics.order_effects import order_effects
-from analysis.statistics.power_law import power_law
-from experiments.dataset.schema import PARTICIPANT
-from experiments.participants.habits import Habits
-from experiments.participants.population import Population
-from experiments.study.analysis_choices import AnalysisChoices
+from slipscale.analysis.planning.simulated_dataset import simulated_dataset
+from slipscale.analysis.planning.simulation import Task, simulate_ratings
+from slipscale.analysis.preprocessing.data_quality import flags, measures
+from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.preprocessing.normalisation import normalise
+from slipscale.analysis.preprocessing.residuals import residuals
+from slipscale.analysis.statistics.order_effects import order_effects
+from slipscale.analysis.statistics.power_law import power_law
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.participants.habits import Habits
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 AMPLITUDES = (0.5, 0.95, 1.4, 1.85, 2.3)
 CHOICES = AnalysisChoices()

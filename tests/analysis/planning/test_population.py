@@ -1,7 +1,11 @@
 """The simulated population is the paper's: its constants stand below the analysis."""
 
-from analysis.published.biet2007 import TABLE3
-from experiments.participants.population import AMPLITUDE_UM_PP, MEAN_SENSATION, SD_SENSATION
+from slipscale.analysis.published.biet2007 import TABLE3
+from slipscale.experiments.participants.population import (
+    AMPLITUDE_UM_PP,
+    MEAN_SENSATION,
+    SD_SENSATION,
+)
 
 
 def test_the_simulated_population_has_the_published_means_and_spreads():

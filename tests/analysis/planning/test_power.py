@@ -8,24 +8,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import slipscale
-from analysis.pipeline import analyse
-from analysis.planning.answers import Assurance, fewest, largest_effect, rows
-from analysis.planning.design import design_of
-from analysis.planning.fast_tests import pairwise, tables
-from analysis.planning.grid import Condition, conditions, values_of
-from analysis.planning.run_grid import run_grid, shards
-from analysis.planning.shard import Looks, Shard, at_once, excluded
-from analysis.planning.simulated_dataset import simulated_dataset
-from analysis.planning.simulation import Ratings, Task, simulate_ratings
-from experiments.participants.bare import bare_run
-from experiments.participants.habits import REALISTIC
-from experiments.participants.population import Population
-from experiments.protocols.steps import Ask, Present
-from experiments.running.pilot import pilot_plans
-from experiments.study.analysis_choices import AnalysisChoices
-from experiments.study.file import parse_study, read_study, study_text
-from faults import UserError
+from slipscale import commands
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.planning.answers import Assurance, fewest, largest_effect, rows
+from slipscale.analysis.planning.design import design_of
+from slipscale.analysis.planning.fast_tests import pairwise, tables
+from slipscale.analysis.planning.grid import Condition, conditions, values_of
+from slipscale.analysis.planning.run_grid import run_grid, shards
+from slipscale.analysis.planning.shard import Looks, Shard, at_once, excluded
+from slipscale.analysis.planning.simulated_dataset import simulated_dataset
+from slipscale.analysis.planning.simulation import Ratings, Task, simulate_ratings
+from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.participants.habits import REALISTIC
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.protocols.steps import Ask, Present
+from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.experiments.study.file import parse_study, read_study, study_text
+from slipscale.faults import UserError
 
 AMPLITUDES = (0.0, 0.5, 1.2, 2.3)
 REFERENCE = Path(__file__).parents[2] / "data" / "power_reference" / "power.csv"
@@ -304,7 +304,7 @@ def test_lapses_and_dropout_that_leave_nobody_are_refused():
     ],
 )
 def test_nonsense_is_refused_in_a_sentence_that_names_it(capsys, words):
-    assert slipscale.main(["power", *words]) == 2
+    assert commands.main(["power", *words]) == 2
     said = capsys.readouterr().err
     assert "expected" in said
     assert words[0] in said or f"'{words[-1]}'" in said
@@ -316,14 +316,14 @@ def test_catch_steps_of_a_study_without_a_descending_series_are_refused(capsys, 
     first, _, rest = text.partition('[[tasks]]\nprotocol = "descending_difference"')
     file = tmp_path / "only.toml"
     file.write_text(first + rest[rest.index("[[tasks]]") :])
-    assert slipscale.main(["power", str(file), "--catch-steps", "2"]) == 2
+    assert commands.main(["power", str(file), "--catch-steps", "2"]) == 2
     said = capsys.readouterr().err
     assert "--catch-steps 2: biet2007 has no descending difference" in said
     assert said.count("\n") == 1
 
 
 def test_all_nonsense_is_named_at_once(capsys):
-    assert slipscale.main(["power", "--alpha", "5", "--studies", "0"]) == 2
+    assert commands.main(["power", "--alpha", "5", "--studies", "0"]) == 2
     said = capsys.readouterr().err
     assert "--alpha 5.0: expected a share above 0 and below 1" in said
     assert "--studies 0: expected 1 or more" in said
@@ -331,7 +331,7 @@ def test_all_nonsense_is_named_at_once(capsys):
 
 def test_a_grid_of_hours_is_refused_unless_it_is_wanted(capsys):
     words = ["power", "--participants", "200", "--repetitions", "10", "--studies", "30000000"]
-    assert slipscale.main(words) == 2
+    assert commands.main(words) == 2
     assert "add --yes" in capsys.readouterr().err
 
 
@@ -340,23 +340,23 @@ def test_a_protocol_without_simulated_ratings_is_refused(capsys, tmp_path):
     first, _, rest = text.partition('[[tasks]]\nprotocol = "magnitude_estimation"')
     file = tmp_path / "only.toml"
     file.write_text(first + rest[rest.index("[[about_you]]") :])
-    assert slipscale.main(["power", str(file)]) == 2
+    assert commands.main(["power", str(file)]) == 2
     assert "no magnitude_estimation among its tasks" in capsys.readouterr().err
 
 
 def test_the_command_says_how_many_and_exits_1_where_none_suffices(capsys):
     words = ["power", "--studies", "40", "--json", "--participants"]
-    assert slipscale.main([*words, "60"]) == 0
+    assert commands.main([*words, "60"]) == 0
     found = json.loads(capsys.readouterr().out)
     assert found["enough"][0]["participants"] == 60
     assert found["conditions"][0]["false_alarms"]["friedman"]["value"] < 0.2
-    assert slipscale.main([*words, "4"]) == 1
+    assert commands.main([*words, "4"]) == 1
 
 
 def test_everything_is_written_as_a_page_figures_and_tables(capsys, tmp_path):
     out = tmp_path / "plan"
     words = ["power", "--studies", "60", "--participants", "6,12", "--effect", "1,0.5"]
-    slipscale.main([*words, "--looks", "2", "--assurance", "1,0.2", "--out", str(out)])
+    commands.main([*words, "--looks", "2", "--assurance", "1,0.2", "--out", str(out)])
     said = " ".join(capsys.readouterr().out.split())
     assert "For the application: With 1" in said
     assert "95 % Monte Carlo interval" in said

@@ -8,21 +8,21 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import slipscale
-from analysis.planning.protocol_answers import answers_of, read_answers
-from analysis.planning.protocol_output import sentences
-from analysis.planning.protocol_precision import protocol_precision, thresholds_of
-from analysis.planning.protocol_studies import filling, protocol_study
-from analysis.reading.load import load
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics.forced_choice import CURVE_OF
-from analysis.statistics.psychometrics.psychometric_function import Answers
-from analysis.statistics.psychometrics.thresholds import fit_threshold
-from experiments.participants.population import Population
-from experiments.running.pilot import pilot_plans, run_pilot
-from experiments.study.file import study_text
-from experiments.study.run_plan import RunPlan
-from faults import UserError
+from slipscale import commands
+from slipscale.analysis.planning.protocol_answers import answers_of, read_answers
+from slipscale.analysis.planning.protocol_output import sentences
+from slipscale.analysis.planning.protocol_precision import protocol_precision, thresholds_of
+from slipscale.analysis.planning.protocol_studies import filling, protocol_study
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.forced_choice import CURVE_OF
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
+from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.experiments.study.file import study_text
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.faults import UserError
 
 PEOPLE = Population()
 
@@ -109,7 +109,7 @@ def test_a_study_in_which_nobody_answers_has_no_interval_and_that_is_said():
 def test_the_comparison_is_told_in_words_and_written(capsys, tmp_path):
     words = ["power", "biet2007", "--protocols", "detection_threshold", "--minutes", "4"]
     more = ["--studies", "2", "--participants", "4,3"]
-    assert slipscale.main([*words, *more, "--out", str(tmp_path)]) == 0
+    assert commands.main([*words, *more, "--out", str(tmp_path)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "…" not in said
     assert "the same simulated people (population 'biet2007'), 4.0 minutes" in said
@@ -139,7 +139,7 @@ def test_the_comparison_is_told_in_words_and_written(capsys, tmp_path):
     ],
 )
 def test_nonsense_is_refused_in_one_sentence(capsys, words, expected):
-    assert slipscale.main(["power", "biet2007", *words]) == 2
+    assert commands.main(["power", "biet2007", *words]) == 2
     said = capsys.readouterr().err
     assert expected in said
     assert "expected" in said
@@ -148,7 +148,7 @@ def test_nonsense_is_refused_in_one_sentence(capsys, words, expected):
 
 def test_a_protocol_without_simulated_answers_is_refused_in_a_sentence(capsys, monkeypatch):
     monkeypatch.setattr(RunPlan, "simulated_answers", lambda _: {})
-    assert slipscale.main(["power", "detection_threshold", "--protocols", "biet2007"]) == 2
+    assert commands.main(["power", "detection_threshold", "--protocols", "biet2007"]) == 2
     said = capsys.readouterr().err
     assert "no simulated participant can answer" in said
     assert said.count("\n") == 1

@@ -10,16 +10,16 @@ from pathlib import Path
 import pytest
 from scipy.special import ndtri
 
-import slipscale
-from analysis.planning.design import design_of
-from analysis.planning.grid import Condition
-from analysis.planning.run_grid import Part, estimated_s, missing, run_grid, shards
-from analysis.planning.sequential import levels, look_sizes
-from analysis.planning.shard import STUDIES_A_SHARD, Shard
-from analysis.planning.shard_cache import MARK, ShardCache
-from experiments.participants.population import Population
-from experiments.study.file import read_study
-from faults import UserError
+from slipscale import commands
+from slipscale.analysis.planning.design import design_of
+from slipscale.analysis.planning.grid import Condition
+from slipscale.analysis.planning.run_grid import Part, estimated_s, missing, run_grid, shards
+from slipscale.analysis.planning.sequential import levels, look_sizes
+from slipscale.analysis.planning.shard import STUDIES_A_SHARD, Shard
+from slipscale.analysis.planning.shard_cache import MARK, ShardCache
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.study.file import read_study
+from slipscale.faults import UserError
 
 STUDY, TEXT = read_study("biet2007")
 DESIGN = design_of(STUDY, TEXT, Population(), 0.05)
@@ -115,7 +115,7 @@ def test_a_run_that_is_interrupted_loses_the_shard_in_hand_alone(alone, tmp_path
 def test_a_cache_of_another_version_is_refused_and_left_alone(tmp_path, capsys):
     (tmp_path / MARK).write_text(json.dumps({"version": 0}))
     words = ["power", "--participants", "6", "--studies", "5", "--cache", str(tmp_path)]
-    assert slipscale.main(words) == 2
+    assert commands.main(words) == 2
     assert "of another version of Slipscale" in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == [MARK]
 
@@ -190,9 +190,9 @@ def test_a_cluster_that_loses_a_worker_finds_the_same_digits(alone, cluster, tmp
 
 def test_a_scheduler_that_is_not_there_is_said_in_a_sentence(capsys, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("analysis.planning.run_grid.REACHED_S", 0.3)
+    monkeypatch.setattr("slipscale.analysis.planning.run_grid.REACHED_S", 0.3)
     words = ["power", "--participants", "6", "--studies", "5", "--scheduler", "tcp://127.0.0.1:9"]
-    assert slipscale.main(words) == 2
+    assert commands.main(words) == 2
     said = capsys.readouterr().err
     assert "--scheduler tcp://127.0.0.1:9: cannot be reached" in said
     assert said.count("\n") == 1

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import slipscale
-from analysis.planning.answers import rows
-from analysis.planning.design import design_of
-from analysis.planning.grid import Condition
-from analysis.planning.run_grid import run_grid, shards
-from analysis.planning.shard import Looks
-from analysis.planning.yes_no_steps import (
+from slipscale import commands
+from slipscale.analysis.planning.answers import rows
+from slipscale.analysis.planning.design import design_of
+from slipscale.analysis.planning.grid import Condition
+from slipscale.analysis.planning.run_grid import run_grid, shards
+from slipscale.analysis.planning.shard import Looks
+from slipscale.analysis.planning.yes_no_steps import (
     CATCH_WIDTH,
     D_PRIME_LOW,
     StepAnswers,
@@ -21,13 +21,13 @@ from analysis.planning.yes_no_steps import (
     precision,
     simulate_steps,
 )
-from analysis.statistics.descending_difference.proportions import exact_interval
-from experiments.participants.bare import bare_run
-from experiments.participants.habits import Habits
-from experiments.participants.population import Population
-from experiments.protocols.steps import Ask, Present
-from experiments.running.pilot import pilot_plans
-from experiments.study.file import read_study
+from slipscale.analysis.statistics.descending_difference.proportions import exact_interval
+from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.participants.habits import Habits
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.protocols.steps import Ask, Present
+from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.study.file import read_study
 
 REFERENCE = Path(__file__).parents[2] / "data" / "power_reference" / "catch_steps.csv"
 STUDY, TEXT = read_study("biet2007")
@@ -137,7 +137,7 @@ def test_more_catch_steps_tell_false_alarms_more_precisely():
 
 def test_what_catch_steps_tell_is_written_as_figure_and_columns(capsys, tmp_path):
     words = ["power", "biet2007", "--participants", "4,5", "--catch-steps", "1,2"]
-    assert slipscale.main([*words, "--studies", "2", "--out", str(tmp_path)]) in {0, 1}
+    assert commands.main([*words, "--studies", "2", "--out", str(tmp_path)]) in {0, 1}
     assert "Catch steps: half the interval" in capsys.readouterr().out
     assert (tmp_path / "catch_steps.svg").stat().st_size > 1000
     with (tmp_path / "power.csv").open(encoding="utf-8") as file:

@@ -7,13 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.pipeline import analyse
-from analysis.preprocessing import data_quality
-from analysis.preprocessing.log_transform import ZERO_RULES
-from analysis.reading.load import load
-from analysis.statistics.run_all import Inference
-from experiments.study.analysis_choices import QualityFlag, Test, Thresholds, ZeroRule
-from faults import UserError
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.preprocessing import data_quality
+from slipscale.analysis.preprocessing.log_transform import ZERO_RULES
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.statistics.run_all import Inference
+from slipscale.experiments.study.analysis_choices import QualityFlag, Test, Thresholds, ZeroRule
+from slipscale.faults import UserError
 
 
 def flags_of(dataset, label="02", **kwargs):

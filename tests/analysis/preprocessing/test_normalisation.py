@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.preprocessing.normalisation import (
+from slipscale.analysis.preprocessing.normalisation import (
     RULES,
     cell_means,
     default_rule,
@@ -16,10 +16,10 @@ from analysis.preprocessing.normalisation import (
     normalise,
     normalise_by_all,
 )
-from analysis.published.biet2007 import ALLOWED_DATASET
-from analysis.reading.load import load
-from experiments.study.analysis_choices import Normalisation
-from faults import UserError
+from slipscale.analysis.published.biet2007 import ALLOWED_DATASET
+from slipscale.analysis.reading.load import load
+from slipscale.experiments.study.analysis_choices import Normalisation
+from slipscale.faults import UserError
 
 
 def trials(values, scale_top=np.nan, modulus=np.nan):

@@ -2,11 +2,11 @@
 
 import pytest
 
-from analysis.pipeline import analyse
-from analysis.preprocessing.sessions import only_session, sessions_of
-from analysis.reading.load import load
-from faults import UserError
-from slipscale import main
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.preprocessing.sessions import only_session, sessions_of
+from slipscale.analysis.reading.load import load
+from slipscale.commands import main
+from slipscale.faults import UserError
 
 ROWS = "".join(
     f"{person},{session},{amplitude},{10 + factor * amplitude + person}\n"

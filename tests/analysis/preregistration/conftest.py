@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-import slipscale
-from analysis.preregistration.bundle import write_bundle
+from slipscale import commands
+from slipscale.analysis.preregistration.bundle import write_bundle
 
 STUDY = """
 name = "small"
@@ -33,13 +33,13 @@ def frozen(tmp_path_factory):
     (root / "small.toml").write_text(STUDY)
     (root / "words.toml").write_text('name = "words"\n[categories]\nslippery = ["slip"]\n')
     study = str(root / "small.toml")
-    assert slipscale.main(["study", "freeze", study, "--out", str(root / "plan")]) == 0
+    assert commands.main(["study", "freeze", study, "--out", str(root / "plan")]) == 0
     files = {
         path.relative_to(root / "plan").as_posix(): path.read_bytes()
         for path in (root / "plan").rglob("*.*")
     }
     write_bundle(root / "plan.zip", files)
-    assert slipscale.main(["pilot", study, "--out", str(root / "data")]) == 0
+    assert commands.main(["pilot", study, "--out", str(root / "data")]) == 0
     shutil.copy(root / "words.toml", root / "data" / "words.toml")
     return root
 

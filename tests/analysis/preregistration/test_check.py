@@ -8,23 +8,23 @@ from dataclasses import replace
 
 import pytest
 
-import slipscale
-from analysis.own.declaration import OwnFinding, OwnResult
-from analysis.pipeline import analyse
-from analysis.preregistration import check, words
-from analysis.preregistration.bundle import read_bundle
-from analysis.reporting.files import software
-from analysis.statistics.not_computed import NotComputed
-from experiments.languages.texts import to_translate
-from experiments.participants.population import Population
-from experiments.running.bare_dataset import write_simulated
-from experiments.running.pilot import pilot_plans
+from slipscale import commands
+from slipscale.analysis.own.declaration import OwnFinding, OwnResult
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.preregistration import check, words
+from slipscale.analysis.preregistration.bundle import read_bundle
+from slipscale.analysis.reporting.files import software
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.languages.texts import to_translate
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.running.bare_dataset import write_simulated
+from slipscale.experiments.running.pilot import pilot_plans
 
 
 def analysed(root, *options, plan="plan"):
     """Analyse a copy's data against a plan; return the exit status and the deviations by kind."""
     data = root / "data"
-    status = slipscale.main(["analyse", str(data), "--plan", str(root / plan), *options])
+    status = commands.main(["analyse", str(data), "--plan", str(root / plan), *options])
     folder = data / "derivatives" / "slipscale"
     if "--in-session" in options:
         folder /= "ses-01"
@@ -55,7 +55,7 @@ def test_what_is_done_as_planned_has_no_deviation(frozen, capsys, plan):
 
 
 def test_without_a_plan_nothing_is_said_of_one(frozen):
-    assert slipscale.main(["analyse", str(frozen / "data")]) == 0
+    assert commands.main(["analyse", str(frozen / "data")]) == 0
     folder = frozen / "data" / "derivatives" / "slipscale"
     assert "plan" not in json.loads((folder / "results.json").read_text())
     assert "Deviations from the plan" not in (folder / "report.html").read_text()
@@ -322,7 +322,7 @@ REFUSED = {
 def test_what_cannot_be_checked_by_is_refused_in_a_sentence(copied, capsys, change, plan, sentence):
     change(copied)
     words = ["analyse", str(copied / "data"), "--plan", str(copied / plan)]
-    assert slipscale.main(words) == 2
+    assert commands.main(words) == 2
     told = capsys.readouterr().err
     assert sentence in told
     assert told.count("\n") == 1
@@ -334,7 +334,7 @@ def test_every_byte_of_a_zip_that_is_cut_off_is_noticed(copied, capsys):
     for kept in range(0, len(whole), max(len(whole) // 40, 1)):
         (copied / "plan.zip").write_bytes(whole[:kept])
         words = ["analyse", str(copied / "data"), "--plan", str(copied / "plan.zip")]
-        assert slipscale.main(words) == 2
+        assert commands.main(words) == 2
     assert zipfile.is_zipfile(copied / "plan.zip") is False
 
 
@@ -348,7 +348,7 @@ def test_a_study_in_a_language_of_its_own_has_its_texts_frozen(frozen, tmp_path)
     own = 'language = "de"\ntexts_files = ["texts.de.toml"]\n[[tasks]]'
     text = (frozen / "small.toml").read_text(encoding="utf-8")
     path.write_text(text.replace("[[tasks]]", own, 1).replace('codebook = "words.toml"', ""))
-    assert slipscale.main(["study", "freeze", str(path), "--out", str(tmp_path / "plan")]) == 0
+    assert commands.main(["study", "freeze", str(path), "--out", str(tmp_path / "plan")]) == 0
     copy = tmp_path / "plan" / "study" / "files" / "texts.de.toml"
     assert copy.read_bytes() == (tmp_path / "texts.de.toml").read_bytes()
     plans = pilot_plans(str(path), participants=None, seed=None, language=None)

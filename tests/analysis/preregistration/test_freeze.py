@@ -8,15 +8,15 @@ from hashlib import sha256
 
 import pytest
 
-import slipscale
-from analysis.pipeline import analyse
-from analysis.preregistration.bundle import read_bundle, write_bundle
-from analysis.preregistration.freeze import Wanted, freeze
-from analysis.preregistration.manifest import MANIFEST
-from analysis.preregistration.words import NO_TEST, TESTS, plan_blocks
-from analysis.statistics.run_all import Inference
-from experiments.participants.population import Population
-from experiments.study.analysis_choices import AnalysisChoices, Thresholds
+from slipscale import commands
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.preregistration.bundle import read_bundle, write_bundle
+from slipscale.analysis.preregistration.freeze import Wanted, freeze
+from slipscale.analysis.preregistration.manifest import MANIFEST
+from slipscale.analysis.preregistration.words import NO_TEST, TESTS, plan_blocks
+from slipscale.analysis.statistics.run_all import Inference
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.study.analysis_choices import AnalysisChoices, Thresholds
 
 NOON = datetime(2026, 11, 22, 12, tzinfo=UTC)
 
@@ -117,18 +117,18 @@ def test_the_power_is_computed_or_taken_in(frozen, tmp_path, capsys):
     study = str(frozen / "small.toml")
     out, again = tmp_path / "plan", tmp_path / "again"
     words = ["study", "freeze", study, "--out", str(out), "--compute-power", "20"]
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     told = json.loads((out / "power" / "power.json").read_text())
     assert [each["participants"] for each in told["conditions"]] == [3, 4, 5]
     assert 'src="power/power.svg"' in (out / "plan.html").read_text()
     words = ["study", "freeze", study, "--out", str(again), "--power", str(out / "power")]
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     assert (again / "power" / "power.csv").read_bytes() == (
         out / "power" / "power.csv"
     ).read_bytes()
     capsys.readouterr()
     words = ["study", "freeze", "biet2007", "--out", str(tmp_path / "b"), "--power", words[-1]]
-    assert slipscale.main(words) == 2
+    assert commands.main(words) == 2
     assert "is of study 'small'; expected 'biet2007'" in capsys.readouterr().err
 
 
@@ -144,7 +144,7 @@ def test_the_power_is_computed_or_taken_in(frozen, tmp_path, capsys):
     ],
 )
 def test_what_cannot_be_frozen_is_told_in_a_sentence(frozen, here, capsys, options, sentence):
-    assert slipscale.main(["study", "freeze", str(frozen / "small.toml"), *options]) == 2
+    assert commands.main(["study", "freeze", str(frozen / "small.toml"), *options]) == 2
     told = capsys.readouterr().err
     assert sentence in told
     assert told.count("\n") == 1

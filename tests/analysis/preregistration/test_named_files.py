@@ -2,8 +2,8 @@
 
 import pytest
 
-from analysis.preregistration.named_files import named_files
-from faults import UserError
+from slipscale.analysis.preregistration.named_files import named_files
+from slipscale.faults import UserError
 
 
 @pytest.fixture

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from analysis.published.biet2007 import BY_AMPLITUDE, TABLE3, TABLE3_FILE
-from analysis.reconstruction.table_files import read
-from experiments.participants import population
+from slipscale.analysis.published.biet2007 import BY_AMPLITUDE, TABLE3, TABLE3_FILE
+from slipscale.analysis.reconstruction.table_files import read
+from slipscale.experiments.participants import population
 
 
 def test_reconstruction_reads_the_same_numbers():

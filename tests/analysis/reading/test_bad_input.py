@@ -5,16 +5,16 @@ import re
 
 import pytest
 
-import slipscale
-from analysis.pipeline import analyse
-from analysis.reading.load import load
-from analysis.reporting import apa
-from analysis.reporting.json_form import record
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from analysis.statistics.descending_difference.verbal_coding import load_codebook
-from analysis.statistics.equivalence import Equivalence
-from analysis.statistics.pairwise import PairComparison, PairedT, SignedRank
-from faults import UserError
+from slipscale import commands
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.reporting import apa
+from slipscale.analysis.reporting.json_form import record
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.descending_difference.verbal_coding import load_codebook
+from slipscale.analysis.statistics.equivalence import Equivalence
+from slipscale.analysis.statistics.pairwise import PairComparison, PairedT, SignedRank
+from slipscale.faults import UserError
 
 TIDY = "participant_id,amplitude_um_pp,estimate\n"
 
@@ -75,7 +75,7 @@ def test_who_is_missing_or_did_not_finish_is_said(dataset):
 
 
 def test_a_participant_who_is_listed_twice_has_one_row_in_the_wide_table(dataset):
-    from analysis.reporting.tables import wide  # noqa: PLC0415
+    from slipscale.analysis.reporting.tables import wide  # noqa: PLC0415
 
     folder = dataset(participants=3)
     (folder / "participants.tsv").write_text("participant_id\tage\nsub-01\t3\nsub-01\t4\n")
@@ -139,7 +139,7 @@ def test_people_who_all_but_one_give_one_number_have_no_interval_and_no_warning(
 def test_an_out_that_is_a_file_is_refused_before_anything_is_computed(dataset, tmp_path, capsys):
     out = tmp_path / "taken"
     out.write_text("")
-    assert slipscale.main(["analyse", str(dataset()), "--out", str(out)]) == 2
+    assert commands.main(["analyse", str(dataset()), "--out", str(out)]) == 2
     assert f"{out}: is a file; expected a folder" in capsys.readouterr().err
 
 
@@ -298,7 +298,7 @@ def test_rows_of_participants_tsv_without_a_name_are_left_out(dataset):
 
 
 def test_a_column_of_participants_tsv_with_our_name_does_not_rename_ours(dataset):
-    from analysis.reporting.tables import wide  # noqa: PLC0415
+    from slipscale.analysis.reporting.tables import wide  # noqa: PLC0415
 
     folder = dataset(participants=3)
     (folder / "participants.tsv").write_text("participant_id\testimate_0\nsub-01\t3\n")
@@ -341,7 +341,7 @@ def test_many_absent_sidecars_fill_no_screen(dataset):
 
 def test_a_file_that_cannot_be_written_is_named(dataset, tmp_path, capsys):
     (tmp_path / "out/table3.csv").mkdir(parents=True)
-    assert slipscale.main(["analyse", str(dataset(3)), "--out", str(tmp_path / "out")]) == 2
+    assert commands.main(["analyse", str(dataset(3)), "--out", str(tmp_path / "out")]) == 2
     assert "table3.csv: cannot be written (Is a directory)" in capsys.readouterr().err
 
 

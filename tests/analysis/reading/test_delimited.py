@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.reading import delimited
-from analysis.reading.delimited import LISTED_PROBLEMS, Problems, read_tables
-from analysis.reading.load import load
-from faults import UserError
+from slipscale.analysis.reading import delimited
+from slipscale.analysis.reading.delimited import LISTED_PROBLEMS, Problems, read_tables
+from slipscale.analysis.reading.load import load
+from slipscale.faults import UserError
 
 HEADER = "participant_id,trial,amplitude_um_pp,estimate\n"
 ROWS = "".join(

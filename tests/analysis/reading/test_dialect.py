@@ -4,10 +4,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.pipeline import analyse
-from analysis.reading.dialect import decimal_of, in_points
-from analysis.reading.load import load
-from faults import UserError
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.dialect import decimal_of, in_points
+from slipscale.analysis.reading.load import load
+from slipscale.faults import UserError
 
 AMPLITUDES = ("0", "0,5", "1,2", "2,3")
 HEADER = ("participant_id", "amplitude_um_pp", "estimate")

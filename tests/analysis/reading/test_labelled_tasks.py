@@ -7,12 +7,12 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from analysis.pipeline import analyse
-from analysis.reading.load import load
-from analysis.reporting.files import write_analysis
-from analysis.statistics.not_computed import NotComputed
-from experiments.running.pilot import pilot_plans, run_pilot
-from faults import UserError
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.reporting.files import write_analysis
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.faults import UserError
 
 STUDY = """
 name = "thresholds"

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from analysis.pipeline import analyse
-from analysis.reading.delimited import read_tables
-from analysis.reading.load import load
-from analysis.statistics.descending_difference.verbal_coding import SHIPPED
-from experiments.dataset.bids import build_dataset
-from experiments.running.pilot import pilot_plans, run_pilot
-from faults import UserError
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.delimited import read_tables
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.statistics.descending_difference.verbal_coding import SHIPPED
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.faults import UserError
 
 TIDY = "participant_id,amplitude_um_pp,estimate\n"
 

@@ -7,12 +7,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.pipeline import analyse
-from analysis.reading.load import load
-from analysis.reporting.files import write_analysis
-from analysis.statistics.not_computed import NotComputed
-from experiments.participants.population import Population, curves
-from experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.reporting.files import write_analysis
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.participants.population import Population, curves
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 
 STUDY = """
 name = "modes"

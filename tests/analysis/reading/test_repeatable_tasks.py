@@ -2,11 +2,11 @@
 
 import pytest
 
-from analysis.pipeline import analyse
-from analysis.reading.load import load
-from experiments.running.pilot import pilot_plans, run_pilot
-from faults import UserError
-from slipscale import main
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.load import load
+from slipscale.commands import main
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.faults import UserError
 from tools.board_sessions import STUDY
 
 LABELLED = STUDY.replace("[[tasks]]", '[[tasks]]\nlabel = "slipperiness"')

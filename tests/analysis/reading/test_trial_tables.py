@@ -4,17 +4,17 @@ from dataclasses import replace
 
 import pytest
 
-from analysis.reading.cleaning import empty_differences, empty_estimates
-from analysis.reading.trial_tables import (
+from slipscale.analysis.reading.cleaning import empty_differences, empty_estimates
+from slipscale.analysis.reading.trial_tables import (
     DIFFERENCE,
     ESTIMATION,
     FREE_TEXT,
     IDENTITY,
     trial_table,
 )
-from experiments.dataset.measured import MEASURED
-from experiments.dataset.schema import columns
-from experiments.protocols import descending_difference, magnitude_estimation
+from slipscale.experiments.dataset.measured import MEASURED
+from slipscale.experiments.dataset.schema import columns
+from slipscale.experiments.protocols import descending_difference, magnitude_estimation
 
 TASKS = [
     (ESTIMATION, magnitude_estimation.PROTOCOL, empty_estimates),

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from analysis.reconstruction.published_table import Column, Scale
-from analysis.reconstruction.rounding import Printed
+from slipscale.analysis.reconstruction.published_table import Column, Scale
+from slipscale.analysis.reconstruction.rounding import Printed
 
 NAMES = (
     "mean_percent",

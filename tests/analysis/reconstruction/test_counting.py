@@ -8,18 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.reconstruction import problem
-from analysis.reconstruction.counting import (
+from slipscale.analysis.reconstruction import problem
+from slipscale.analysis.reconstruction.counting import (
     Estimate,
     attained,
     count,
     estimate,
     largest_possible,
 )
-from analysis.reconstruction.problem import require_memory, simple_bound
-from analysis.reconstruction.residues import WORD
-from analysis.reconstruction.solutions import Solutions
-from faults import UserError
+from slipscale.analysis.reconstruction.problem import require_memory, simple_bound
+from slipscale.analysis.reconstruction.residues import WORD
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.faults import UserError
 
 
 @pytest.fixture(scope="module")

@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import t
 
-from analysis.reconstruction.marginals import marginals
-from analysis.reconstruction.saddle_point import log10_multisets
-from analysis.reconstruction.sampling import Sampler
-from analysis.reconstruction.solutions import Solutions
-from analysis.reconstruction.table_files import from_csv, from_toml
-from analysis.reconstruction.witness import gives_what_is_printed, witness
-from faults import UserError
+from slipscale.analysis.reconstruction.marginals import marginals
+from slipscale.analysis.reconstruction.saddle_point import log10_multisets
+from slipscale.analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.table_files import from_csv, from_toml
+from slipscale.analysis.reconstruction.witness import gives_what_is_printed, witness
+from slipscale.faults import UserError
 
 
 @st.composite

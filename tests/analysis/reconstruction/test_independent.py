@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.stats import f_oneway, ttest_ind
 
-from analysis.reconstruction import independent
-from analysis.reconstruction.independent import independent_conclusions
-from analysis.reconstruction.solutions import Solutions
-from faults import UserError
+from slipscale.analysis.reconstruction import independent
+from slipscale.analysis.reconstruction.independent import independent_conclusions
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.faults import UserError
 
 # One decimal: several sums and sums of squares each; groups of different sizes.
 FACTS = [(4, "2.3", "1.7"), (5, "4.4", "1.1"), (3, "1.0", "1.0")]

@@ -12,13 +12,13 @@ import pytest
 from scipy.stats import friedmanchisquare, linregress, ttest_rel
 from statsmodels.stats.anova import AnovaRM
 
-from analysis.reconstruction.distributions import distributions
-from analysis.reconstruction.pairing import at_random, least_alike, most_alike, searched
-from analysis.reconstruction.sampling import Sampler
-from analysis.reconstruction.solutions import Solutions
-from analysis.reproduction.allowed_datasets import columns
-from analysis.statistics import batched as statistics
-from faults import UserError
+from slipscale.analysis.reconstruction.distributions import distributions
+from slipscale.analysis.reconstruction.pairing import at_random, least_alike, most_alike, searched
+from slipscale.analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reproduction.allowed_datasets import columns
+from slipscale.analysis.statistics import batched as statistics
+from slipscale.faults import UserError
 
 LOG_AMPLITUDE = tuple(np.log([0.5, 1.2, 2.3]))
 

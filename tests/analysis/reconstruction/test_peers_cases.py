@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import pytest
 
-from analysis.reconstruction.solutions import Solutions
-from analysis.reconstruction.table_files import from_csv
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.table_files import from_csv
 
 T, F = True, False
 

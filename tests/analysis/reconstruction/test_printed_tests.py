@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.stats import f_oneway, pearsonr, ttest_ind, ttest_rel
 
-from analysis.reconstruction.printed_test_answers import answer
-from analysis.reconstruction.printed_tests import PrintedTest
-from analysis.reconstruction.solutions import Solutions
-from analysis.reconstruction.table_files import from_toml
-from faults import UserError
+from slipscale.analysis.reconstruction.printed_test_answers import answer
+from slipscale.analysis.reconstruction.printed_tests import PrintedTest
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.table_files import from_toml
+from slipscale.faults import UserError
 
 FACTS = [(4, "2", "1.7"), (4, "3.5", "1"), (3, "1.0", "1.0")]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.reconstruction.sampling import Sampler
-from analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reconstruction.solutions import Solutions
 
 
 @pytest.mark.parametrize(

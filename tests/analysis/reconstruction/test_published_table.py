@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.reconstruction.solutions import Solutions
-from analysis.reconstruction.table_files import from_csv, from_toml
-from faults import UserError
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.table_files import from_csv, from_toml
+from slipscale.faults import UserError
 
 GOOD = """
 [scale]

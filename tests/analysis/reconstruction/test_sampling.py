@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from analysis.reconstruction import sampling
-from analysis.reconstruction.listing import arrangements
-from analysis.reconstruction.residues import WORD, primes
-from analysis.reconstruction.sampling import Sampler, uniform
-from analysis.reconstruction.solutions import Solutions
-from analysis.reconstruction.table_files import read
-from analysis.reconstruction.unranking import Ranking
-from faults import UserError
+from slipscale.analysis.reconstruction import sampling
+from slipscale.analysis.reconstruction.listing import arrangements
+from slipscale.analysis.reconstruction.residues import WORD, primes
+from slipscale.analysis.reconstruction.sampling import Sampler, uniform
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.table_files import read
+from slipscale.analysis.reconstruction.unranking import Ranking
+from slipscale.faults import UserError
 
 # A uniform sampler fails a test at this level once in ten thousand seeds; the seed is fixed.
 FALSE_ALARM = 1e-4

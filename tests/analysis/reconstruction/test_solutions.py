@@ -11,10 +11,10 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from analysis.reconstruction import counting
-from analysis.reconstruction.solutions import Solutions
-from analysis.reconstruction.table_files import read
-from faults import UserError
+from slipscale.analysis.reconstruction import counting
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.table_files import read
+from slipscale.faults import UserError
 
 
 def summaries(n, top):

@@ -9,13 +9,13 @@ import re
 import numpy as np
 import pytest
 
-import slipscale
-from analysis.published.biet2007 import TABLE3_FILE
-from analysis.reconstruction.sampling import Sampler
-from analysis.reconstruction.solutions import Solutions
-from analysis.reconstruction.table_files import read
-from analysis.reconstruction_page import distributions
-from analysis.reconstruction_page.distributions import cumulative, histogram
+from slipscale import commands
+from slipscale.analysis.published.biet2007 import TABLE3_FILE
+from slipscale.analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.table_files import read
+from slipscale.analysis.reconstruction_page import distributions
+from slipscale.analysis.reconstruction_page.distributions import cumulative, histogram
 
 MIXED = """label,n,mean,sd,scale_minimum,scale_maximum
 good,5,2.40,1.14,1,7
@@ -67,7 +67,7 @@ def test_every_rating_is_in_one_bar(column, listed):
 def test_the_page_answers_every_column_and_needs_no_network(tmp_path, capsys):
     (tmp_path / "t.csv").write_text(MIXED)
     words = ["reconstruct", str(tmp_path / "t.csv"), "--html", str(tmp_path / "page.html")]
-    assert slipscale.main(words) == 2
+    assert commands.main(words) == 2
     assert "good" in capsys.readouterr().out
     page = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert page.count("<figure>") == 2
@@ -87,7 +87,7 @@ def test_the_page_is_the_same_on_every_run_and_tells_what_depends(tmp_path, caps
     )
     words = ["reconstruct", str(tmp_path / "t.csv"), "--conclusions", "--design", "paired"]
     for name in ("one", "two"):
-        assert slipscale.main([*words, "--html", str(tmp_path / name)]) == 0
+        assert commands.main([*words, "--html", str(tmp_path / name)]) == 0
     capsys.readouterr()
     page = (tmp_path / "one").read_text(encoding="utf-8")
     assert page == (tmp_path / "two").read_text(encoding="utf-8")
@@ -99,5 +99,5 @@ def test_the_page_is_the_same_on_every_run_and_tells_what_depends(tmp_path, caps
 
 def test_samples_and_a_page_are_not_asked_for_together(tmp_path, capsys):
     words = ["reconstruct", "biet2007_table3", "--sample", "1", "--html", str(tmp_path / "p")]
-    assert slipscale.main(words) == 2
+    assert commands.main(words) == 2
     assert "choose one" in capsys.readouterr().err

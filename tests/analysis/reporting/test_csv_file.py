@@ -5,8 +5,8 @@ import pandas as pd
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.reporting.csv_file import write_csv
-from experiments.dataset.spreadsheet_cells import harmless_cell
+from slipscale.analysis.reporting.csv_file import write_csv
+from slipscale.experiments.dataset.spreadsheet_cells import harmless_cell
 
 TEXTS = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)
 ROWS = st.lists(

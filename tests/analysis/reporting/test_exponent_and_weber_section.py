@@ -4,13 +4,13 @@ import json
 
 import pytest
 
-from analysis.pipeline import analyse
-from analysis.reporting import json_form
-from analysis.reporting.files import draw
-from analysis.reporting.page import results
-from analysis.reporting.sections.exponent_and_weber import exponent_and_weber
 from benchmarks.bare_dataset import write_dataset
-from experiments.participants.population import Population
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reporting import json_form
+from slipscale.analysis.reporting.files import draw
+from slipscale.analysis.reporting.page import results
+from slipscale.analysis.reporting.sections.exponent_and_weber import exponent_and_weber
+from slipscale.experiments.participants.population import Population
 
 STUDY = """
 name = "both"

@@ -5,11 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from analysis.pipeline import analyse
-from analysis.reporting.json_form import form, record, text
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.power_law import PowerLaw
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reporting.json_form import form, record, text
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import PowerLaw
 
 
 def test_what_was_not_computed_is_its_reason():

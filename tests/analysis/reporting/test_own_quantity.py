@@ -7,15 +7,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import slipscale
-from analysis.pipeline import analyse
-from analysis.reading.load import load
-from analysis.reading.mapping import parse_mapping
-from analysis.reading.own_words import in_own_words, own_name
-from analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
-from analysis.reporting.files import draw
-from analysis.reporting.page import render
-from figure_style import svg
+from slipscale import commands
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.own_words import in_own_words, own_name
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.analysis.reporting.files import draw
+from slipscale.analysis.reporting.page import render
+from slipscale.figure_style import svg
 
 PRESSURE = Quantity(
     name="sound pressure", unit="µPa", column="sound_pressure_uPa", judged="loudness"
@@ -40,7 +40,7 @@ def folder(tmp_path_factory):
     path = where / "data.csv"
     path.write_text("\n".join(["subject,sound_pressure,loudness", *rows]))
     options = ["--participant", "subject", "--stimulus", "sound_pressure:µPa"]
-    assert slipscale.main(["analyse", str(path), *options, "--response", "loudness"]) == 0
+    assert commands.main(["analyse", str(path), *options, "--response", "loudness"]) == 0
     return where / "data-slipscale"
 
 

@@ -4,8 +4,8 @@ import re
 
 import pytest
 
-from analysis.pipeline import analyse
-from analysis.reporting.files import write_analysis
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reporting.files import write_analysis
 
 
 def few(table_by_hand, people, amplitudes, repetitions=1):

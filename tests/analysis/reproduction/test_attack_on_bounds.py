@@ -12,12 +12,12 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from analysis.reconstruction.pairing import least_alike, most_alike
-from analysis.reconstruction.published_table import CONVENTIONS
-from analysis.reconstruction.sampling import Sampler
-from analysis.reproduction.allowed_datasets import AMPLITUDES_UM_PP, columns
-from analysis.reproduction.comparison import recorded_values
-from analysis.statistics.batched import paired_t, repeated_measures_f
+from slipscale.analysis.reconstruction.pairing import least_alike, most_alike
+from slipscale.analysis.reconstruction.published_table import CONVENTIONS
+from slipscale.analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reproduction.allowed_datasets import AMPLITUDES_UM_PP, columns
+from slipscale.analysis.reproduction.comparison import recorded_values
+from slipscale.analysis.statistics.batched import paired_t, repeated_measures_f
 
 DRAWN = 300
 ROUNDS = 4

@@ -6,12 +6,12 @@ import json
 
 import pytest
 
-from analysis.reconstruction.conclusions import pairs
-from analysis.reconstruction.published_table import CONVENTIONS
-from analysis.reconstruction.sampling import Sampler
-from analysis.reproduction import attained_bounds
-from analysis.reproduction.allowed_datasets import columns
-from analysis.reproduction.attained_bounds import known
+from slipscale.analysis.reconstruction.conclusions import pairs
+from slipscale.analysis.reconstruction.published_table import CONVENTIONS
+from slipscale.analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reproduction import attained_bounds
+from slipscale.analysis.reproduction.allowed_datasets import columns
+from slipscale.analysis.reproduction.attained_bounds import known
 
 
 @pytest.fixture

@@ -4,15 +4,15 @@ import json
 
 import pytest
 
-import slipscale
-from analysis.published.biet2007 import TABLE3
-from analysis.reproduction import comparison, table3
-from analysis.reproduction.comparison import Comparison, Outcome, choose, compare
-from faults import UserError
+from slipscale import commands
+from slipscale.analysis.published.biet2007 import TABLE3
+from slipscale.analysis.reproduction import comparison, table3
+from slipscale.analysis.reproduction.comparison import Comparison, Outcome, choose, compare
+from slipscale.faults import UserError
 
 
 def run(*words):
-    return slipscale.main(["reproduce", *words])
+    return commands.main(["reproduce", *words])
 
 
 def test_every_cell_of_table_iii_and_point_of_fig_15_agrees(tmp_path, capsys):

@@ -3,10 +3,10 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from analysis.published.biet2007 import TABLE3, agrees
-from analysis.reproduction import datasets
-from analysis.reproduction.comparison import compare
-from analysis.statistics.batched import paired_t, repeated_measures_f
+from slipscale.analysis.published.biet2007 import TABLE3, agrees
+from slipscale.analysis.reproduction import datasets
+from slipscale.analysis.reproduction.comparison import compare
+from slipscale.analysis.statistics.batched import paired_t, repeated_measures_f
 
 
 @pytest.fixture(scope="module")

@@ -5,13 +5,13 @@ from importlib.resources import files
 
 import pytest
 
-from analysis.figures.friction import perception_figure
-from analysis.published.biet2007 import published_means
-from analysis.reproduction import comparison, film, plate
-from analysis.reproduction.comparison import Comparison
-from analysis.reproduction.film import more_than
+from slipscale.analysis.figures.friction import perception_figure
+from slipscale.analysis.published.biet2007 import published_means
+from slipscale.analysis.reproduction import comparison, film, plate
+from slipscale.analysis.reproduction.comparison import Comparison
+from slipscale.analysis.reproduction.film import more_than
 
-FILM_AND_PLATE = ("analysis.reproduction.film", "analysis.reproduction.plate")
+FILM_AND_PLATE = ("slipscale.analysis.reproduction.film", "slipscale.analysis.reproduction.plate")
 ITEMS = {**film.ITEMS, **plate.ITEMS}
 
 # Seconds, not minutes: the whole-plate items (fig11, fig12) are checked on a rougher mesh in
@@ -23,7 +23,9 @@ QUICK_ITEMS = [name for name in ITEMS if not name.startswith(("fig11", "fig12", 
 def recorded():
     names = [name for module, name in comparison.SOURCES if module in FILM_AND_PLATE]
     texts = [
-        files("analysis.reproduction").joinpath("recorded", name).read_text(encoding="utf-8")
+        files("slipscale.analysis.reproduction")
+        .joinpath("recorded", name)
+        .read_text(encoding="utf-8")
         for name in names
     ]
     return {name: value for text in texts for name, value in json.loads(text).items()}
@@ -83,7 +85,7 @@ def test_items_fit_the_framework_s_choice_of_names(monkeypatch):
 
 def test_listing_the_items_loads_no_solver():
     code = (
-        "import sys; import analysis.reproduction.film, analysis.reproduction.plate; "
+        "import sys; from slipscale.analysis.reproduction import film, plate; "
         "print([m for m in ('scipy', 'skfem', 'matplotlib') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

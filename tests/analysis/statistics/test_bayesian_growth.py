@@ -11,14 +11,21 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from analysis.pipeline import analyse
-from analysis.preprocessing.log_transform import prepare
-from analysis.reporting import apa
-from analysis.statistics.bayesian_growth import bayesian_growth
-from analysis.statistics.hierarchical_sampler import LKJ, PRIOR_SD, Trials, model, own_lines, sums
-from analysis.statistics.not_computed import NotComputed
-from experiments.study.analysis_choices import AnalysisChoices
-from slipscale import main
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.reporting import apa
+from slipscale.analysis.statistics.bayesian_growth import bayesian_growth
+from slipscale.analysis.statistics.hierarchical_sampler import (
+    LKJ,
+    PRIOR_SD,
+    Trials,
+    model,
+    own_lines,
+    sums,
+)
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.commands import main
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 AMPLITUDES = np.array([0.3, 0.6, 1.2, 2.3])
 PEOPLE = 10
@@ -146,7 +153,7 @@ def test_numbers_of_chains_that_do_not_agree_are_not_reported(found):
 
 
 def test_the_figure_shows_everybody_twice(found):
-    from analysis.figures.exponents import exponents  # noqa: PLC0415 - matplotlib takes a second
+    from slipscale.analysis.figures.exponents import exponents  # noqa: PLC0415 - matplotlib takes a second
 
     (axes,) = exponents(found).axes
     assert [label.get_text() for label in axes.get_yticklabels()] == [

@@ -4,10 +4,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.preprocessing.normalisation import cell_means
-from analysis.published.biet2007 import ALLOWED_DATASET, PARTICIPANTS, STATISTICS, TABLE3, agrees
-from analysis.reading.load import load
-from analysis.statistics.descriptives import cousineau_morey, table3
+from slipscale.analysis.preprocessing.normalisation import cell_means
+from slipscale.analysis.published.biet2007 import (
+    ALLOWED_DATASET,
+    PARTICIPANTS,
+    STATISTICS,
+    TABLE3,
+    agrees,
+)
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.statistics.descriptives import cousineau_morey, table3
 
 
 def test_the_shipped_data_set_gives_every_cell_of_table_iii():

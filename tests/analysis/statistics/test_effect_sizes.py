@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from analysis.statistics.effect_sizes import (
+from slipscale.analysis.statistics.effect_sizes import (
     _sums,
     d_z_interval,
     eta2_interval,

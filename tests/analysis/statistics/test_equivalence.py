@@ -11,16 +11,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pingouin import bayesfactor_ttest
 
-from analysis.pipeline import analyse
-from analysis.preprocessing.log_transform import prepare
-from analysis.reading.load import load
-from analysis.reading.mapping import parse_mapping
-from analysis.reporting import apa
-from analysis.statistics.equivalence import bayes_factor, equivalence
-from analysis.statistics.mean_over_participants import mean_over_participants
-from analysis.statistics.pairwise import pairwise
-from experiments.study.analysis_choices import AnalysisChoices
-from faults import UserError
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reporting import apa
+from slipscale.analysis.statistics.equivalence import bayes_factor, equivalence
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.pairwise import pairwise
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.faults import UserError
 
 HERE = Path(__file__).parents[2] / "data" / "r_reference"
 R = json.loads((HERE / "comparisons.json").read_text())

@@ -6,14 +6,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.preprocessing.log_transform import prepare
-from analysis.reporting.apa_exponent_and_weber import sentences
-from analysis.statistics.confidence_interval import ConfidenceInterval
-from analysis.statistics.exponent_and_weber import EKMAN, PUBLISHED, exponent_and_weber
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics.forced_choice import ParticipantThreshold, TaskThresholds
-from analysis.statistics.psychometrics.psychometric_function import Estimate
-from experiments.study.analysis_choices import AnalysisChoices
+from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.reporting.apa_exponent_and_weber import sentences
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.exponent_and_weber import EKMAN, PUBLISHED, exponent_and_weber
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.forced_choice import (
+    ParticipantThreshold,
+    TaskThresholds,
+)
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 AMPLITUDES = np.array([0.3, 0.6, 1.2, 2.3])
 NONE = NotComputed("not part of this test")

@@ -7,17 +7,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.pipeline import analyse
-from analysis.preprocessing.log_transform import prepare
-from analysis.reading.load import load
-from analysis.reading.mapping import parse_mapping
-from analysis.reporting import apa_groups
-from analysis.statistics.group_comparison import compare_groups
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.welch import welch
-from experiments.study.analysis_choices import AnalysisChoices
-from faults import UserError
-from slipscale import main
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reporting import apa_groups
+from slipscale.analysis.statistics.group_comparison import compare_groups
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.welch import welch
+from slipscale.commands import main
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.faults import UserError
 
 DATA = Path(__file__).parents[2] / "data"
 R = json.loads((DATA / "r_reference" / "comparisons.json").read_text())["orthodont"]

@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from analysis.pipeline import analyse
-from analysis.reporting.files import write_analysis
-from analysis.statistics.individuals import individuals
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reporting.files import write_analysis
+from slipscale.analysis.statistics.individuals import individuals
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 
 def test_every_participant_has_an_exponent_and_a_d_prime_of_their_own(dataset, page, tmp_path):

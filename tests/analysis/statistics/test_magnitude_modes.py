@@ -5,10 +5,10 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.productions import Counterpart, productions
-from analysis.statistics.ratings import ratings, start_effect
-from analysis.statistics.ratio_judgements import ratios
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.productions import Counterpart, productions
+from slipscale.analysis.statistics.ratings import ratings, start_effect
+from slipscale.analysis.statistics.ratio_judgements import ratios
 
 PEOPLE = 8
 

@@ -8,13 +8,13 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from analysis.pipeline import analyse
-from analysis.preprocessing.log_transform import prepare
-from analysis.reporting.files import write_analysis
-from analysis.reporting.sections.measured_friction import sentence
-from analysis.statistics.measured_friction import measured_friction
-from analysis.statistics.not_computed import NotComputed
-from experiments.study.analysis_choices import AnalysisChoices
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.reporting.files import write_analysis
+from slipscale.analysis.reporting.sections.measured_friction import sentence
+from slipscale.analysis.statistics.measured_friction import measured_friction
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 COEFFICIENTS = [0.8, 0.75, 0.6, 0.4, 0.78, 0.62]
 AMPLITUDES = [0.0, 0.5, 1.2, 2.3, 0.5, 1.2]

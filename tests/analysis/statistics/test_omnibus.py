@@ -9,18 +9,18 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from analysis.preprocessing.log_transform import prepare
-from analysis.reporting import apa
-from analysis.statistics import omnibus, power_law
-from analysis.statistics.descending_difference.proportions import exact_interval
-from analysis.statistics.descriptives import cousineau_morey
-from analysis.statistics.growth import growth
-from analysis.statistics.mixed_model import mixed_model
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.order_effects import order_effects
-from analysis.statistics.pairwise import pairwise, signed_rank_p
-from analysis.statistics.reliability import reliability
-from experiments.study.analysis_choices import AnalysisChoices
+from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.reporting import apa
+from slipscale.analysis.statistics import omnibus, power_law
+from slipscale.analysis.statistics.descending_difference.proportions import exact_interval
+from slipscale.analysis.statistics.descriptives import cousineau_morey
+from slipscale.analysis.statistics.growth import growth
+from slipscale.analysis.statistics.mixed_model import mixed_model
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.order_effects import order_effects
+from slipscale.analysis.statistics.pairwise import pairwise, signed_rank_p
+from slipscale.analysis.statistics.reliability import reliability
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 HERE = Path(__file__).parents[2] / "data" / "r_reference"
 R = json.loads((HERE / "reference.json").read_text())
@@ -318,7 +318,7 @@ def test_an_effect_is_judged_at_the_study_s_own_level():
 
 
 def test_a_p_is_never_printed_as_zero():
-    from analysis.reporting.latex import _p  # noqa: PLC0415
+    from slipscale.analysis.reporting.latex import _p  # noqa: PLC0415
 
     assert _p(0.0001) == "$<$.001"
     assert _p(0.0213) == ".021"

@@ -4,11 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.preprocessing.log_transform import prepare
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.order_effects import order_effects
-from analysis.statistics.reliability import reliability
-from experiments.study.analysis_choices import AnalysisChoices
+from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.order_effects import order_effects
+from slipscale.analysis.statistics.reliability import reliability
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 AMPLITUDES = np.array([0.0, 0.5, 1.2, 2.3])
 

@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.reporting import apa
-from analysis.statistics import growth, growth_models, power_law
-from analysis.statistics.mean_over_participants import mean_over_participants
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting import apa
+from slipscale.analysis.statistics import growth, growth_models, power_law
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 DATA = Path(__file__).parents[2] / "data"
 R_GROWTH = json.loads((DATA / "r_reference" / "comparisons.json").read_text())["growth"]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from analysis.statistics.regression import fit_lines
+from slipscale.analysis.statistics.regression import fit_lines
 
 X = np.log([0.5, 1.2, 2.3, 4.0])
 

@@ -8,18 +8,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import slipscale
-from analysis.pipeline import analyse
-from analysis.reading.load import load
-from analysis.reading.mapping import parse_mapping
-from analysis.reporting.apa_sessions import session_sentences
-from analysis.statistics.multiplicity import multiplicity
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.session_effects import agreement, session_effects
-from experiments.participants.population import Population
-from experiments.running.bare_dataset import why_sessions, write_simulated
-from experiments.running.pilot import pilot_plans
-from experiments.study.file import study_text
+from slipscale import commands
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reporting.apa_sessions import session_sentences
+from slipscale.analysis.statistics.multiplicity import multiplicity
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.session_effects import agreement, session_effects
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
+from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.study.file import study_text
 
 DATA = Path(__file__).parents[2] / "data" / "r_reference"
 R = json.loads((DATA / "sessions.json").read_text())
@@ -192,7 +192,7 @@ def test_zeros_that_are_refused_leave_the_other_tasks(analysis):
 def test_the_report_and_the_results_say_it(table_by_hand, tmp_path):
     path = table_by_hand(table(0.4))
     out = tmp_path / "out"
-    assert slipscale.main(["analyse", str(path), "--normalise", "none", "--out", str(out)]) == 0
+    assert commands.main(["analyse", str(path), "--normalise", "none", "--out", str(out)]) == 0
     report = (out / "report.html").read_text()
     assert "<h2" in report
     for words in (
@@ -208,7 +208,7 @@ def test_the_report_and_the_results_say_it(table_by_hand, tmp_path):
     assert len(told["measures"][0]["agreement"]["ci"]) == 2
     one = tmp_path / "one"
     given = ["analyse", str(path), "--normalise", "none", "--in-session", "02", "--out", str(one)]
-    assert slipscale.main(given) == 0
+    assert commands.main(given) == 0
     assert "reason" in json.loads((one / "inference.json").read_text())["sessions"]
 
 

@@ -3,11 +3,11 @@
 import pandas as pd
 import pytest
 
-from analysis.pipeline import analyse
-from analysis.preprocessing.normalisation import RULES
-from analysis.reading.load import load
-from analysis.reporting.json_form import text
-from analysis.reporting.tables import tables
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.preprocessing.normalisation import RULES
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.reporting.json_form import text
+from slipscale.analysis.reporting.tables import tables
 
 
 def with_textures(dataset, number, names=("coarse", "fine")):

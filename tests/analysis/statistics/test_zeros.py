@@ -4,12 +4,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.preprocessing.log_transform import prepare
-from analysis.reporting import apa
-from analysis.statistics import omnibus
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.pairwise import pairwise
-from experiments.study.analysis_choices import AnalysisChoices
+from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.reporting import apa
+from slipscale.analysis.statistics import omnibus
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.pairwise import pairwise
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 AMPLITUDES = (0.0, 0.5, 1.2, 2.3)
 
@@ -80,7 +80,7 @@ def test_the_zero_rule_refuse_leaves_the_tests_on_ranks(values):
 def test_the_primary_analysis_is_on_ranks_of_everybody_unless_the_study_declares_otherwise(
     table_by_hand, page, values
 ):
-    from analysis.pipeline import analyse  # noqa: PLC0415
+    from slipscale.analysis.pipeline import analyse  # noqa: PLC0415
 
     values[:5, 0] = 0
     lines = [

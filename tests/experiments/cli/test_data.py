@@ -2,8 +2,8 @@ import json
 
 import pytest
 
-import slipscale
-from experiments.dataset.bids import build_dataset
+from slipscale import commands
+from slipscale.experiments.dataset.bids import build_dataset
 
 
 @pytest.fixture
@@ -14,22 +14,22 @@ def dataset(laboratory):
 
 
 def test_verify_says_that_all_agrees(dataset, capsys):
-    assert slipscale.main(["data", "verify", str(dataset)]) == 0
+    assert commands.main(["data", "verify", str(dataset)]) == 0
     assert capsys.readouterr().out == f"{dataset}: agrees with its journals (1)\n"
 
 
 def test_verify_exits_1_and_names_each_difference_until_build_has_made_it_anew(dataset, capsys):
     table = next(dataset.glob("sub-01/beh/*magnitude*.tsv"))
     table.write_text(table.read_text().replace("\tmain\t", "\tpractice\t", 1))
-    assert slipscale.main(["data", "verify", str(dataset)]) == 1
+    assert commands.main(["data", "verify", str(dataset)]) == 1
     assert "phase is 'practice'; the journal says 'main'" in capsys.readouterr().err
-    assert slipscale.main(["data", "verify", "--json", str(dataset)]) == 1
+    assert commands.main(["data", "verify", "--json", str(dataset)]) == 1
     (problem,) = json.loads(capsys.readouterr().out)
     assert problem["place"].startswith("row ")
-    assert slipscale.main(["data", "build", str(dataset)]) == 0
-    assert slipscale.main(["data", "verify", str(dataset)]) == 0
+    assert commands.main(["data", "build", str(dataset)]) == 0
+    assert commands.main(["data", "verify", str(dataset)]) == 0
 
 
 def test_a_folder_without_journals_is_named(tmp_path, capsys):
-    assert slipscale.main(["data", "verify", str(tmp_path)]) == 2
+    assert commands.main(["data", "verify", str(tmp_path)]) == 2
     assert "no journals; expected a data set's folder" in capsys.readouterr().err

@@ -6,13 +6,12 @@ from pathlib import Path
 
 import pytest
 
-import slipscale
-from experiments.cli import sessions
-from experiments.lab.folder import FILE
-from experiments.running import lab_session, preflight
-from faults import DONE
-from hardware.cli import plate
-from slipscale import main
+from slipscale.commands import COMMANDS, load_command, main
+from slipscale.experiments.cli import sessions
+from slipscale.experiments.lab.folder import FILE
+from slipscale.experiments.running import lab_session, preflight
+from slipscale.faults import DONE
+from slipscale.hardware.cli import plate
 
 LAB = """
 study = "gone.toml"
@@ -54,8 +53,8 @@ NOTHING_TO_TAKE = {
 
 def commands():
     """Return the words of every command, of all wings."""
-    for name in slipscale.COMMANDS:
-        parser, _ = slipscale.load(name)
+    for name in COMMANDS:
+        parser, _ = load_command(name)
         parts = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
         below = plate.SUBCOMMANDS if name == "plate" else [w for a in parts for w in a.choices]
         yield from (f"{name} {word}" for word in below)
@@ -139,7 +138,7 @@ def test_what_goes_on_takes_the_place_it_goes_on_in(folder, capsys, monkeypatch,
     settings = []
     monkeypatch.setattr(lab_session, "go_on", lambda _, on: settings.append(on) or "complete")
     (folder / FILE).write_text(WHOLE)
-    monkeypatch.setattr("experiments.journal.run_record.answered_by", lambda _: "person")
+    monkeypatch.setattr("slipscale.experiments.journal.run_record.answered_by", lambda _: "person")
     assert main(["resume", str(journal)]) == DONE
     [setting] = settings
     # The plate and the recorders are those of the run itself.
@@ -159,7 +158,7 @@ def test_a_calibration_is_made_without_the_one_before(folder, capsys):
 def test_a_pilot_simulates_what_the_laboratory_measures(folder, monkeypatch):
     """Its plate and its finger exist nowhere: a laser on a port could tell it nothing."""
     (folder / FILE).write_text(WHOLE)
-    parser, _ = slipscale.load("pilot")
+    parser, _ = load_command("pilot")
     contact = sessions.simulated_contact(parser.parse_args([]))
     assert astuple(contact) == ("simulated", "simulated")
     named = parser.parse_args(["--position", "none"])

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-import slipscale
-from experiments.journal.run_record import read_plan
-from experiments.participants.psychopy_window import keyboard
-from experiments.running.pilot import pilot_plans, run_pilot
-from experiments.running.preflight import PlannedSession, check, check_display
-from experiments.study.file import study_text
-from faults import UserError
-from slipscale import main
+from slipscale import __version__, commands
+from slipscale.commands import main
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.participants.psychopy_window import keyboard
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.experiments.running.preflight import PlannedSession, check, check_display
+from slipscale.experiments.study.file import study_text
+from slipscale.faults import UserError
 
 
 def run(capsys, *words):
@@ -27,10 +27,10 @@ def run(capsys, *words):
 def test_help_names_every_command(capsys):
     status, out, _ = run(capsys, "--help")
     assert status == 0
-    assert all(name in out for name in slipscale.COMMANDS)
+    assert all(name in out for name in commands.COMMANDS)
 
 
-@pytest.mark.parametrize("command", slipscale.COMMANDS)
+@pytest.mark.parametrize("command", commands.COMMANDS)
 def test_every_command_has_help(capsys, command):
     with pytest.raises(SystemExit) as ending:
         main([command, "--help"])
@@ -46,7 +46,7 @@ def test_a_word_that_is_no_command_is_answered_with_those_there_are(capsys):
 
 def test_help_imports_nothing_heavy():
     code = (
-        "import sys, slipscale; slipscale.main(['--help']); "
+        "import sys; from slipscale import commands; commands.main(['--help']); "
         "print(sorted(m for m in sys.modules if m.split('.')[0] in "
         "('numpy', 'pandas', 'psychopy', 'matplotlib', 'rich', 'pydantic', 'argparse', 'scipy')))"
     )
@@ -208,7 +208,7 @@ def test_check_sees_space_that_is_free_and_cannot_be_taken(tmp_path):
     program = """
 import resource, sys
 from pathlib import Path
-from experiments.running.preflight import PlannedSession, check_folder
+from slipscale.experiments.running.preflight import PlannedSession, check_folder
 resource.setrlimit(resource.RLIMIT_FSIZE, (50_000_000, 50_000_000))
 found = check_folder(PlannedSession(study="biet2007", plate="mock", out=Path(sys.argv[1])))
 print(found.passed, found.detail, found.remedy)
@@ -286,4 +286,4 @@ def test_the_installed_command_is_the_front_door():
         text=True,
         check=True,
     )
-    assert done.stdout == f"slipscale {slipscale.VERSION}\n"
+    assert done.stdout == f"slipscale {__version__}\n"

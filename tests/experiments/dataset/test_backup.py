@@ -2,13 +2,13 @@
 
 import pytest
 
-from experiments.dataset import backup as module
-from experiments.dataset.backup import back_up, backups
-from experiments.dataset.bids import build_dataset
-from experiments.dataset.runs import journals
-from experiments.dataset.verification import verify
-from experiments.dataset.withdrawal import withdraw
-from faults import UserError
+from slipscale.experiments.dataset import backup as module
+from slipscale.experiments.dataset.backup import back_up, backups
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.runs import journals
+from slipscale.experiments.dataset.verification import verify
+from slipscale.experiments.dataset.withdrawal import withdraw
+from slipscale.faults import UserError
 
 
 @pytest.fixture

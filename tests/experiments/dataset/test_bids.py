@@ -7,14 +7,14 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.dataset.runs import mode_of
-from experiments.dataset.tsv import cell
-from experiments.dataset.verification import verify
-from experiments.participants.scripted import ScriptedParticipant
-from experiments.protocols.steps import NumberQuestion, TextQuestion, YesNoQuestion
-from experiments.study.file import study_text
-from faults import UserError
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.runs import mode_of
+from slipscale.experiments.dataset.tsv import cell
+from slipscale.experiments.dataset.verification import verify
+from slipscale.experiments.participants.scripted import ScriptedParticipant
+from slipscale.experiments.protocols.steps import NumberQuestion, TextQuestion, YesNoQuestion
+from slipscale.experiments.study.file import study_text
+from slipscale.faults import UserError
 
 REPORT = 'it said "less" slippery;\tthen — collé, é'
 

@@ -2,16 +2,16 @@
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.dataset.merging import merge
-from experiments.dataset.runs import journals, read_runs
-from experiments.dataset.verification import verify
-from experiments.dataset.withdrawal import withdraw, withdrawn
-from experiments.journal.journal import Journal
-from experiments.study.file import study_text
-from faults import UserError
-from hardware.clock import VirtualClock
-from slipscale import main
+from slipscale.commands import main
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.merging import merge
+from slipscale.experiments.dataset.runs import journals, read_runs
+from slipscale.experiments.dataset.verification import verify
+from slipscale.experiments.dataset.withdrawal import withdraw, withdrawn
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.study.file import study_text
+from slipscale.faults import UserError
+from slipscale.hardware.clock import VirtualClock
 
 TEXT = study_text("biet2007")
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.dataset.rows_from_journal import EVENT_FLAGS
-from experiments.dataset.schema import (
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.rows_from_journal import EVENT_FLAGS
+from slipscale.experiments.dataset.schema import (
     FLAGS,
     NOTES,
     PARTICIPANT,
@@ -16,13 +16,13 @@ from experiments.dataset.schema import (
     person_columns,
     table_stem,
 )
-from experiments.protocols.base import Column, Options
-from experiments.protocols.registry import load_protocol, protocol_names
-from experiments.protocols.steps import Adjust, Ask
-from experiments.running.dry_run import dry_run
-from experiments.study.file import study_text
-from experiments.study.person_questions import TAKEN
-from faults import UserError
+from slipscale.experiments.protocols.base import Column, Options
+from slipscale.experiments.protocols.registry import load_protocol, protocol_names
+from slipscale.experiments.protocols.steps import Adjust, Ask
+from slipscale.experiments.running.dry_run import dry_run
+from slipscale.experiments.study.file import study_text
+from slipscale.experiments.study.person_questions import TAKEN
+from slipscale.faults import UserError
 
 ROOT = Path(__file__).parents[3]
 # The shipped study that has a protocol, where its name is another.
@@ -103,9 +103,10 @@ def test_the_amplitudes_of_a_laboratorys_own_protocol_are_checked_too(monkeypatc
     # Neither shipped protocol has this option: the check must go by what is declared.
     tilted = own("descending_difference", options=Tilted, amplitudes=("tilt_um_pp",))
     monkeypatch.setattr(
-        "experiments.study.model.load_protocol", lambda _: replace(tilted, trials=lambda *_: 1)
+        "slipscale.experiments.study.model.load_protocol",
+        lambda _: replace(tilted, trials=lambda *_: 1),
     )
-    monkeypatch.setattr("experiments.study.model.protocol_names", lambda: ["tilted"])
+    monkeypatch.setattr("slipscale.experiments.study.model.protocol_names", lambda: ["tilted"])
     text = 'name = "a"\ntitle = "a"\namplitudes_um_pp = [1.0]\n[[tasks]]\nprotocol = "tilted"\n'
     with pytest.raises(UserError, match=r"tasks.1.tilt_um_pp: 3.0 is beyond the plate's"):
         plan(text + "tilt_um_pp = 3.0").study  # noqa: B018 - parsed when it is looked at

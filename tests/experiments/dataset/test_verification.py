@@ -6,11 +6,11 @@ import shutil
 import pandas as pd
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.dataset.rendering import render
-from experiments.dataset.runs import read_runs
-from experiments.dataset.verification import verify
-from experiments.journal.record import Record, chained, decode, encode
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.rendering import render
+from slipscale.experiments.dataset.runs import read_runs
+from slipscale.experiments.dataset.verification import verify
+from slipscale.experiments.journal.record import Record, chained, decode, encode
 from tools.fuzzing.recorded import record
 
 TABLE = "sub-01/beh/sub-01_task-magnitudeestimation_run-01_beh.tsv"

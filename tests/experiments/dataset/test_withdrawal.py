@@ -6,18 +6,18 @@ import stat
 import pandas as pd
 import pytest
 
-import slipscale
-from experiments.dataset import withdrawal
-from experiments.dataset.backup import back_up
-from experiments.dataset.bids import build_dataset
-from experiments.dataset.runs import read_runs
-from experiments.dataset.verification import verify
-from experiments.dataset.withdrawal import replacement, withdraw, withdrawn
-from experiments.journal.journal import FALLBACK, Journal
-from experiments.running.run_state import check_alike, participants
-from experiments.study.file import study_text
-from faults import UserError
-from hardware.clock import VirtualClock
+from slipscale import commands
+from slipscale.experiments.dataset import withdrawal
+from slipscale.experiments.dataset.backup import back_up
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.runs import read_runs
+from slipscale.experiments.dataset.verification import verify
+from slipscale.experiments.dataset.withdrawal import replacement, withdraw, withdrawn
+from slipscale.experiments.journal.journal import FALLBACK, Journal
+from slipscale.experiments.running.run_state import check_alike, participants
+from slipscale.experiments.study.file import study_text
+from slipscale.faults import UserError
+from slipscale.hardware.clock import VirtualClock
 
 
 @pytest.fixture
@@ -77,12 +77,12 @@ def test_when_all_have_withdrawn_no_answer_about_them_is_left(dataset):
 
 def test_the_command_removes_only_when_told_twice(dataset, capsys):
     words = ["data", "withdraw", str(dataset), "--participant", "02"]
-    assert slipscale.main(words) == 1
+    assert commands.main(words) == 1
     assert "would be removed" in capsys.readouterr().out
     assert verify(dataset) == []
-    assert slipscale.main([*words, "--yes"]) == 0
+    assert commands.main([*words, "--yes"]) == 0
     assert "--participant R02" in capsys.readouterr().out
-    assert slipscale.main([*words, "--yes"]) == 2
+    assert commands.main([*words, "--yes"]) == 2
 
 
 class Killed(BaseException):
@@ -137,7 +137,7 @@ def test_nobody_withdraws_while_their_session_runs(dataset, plan):
 @pytest.mark.skipif(os.name != "posix", reason="elsewhere files have no such modes")
 @pytest.mark.parametrize("private", [True, False])
 def test_files_are_their_owners_unless_the_study_says_otherwise(tmp_path, private):
-    from experiments.running.pilot import pilot_plans, run_pilot  # noqa: PLC0415
+    from slipscale.experiments.running.pilot import pilot_plans, run_pilot  # noqa: PLC0415
 
     study = tmp_path / "study.toml"
     line = "" if private else "private_files = false\n"

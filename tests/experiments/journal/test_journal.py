@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from experiments.journal import journal as module
-from experiments.journal.journal import Journal
-from experiments.journal.locks import is_being_written
-from experiments.journal.reading import has_begun, read_records
-from experiments.journal.record import Record, decode, encode
-from faults import UserError
-from hardware.clock import VirtualClock
+from slipscale.experiments.journal import journal as module
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.locks import is_being_written
+from slipscale.experiments.journal.reading import has_begun, read_records
+from slipscale.experiments.journal.record import Record, decode, encode
+from slipscale.faults import UserError
+from slipscale.hardware.clock import VirtualClock
 
 VALUES = st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text()
 VALUES = VALUES.filter(lambda value: value not in (float("inf"), float("-inf")))

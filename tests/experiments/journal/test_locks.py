@@ -4,10 +4,10 @@ import socket
 import portalocker
 import pytest
 
-from experiments.journal import locks
-from experiments.journal.journal import Journal
-from faults import UserError
-from hardware.clock import VirtualClock
+from slipscale.experiments.journal import locks
+from slipscale.experiments.journal.journal import Journal
+from slipscale.faults import UserError
+from slipscale.hardware.clock import VirtualClock
 
 
 @pytest.fixture

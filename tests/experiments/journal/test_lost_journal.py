@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.journal import journal as module
-from experiments.journal.journal import Journal
-from experiments.journal.reading import read_records
-from faults import UserError
-from hardware.clock import VirtualClock
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.journal import journal as module
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.reading import read_records
+from slipscale.faults import UserError
+from slipscale.hardware.clock import VirtualClock
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="elsewhere an open file cannot go")
 

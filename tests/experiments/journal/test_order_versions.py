@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from experiments.dataset.rows_from_journal import gather
-from experiments.journal.run_record import is_complete, read_plan
-from experiments.protocols.base import ORDER_VERSION
-from experiments.running.pilot import run_pilot
-from experiments.running.study_commands import orders, presented
+from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.journal.run_record import is_complete, read_plan
+from slipscale.experiments.protocols.base import ORDER_VERSION
+from slipscale.experiments.running.pilot import run_pilot
+from slipscale.experiments.running.study_commands import orders, presented
 
 OLD = Path(__file__).parents[2] / "data" / "order_version_1"
 

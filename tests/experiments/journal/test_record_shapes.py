@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.journal.journal import Journal
-from experiments.journal.record import Record, decode, encode
-from experiments.journal.record_shapes import checked
-from hardware.clock import VirtualClock
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.record import Record, decode, encode
+from slipscale.experiments.journal.record_shapes import checked
+from slipscale.hardware.clock import VirtualClock
 
 
 @pytest.fixture(scope="module")

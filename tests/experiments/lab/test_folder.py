@@ -2,10 +2,10 @@
 
 import pytest
 
-from experiments.lab.defaults import REHEARSALS, here
-from experiments.lab.folder import FILE, LabFile, init, read_lab
-from faults import UserError
-from slipscale import main
+from slipscale.commands import main
+from slipscale.experiments.lab.defaults import REHEARSALS, here
+from slipscale.experiments.lab.folder import FILE, LabFile, init, read_lab
+from slipscale.faults import UserError
 
 
 @pytest.fixture

@@ -4,14 +4,14 @@ import json
 
 import pytest
 
-from experiments.cli import sessions
-from experiments.dataset.withdrawal import withdraw
-from experiments.journal.journal import Journal
-from experiments.lab.folder import init
-from experiments.lab.roster import read_roster
-from experiments.study.file import parse_study, study_text
-from hardware.clock import VirtualClock
-from slipscale import main
+from slipscale.commands import main
+from slipscale.experiments.cli import sessions
+from slipscale.experiments.dataset.withdrawal import withdraw
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.lab.folder import init
+from slipscale.experiments.lab.roster import read_roster
+from slipscale.experiments.study.file import parse_study, study_text
+from slipscale.hardware.clock import VirtualClock
 
 TEXT = study_text("biet2007")
 VISITS = TEXT.replace("seed = 2007", 'seed = 2007\nsessions = ["01", "02"]')

@@ -2,8 +2,8 @@ import re
 
 import pytest
 
-from experiments.languages.texts import languages, load_texts
-from faults import UserError
+from slipscale.experiments.languages.texts import languages, load_texts
+from slipscale.faults import UserError
 
 
 @pytest.mark.parametrize("language", languages())

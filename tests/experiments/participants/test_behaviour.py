@@ -4,14 +4,14 @@ from types import MappingProxyType, SimpleNamespace
 
 import pytest
 
-import slipscale
-from experiments.participants import behaviour, population
-from experiments.participants.bare import bare_run
-from experiments.participants.behaviour import Behaviour
-from experiments.participants.population import Population, read_population
-from experiments.protocols.steps import Ask, Explore, NumberQuestion, Reply
-from experiments.running.pilot import pilot_plans
-from faults import UserError
+from slipscale import commands
+from slipscale.experiments.participants import behaviour, population
+from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.participants.behaviour import Behaviour
+from slipscale.experiments.participants.population import Population, read_population
+from slipscale.experiments.protocols.steps import Ask, Explore, NumberQuestion, Reply
+from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.faults import UserError
 
 
 class Modest(Behaviour):
@@ -163,5 +163,5 @@ def test_a_name_that_is_not_there_is_told_with_those_that_are():
 
 
 def test_power_does_not_pretend_to_simulate_their_code(capsys):
-    assert slipscale.main(["power", "--population", "modest", "--participants", "4"]) == 2
+    assert commands.main(["power", "--population", "modest", "--participants", "4"]) == 2
     assert "not by the code of 'modest'" in capsys.readouterr().err

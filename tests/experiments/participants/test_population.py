@@ -1,6 +1,6 @@
 """The simulated population: what is kept of it does not grow with what was felt."""
 
-from experiments.participants import population
+from slipscale.experiments.participants import population
 
 
 def test_what_is_kept_for_the_next_has_an_end(monkeypatch):

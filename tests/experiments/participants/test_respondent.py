@@ -5,17 +5,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from experiments.journal.run_record import read_plan
-from experiments.participants.bare import bare_run
-from experiments.participants.habits import REALISTIC
-from experiments.participants.population import (
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.participants.habits import REALISTIC
+from slipscale.experiments.participants.population import (
     POPULATIONS,
     Population,
     curves,
     read_population,
 )
-from experiments.participants.respondent import Respondent
-from experiments.protocols.steps import (
+from slipscale.experiments.participants.respondent import Respondent
+from slipscale.experiments.protocols.steps import (
     Adjusted,
     Ask,
     Explore,
@@ -24,8 +24,8 @@ from experiments.protocols.steps import (
     Reply,
     Trial,
 )
-from experiments.running.pilot import gave_up, pilot_plans, run_simulated
-from faults import UserError
+from slipscale.experiments.running.pilot import gave_up, pilot_plans, run_simulated
+from slipscale.faults import UserError
 
 # Everybody drops out or lapses with the one or the other.
 HABITUAL = Population(

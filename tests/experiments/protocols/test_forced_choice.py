@@ -2,12 +2,12 @@
 
 import pytest
 
-from experiments.protocols.adaptive.answered_tracks import AnsweredTracks
-from experiments.protocols.base import Context
-from experiments.protocols.difference_threshold import DifferenceThreshold
-from experiments.protocols.forced_choice import ForcedChoice, expected_trials, most_trials
-from experiments.protocols.randomisation import Stream
-from experiments.protocols.steps import (
+from slipscale.experiments.protocols.adaptive.answered_tracks import AnsweredTracks
+from slipscale.experiments.protocols.base import Context
+from slipscale.experiments.protocols.difference_threshold import DifferenceThreshold
+from slipscale.experiments.protocols.forced_choice import ForcedChoice, expected_trials, most_trials
+from slipscale.experiments.protocols.randomisation import Stream
+from slipscale.experiments.protocols.steps import (
     Answer,
     Ask,
     EndBlock,

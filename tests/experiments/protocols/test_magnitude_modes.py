@@ -5,15 +5,15 @@ from itertools import pairwise
 
 import pytest
 
-from experiments.dataset.schema import columns
-from experiments.participants.bare import bare_run
-from experiments.participants.population import Population
-from experiments.protocols.base import TrialRecord
-from experiments.protocols.magnitude_production import PROTOCOL as MADE
-from experiments.protocols.steps import Adjust, Ask, EndBlock, Explore, Present, Rest
-from experiments.running.dry_run import dry_run, surfaces
-from experiments.study.file import study_text
-from faults import UserError
+from slipscale.experiments.dataset.schema import columns
+from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.protocols.base import TrialRecord
+from slipscale.experiments.protocols.magnitude_production import PROTOCOL as MADE
+from slipscale.experiments.protocols.steps import Adjust, Ask, EndBlock, Explore, Present, Rest
+from slipscale.experiments.running.dry_run import dry_run, surfaces
+from slipscale.experiments.study.file import study_text
+from slipscale.faults import UserError
 
 EVERY_TWO = ("standard_every_trials = 1", "standard_every_trials = 2")
 PRODUCTION = (  # of the shipped study, the first task alone

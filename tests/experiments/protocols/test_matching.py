@@ -2,16 +2,16 @@
 
 import pytest
 
-from experiments.dataset.rows_from_journal import gather
-from experiments.dataset.schema import columns
-from experiments.journal.run_record import read_plan
-from experiments.journal.serialisation import step_record
-from experiments.participants.scripted import ScriptedParticipant
-from experiments.protocols.matching import Matching
-from experiments.protocols.simulation import misfit
-from experiments.protocols.steps import FEEL_AGAIN, Adjust, Explore, Present, Reply, Trial
-from experiments.running.dry_run import dry_run
-from experiments.study.file import study_text
+from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.dataset.schema import columns
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.journal.serialisation import step_record
+from slipscale.experiments.participants.scripted import ScriptedParticipant
+from slipscale.experiments.protocols.matching import Matching
+from slipscale.experiments.protocols.simulation import misfit
+from slipscale.experiments.protocols.steps import FEEL_AGAIN, Adjust, Explore, Present, Reply, Trial
+from slipscale.experiments.running.dry_run import dry_run
+from slipscale.experiments.study.file import study_text
 
 STUDY = (
     study_text("matching")

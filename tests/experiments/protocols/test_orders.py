@@ -13,11 +13,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chisquare
 
-from experiments.protocols.no_repeats import without_repeats
-from experiments.protocols.orders import practice_order, presentation_order
-from experiments.protocols.randomisation import Stream
-from experiments.protocols.williams import Place, williams_group, williams_square
-from faults import UserError
+from slipscale.experiments.protocols.no_repeats import without_repeats
+from slipscale.experiments.protocols.orders import practice_order, presentation_order
+from slipscale.experiments.protocols.randomisation import Stream
+from slipscale.experiments.protocols.williams import Place, williams_group, williams_square
+from slipscale.faults import UserError
 
 UNLIKELY = 1e-4
 RULES = ["simple", "blocked", "williams"]

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chisquare
 
-from experiments.protocols.orders_version_1 import presentation_order, without_repeats
-from experiments.protocols.randomisation import Stream
-from experiments.protocols.williams import williams_square
-from faults import UserError
+from slipscale.experiments.protocols.orders_version_1 import presentation_order, without_repeats
+from slipscale.experiments.protocols.randomisation import Stream
+from slipscale.experiments.protocols.williams import williams_square
+from slipscale.faults import UserError
 
 UNLIKELY = 1e-4  # seeds are fixed: see test_orders
 

@@ -6,11 +6,11 @@ from types import SimpleNamespace
 
 import pytest
 
-from experiments.protocols import registry
-from experiments.protocols.base import Column, Options, Protocol
-from experiments.protocols.registry import load_protocol
-from experiments.protocols.simulation import compared
-from experiments.protocols.steps import (
+from slipscale.experiments.protocols import registry
+from slipscale.experiments.protocols.base import Column, Options, Protocol
+from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocols.simulation import compared
+from slipscale.experiments.protocols.steps import (
     Ask,
     ChoiceQuestion,
     EndBlock,
@@ -21,10 +21,10 @@ from experiments.protocols.steps import (
     Present,
     Trial,
 )
-from experiments.running.dry_run import check_answered, surfaces
-from experiments.running.pilot import pilot_plans, run_pilot
-from faults import RigError, UserError, plug_ins
-from stimuli.surface import VirtualSurface
+from slipscale.experiments.running.dry_run import check_answered, surfaces
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.faults import RigError, UserError, plug_ins
+from slipscale.stimuli.surface import VirtualSurface
 
 STUDY = """
 name = "outside"

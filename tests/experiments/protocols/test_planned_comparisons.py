@@ -5,12 +5,12 @@ from itertools import combinations
 
 import pytest
 
-from experiments.protocols.steps import Present
-from experiments.running.dry_run import check_supported, dry_run
-from experiments.running.run import plate_for
-from experiments.study.file import study_text
-from faults import UserError
-from hardware.clock import VirtualClock
+from slipscale.experiments.protocols.steps import Present
+from slipscale.experiments.running.dry_run import check_supported, dry_run
+from slipscale.experiments.running.run import plate_for
+from slipscale.experiments.study.file import study_text
+from slipscale.faults import UserError
+from slipscale.hardware.clock import VirtualClock
 
 
 def trials(made):

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import chisquare, kstest
 
-from experiments.protocols.randomisation import Stream, with_catch_steps
+from slipscale.experiments.protocols.randomisation import Stream, with_catch_steps
 
 # The chi-square tests below use fixed seeds: they cannot fail by chance, only by a change.
 UNLIKELY = 1e-4

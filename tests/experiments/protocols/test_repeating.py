@@ -1,5 +1,5 @@
-from experiments.protocols.repeating import Repeating
-from experiments.protocols.steps import EndBlock, EndTrial, Instruct, Trial, Voided
+from slipscale.experiments.protocols.repeating import Repeating
+from slipscale.experiments.protocols.steps import EndBlock, EndTrial, Instruct, Trial, Voided
 
 
 class Letters(Repeating[str]):

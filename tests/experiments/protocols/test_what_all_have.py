@@ -2,11 +2,11 @@
 
 import pytest
 
-from experiments.languages.texts import languages
-from experiments.protocols.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
-from experiments.running.dry_run import dry_run
-from experiments.study.file import study_text
-from experiments.study.run_plan import RunPlan
+from slipscale.experiments.languages.texts import languages
+from slipscale.experiments.protocols.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
+from slipscale.experiments.running.dry_run import dry_run
+from slipscale.experiments.study.file import study_text
+from slipscale.experiments.study.run_plan import RunPlan
 
 STUDIES = (
     *("difference_threshold", "detection_threshold", "constant_stimuli"),

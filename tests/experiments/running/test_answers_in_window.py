@@ -8,22 +8,22 @@ import sys
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.journal.journal import Journal
-from experiments.participants.psychopy_window import PsychoPyWindow, scene
-from experiments.participants.psychopy_window.entry import CLEAR, ENTER, is_long
-from experiments.protocols.steps import (
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.participants.psychopy_window import PsychoPyWindow, scene
+from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, is_long
+from slipscale.experiments.protocols.steps import (
     Ask,
     ChoiceQuestion,
     ComparisonQuestion,
     Feedback,
     NumberQuestion,
 )
-from experiments.running.run import plate_for, run_plan
-from experiments.session.operator import Request, UnattendedOperator
-from experiments.session.sounds import ImaginedSounds
-from hardware.clock import SystemClock
-from stimuli import headphone_sounds
+from slipscale.experiments.running.run import plate_for, run_plan
+from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.experiments.session.sounds import ImaginedSounds
+from slipscale.hardware.clock import SystemClock
+from slipscale.stimuli import headphone_sounds
 
 pytestmark = [
     pytest.mark.window,

@@ -4,10 +4,10 @@ import csv
 
 import pytest
 
-from experiments.participants.habits import REALISTIC
-from experiments.participants.population import Population
-from experiments.running.bare_dataset import why_sessions, write_simulated
-from experiments.running.pilot import pilot_plans
+from slipscale.experiments.participants.habits import REALISTIC
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
+from slipscale.experiments.running.pilot import pilot_plans
 
 #: The plate takes no time here, reads back what it was asked for, and has no temperature.
 OF_THE_SESSION = ("onset", "duration")

@@ -6,16 +6,16 @@ from datetime import UTC, datetime, timedelta
 import pandas as pd
 import pytest
 
-from experiments.dataset.measured import OF_THE_PLATE
-from experiments.journal import header
-from experiments.journal.record import chained, decode, encode
-from experiments.journal.run_record import read_plan
-from experiments.participants.base import StopRequested
-from experiments.participants.scripted import ScriptedParticipant
-from experiments.protocols.steps import NumberQuestion, TextQuestion, YesNoQuestion
-from experiments.running import lab_session
-from experiments.running.lab_session import Setting, begin, go_on, make_plan
-from hardware.clock import VirtualClock
+from slipscale.experiments.dataset.measured import OF_THE_PLATE
+from slipscale.experiments.journal import header
+from slipscale.experiments.journal.record import chained, decode, encode
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.participants.base import StopRequested
+from slipscale.experiments.participants.scripted import ScriptedParticipant
+from slipscale.experiments.protocols.steps import NumberQuestion, TextQuestion, YesNoQuestion
+from slipscale.experiments.running import lab_session
+from slipscale.experiments.running.lab_session import Setting, begin, go_on, make_plan
+from slipscale.hardware.clock import VirtualClock
 
 DAY = timedelta(days=1)
 

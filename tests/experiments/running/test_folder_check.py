@@ -3,8 +3,8 @@
 import portalocker
 import pytest
 
-from experiments.running.preflight import PlannedSession, check_folder
-from experiments.study.file import study_text
+from slipscale.experiments.running.preflight import PlannedSession, check_folder
+from slipscale.experiments.study.file import study_text
 
 
 @pytest.fixture

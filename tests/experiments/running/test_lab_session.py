@@ -8,27 +8,27 @@ from types import SimpleNamespace
 
 import pytest
 
-from experiments.journal.journal import Journal
-from experiments.journal.run_record import read_plan
-from experiments.participants.base import StopRequested
-from experiments.participants.scripted import ScriptedParticipant
-from experiments.running import lab_session, preflight
-from experiments.running.lab_session import Setting, begin, go_on, make_plan
-from experiments.running.preflight import (
+from slipscale.commands import main
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.participants.base import StopRequested
+from slipscale.experiments.participants.scripted import ScriptedParticipant
+from slipscale.experiments.running import lab_session, preflight
+from slipscale.experiments.running.lab_session import Setting, begin, go_on, make_plan
+from slipscale.experiments.running.preflight import (
     PlannedSession,
     check_participant,
     check_plate,
 )
-from experiments.running.preflight import check_folder as whole_check_folder
-from experiments.running.run_state import studies
-from faults import UserError
-from hardware import address
-from hardware.backends.mock import MockPlate
-from hardware.clock import SystemClock, VirtualClock
-from hardware.contact.emulated_line import EmulatedLine
-from hardware.errors import PlateFault
-from hardware.limits import PlateLimits
-from slipscale import main
+from slipscale.experiments.running.preflight import check_folder as whole_check_folder
+from slipscale.experiments.running.run_state import studies
+from slipscale.faults import UserError
+from slipscale.hardware import address
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.clock import SystemClock, VirtualClock
+from slipscale.hardware.contact.emulated_line import EmulatedLine
+from slipscale.hardware.errors import PlateFault
+from slipscale.hardware.limits import PlateLimits
 
 SETTING = Setting(plate="mock")
 
@@ -96,8 +96,8 @@ def test_a_run_that_another_process_writes_is_running_and_not_interrupted(window
     path = stopped(tmp_path, window)
     words = ["--participant", "01", "--out", str(tmp_path)]
     writer = "import sys, time; from pathlib import Path\n"
-    writer += "from experiments.journal.journal import Journal\n"
-    writer += "from hardware.clock import SystemClock\n"
+    writer += "from slipscale.experiments.journal.journal import Journal\n"
+    writer += "from slipscale.hardware.clock import SystemClock\n"
     writer += "journal = Journal.reopen(Path(sys.argv[1]), SystemClock())\n"
     writer += "print('locked', flush=True); time.sleep(60)"
     other = subprocess.Popen([sys.executable, "-c", writer, path], stdout=subprocess.PIPE)

@@ -4,9 +4,9 @@ import os
 
 import pytest
 
-from experiments.journal.run_record import last_plate, read_plan
-from experiments.running.pilot import pilot_plans, run_pilot, run_simulated
-from faults import UserError
+from slipscale.experiments.journal.run_record import last_plate, read_plan
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot, run_simulated
+from slipscale.faults import UserError
 from tools.board_sessions import STUDY
 from tools.torture.pilots import content
 

@@ -6,12 +6,12 @@ import sys
 
 import pytest
 
-from experiments.dataset.rows_from_journal import gather
-from experiments.dataset.schema import columns
-from experiments.journal.journal import Journal
-from experiments.journal.run_record import read_plan
-from experiments.participants.psychopy_window import PsychoPyWindow
-from experiments.protocols.steps import (
+from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.dataset.schema import columns
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
+from slipscale.experiments.protocols.steps import (
     Adjust,
     Ask,
     Feedback,
@@ -19,10 +19,10 @@ from experiments.protocols.steps import (
     VisualAnalogueQuestion,
     YesNoQuestion,
 )
-from experiments.running.run import plate_for, run_plan
-from experiments.session.operator import UnattendedOperator
-from experiments.study.file import study_text
-from hardware.clock import SystemClock
+from slipscale.experiments.running.run import plate_for, run_plan
+from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.study.file import study_text
+from slipscale.hardware.clock import SystemClock
 
 pytestmark = [
     pytest.mark.window,

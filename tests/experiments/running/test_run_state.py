@@ -2,8 +2,8 @@
 
 import pytest
 
-from experiments.running.pilot import run_simulated
-from experiments.running.run_state import remedy, run_state
+from slipscale.experiments.running.pilot import run_simulated
+from slipscale.experiments.running.run_state import remedy, run_state
 
 
 @pytest.fixture

@@ -14,9 +14,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from experiments.dataset.verification import verify
-from experiments.journal.run_record import read_plan
-from experiments.journal.serialisation import answer_from
+from slipscale.experiments.dataset.verification import verify
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.journal.serialisation import answer_from
 
 pytestmark = [
     pytest.mark.window,

@@ -5,13 +5,13 @@ import re
 import numpy as np
 import pytest
 
-from experiments.protocols.magnitude_estimation import MagnitudeEstimation
-from experiments.running.balance import order_balance, task_balance
-from experiments.running.pilot import pilot_plans
-from experiments.running.study_commands import orders_of_all, show, validate
-from experiments.study.file import study_text
-from faults import UserError
-from slipscale import main
+from slipscale.commands import main
+from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
+from slipscale.experiments.running.balance import order_balance, task_balance
+from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.running.study_commands import orders_of_all, show, validate
+from slipscale.experiments.study.file import study_text
+from slipscale.faults import UserError
 
 STUDY = """
 name = "five"

@@ -5,15 +5,15 @@ import json
 
 import pytest
 
-import slipscale
-from experiments.journal.run_record import elapsed_s, read_plan
-from experiments.participants.bare import BareStep
-from experiments.protocols.steps import Explore, Present, Silence, Trial
-from experiments.running.pilot import pilot_plans, run_simulated
-from experiments.running.timeline import _Visit, timeline
-from experiments.running.timeline_figure import timeline_figure
-from experiments.study.file import study_text
-from stimuli.surface import VirtualSurface
+from slipscale import commands
+from slipscale.experiments.journal.run_record import elapsed_s, read_plan
+from slipscale.experiments.participants.bare import BareStep
+from slipscale.experiments.protocols.steps import Explore, Present, Silence, Trial
+from slipscale.experiments.running.pilot import pilot_plans, run_simulated
+from slipscale.experiments.running.timeline import _Visit, timeline
+from slipscale.experiments.running.timeline_figure import timeline_figure
+from slipscale.experiments.study.file import study_text
+from slipscale.stimuli.surface import VirtualSurface
 
 COST = "\n[cost]\nper_person = 12.0\nper_rig_hour = 40.0\nsetup_minutes = 15.0\n"
 
@@ -75,7 +75,7 @@ def test_the_cost_is_that_of_person_and_rig(tmp_path):
 def test_the_command_prints_the_table_and_draws_it(capsys, tmp_path):
     figure = tmp_path / "time.svg"
     words = ["study", "show", "--timeline", "--people", "5", "--figure", str(figure)]
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     lines = capsys.readouterr().out.splitlines()
     heads = ["What a participant goes through", "minutes", "welcome"]
     assert all(line.startswith(head) for line, head in itertools.zip_longest(lines[:3], heads))
@@ -87,24 +87,24 @@ def test_the_command_prints_the_table_and_draws_it(capsys, tmp_path):
     "words", [["--people", "0"], ["--figure", "time.doc"], ["--figure", "/no/such/folder/t.svg"]]
 )
 def test_nonsense_is_refused_in_a_sentence(capsys, words):
-    assert slipscale.main(["study", "show", "--timeline", "--people", "1", *words]) == 2
+    assert commands.main(["study", "show", "--timeline", "--people", "1", *words]) == 2
     assert words[0] in capsys.readouterr().err
 
 
 def test_matching_has_a_timeline_too(capsys):
-    assert slipscale.main(["study", "show", "matching", "--timeline", "--people", "1"]) == 0
+    assert commands.main(["study", "show", "matching", "--timeline", "--people", "1"]) == 0
     assert "Matching by adjustment" in capsys.readouterr().out
 
 
 def test_the_timeline_is_told_as_json_for_other_people_too(capsys):
     words = ["study", "show", "biet2007", "--timeline", "--people", "12", "--json"]
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     plain = json.loads(capsys.readouterr().out)
     assert plain["parts"][-1]["part"] == "Magnitude estimation of slipperiness"
     assert plain["parts"][-1]["p5"] <= plain["parts"][-1]["p95"]
     assert plain["total_min"]["p50"] == timeline("biet2007", people=12).total_min.p50
     assert plain["cost_each"] is None
-    assert slipscale.main([*words, "--population", "realistic"]) == 0
+    assert commands.main([*words, "--population", "realistic"]) == 0
     realistic = json.loads(capsys.readouterr().out)
     # Who gives up goes through less; nobody goes through more.
     assert realistic["total_min"]["p5"] <= plain["total_min"]["p5"]
@@ -120,7 +120,7 @@ def test_the_timeline_is_told_as_json_for_other_people_too(capsys):
     ],
 )
 def test_options_of_the_timeline_are_refused_in_a_sentence(capsys, words, expected):
-    assert slipscale.main(["study", "show", "biet2007", *words]) == 2
+    assert commands.main(["study", "show", "biet2007", *words]) == 2
     said = capsys.readouterr().err
     assert expected in said
     assert said.count("\n") == 1

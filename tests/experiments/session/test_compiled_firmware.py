@@ -9,14 +9,14 @@ import re
 
 import pytest
 
-from experiments.journal.run_record import read_plan
-from experiments.participants.simulated import SimulatedParticipant
-from experiments.protocols.steps import Explore
-from experiments.study.file import study_text
-from hardware.clock import SystemClock, VirtualClock
-from hardware.errors import NotReached
-from hardware.registry import open_plate
-from stimuli.surface import VirtualSurface
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.participants.simulated import SimulatedParticipant
+from slipscale.experiments.protocols.steps import Explore
+from slipscale.experiments.study.file import study_text
+from slipscale.hardware.clock import SystemClock, VirtualClock
+from slipscale.hardware.errors import NotReached
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.surface import VirtualSurface
 from tools.board_sessions import STUDY, board_plan, rows_of, run_on_board
 
 SHORT = STUDY.replace("[0.5, 1.2, 2.3]", "[0.0, 0.5, 2.3]")

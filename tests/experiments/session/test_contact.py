@@ -6,35 +6,35 @@ from types import SimpleNamespace
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.dataset.measured import samples
-from experiments.dataset.rows_from_journal import gather
-from experiments.journal.journal import Journal
-from experiments.journal.reading import read_records
-from experiments.journal.record_shapes import checked
-from experiments.journal.run_record import read_plan
-from experiments.participants.base import StopRequested
-from experiments.participants.finger import SimulatedFinger
-from experiments.participants.simulated import SimulatedParticipant
-from experiments.running.contact import ContactSpecs, NamedSource
-from experiments.running.pilot import run_pilot, run_simulated
-from experiments.running.run import run_plan
-from experiments.session.operator import UnattendedOperator
-from experiments.session.tracking import ResonanceTracking
-from experiments.study.run_plan import RunPlan
-from faults import UserError
-from hardware.backends.mock import MockPlate
-from hardware.calibration.record import Calibration
-from hardware.clock import VirtualClock
-from hardware.contact.followed_texture import FollowedTexture
-from hardware.contact.registry import open_source
-from hardware.contact.simulated import SimulatedPosition
-from hardware.contact.source import Sample, SensorFault, Surroundings
-from hardware.plate.dynamics import Resonator
-from hardware.plate.twin import Twin
-from hardware.registry import open_plate
-from slipscale import main
-from stimuli.texture import Grating
+from slipscale.commands import main
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.measured import samples
+from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.reading import read_records
+from slipscale.experiments.journal.record_shapes import checked
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.participants.base import StopRequested
+from slipscale.experiments.participants.finger import SimulatedFinger
+from slipscale.experiments.participants.simulated import SimulatedParticipant
+from slipscale.experiments.running.contact import ContactSpecs, NamedSource
+from slipscale.experiments.running.pilot import run_pilot, run_simulated
+from slipscale.experiments.running.run import run_plan
+from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.session.tracking import ResonanceTracking
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.faults import UserError
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.calibration.record import Calibration
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.contact.followed_texture import FollowedTexture
+from slipscale.hardware.contact.registry import open_source
+from slipscale.hardware.contact.simulated import SimulatedPosition
+from slipscale.hardware.contact.source import Sample, SensorFault, Surroundings
+from slipscale.hardware.plate.dynamics import Resonator
+from slipscale.hardware.plate.twin import Twin
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.texture import Grating
 
 STUDY = """
 name = "finger"

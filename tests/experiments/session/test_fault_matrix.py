@@ -10,14 +10,14 @@ from dataclasses import replace
 
 import pytest
 
-from experiments.journal.run_record import read_plan
-from experiments.participants.scripted import ScriptedParticipant
-from experiments.protocols.steps import Ask, Explore
-from experiments.running.preflight import CHECKS, PlannedSession
-from faults import UserError
-from hardware.clock import VirtualClock
-from hardware.emulator.process import EmulatorProcess
-from hardware.errors import PlateFault
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.participants.scripted import ScriptedParticipant
+from slipscale.experiments.protocols.steps import Ask, Explore
+from slipscale.experiments.running.preflight import CHECKS, PlannedSession
+from slipscale.faults import UserError
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.emulator.process import EmulatorProcess
+from slipscale.hardware.errors import PlateFault
 from tools.board_sessions import (
     STUDY,
     TEXTURED,

@@ -5,13 +5,13 @@ import sys
 
 import pytest
 
-from experiments.dataset.rows_from_journal import gather
-from experiments.dataset.schema import columns
-from experiments.journal.run_record import read_plan
-from experiments.participants.simulated import SimulatedParticipant
-from experiments.protocols.steps import Ask, Explore
-from experiments.session.operator import Request, UnattendedOperator
-from hardware.clock import VirtualClock
+from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.dataset.schema import columns
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.participants.simulated import SimulatedParticipant
+from slipscale.experiments.protocols.steps import Ask, Explore
+from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.hardware.clock import VirtualClock
 
 EVERY_OPTION = """
 name = "everything"

@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.journal.locks import lock_file
-from experiments.protocols.steps import Ask, NumberQuestion, Trial
-from experiments.session import mailbox as mailboxes
-from experiments.session.mailbox import (
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.journal.locks import lock_file
+from slipscale.experiments.protocols.steps import Ask, NumberQuestion, Trial
+from slipscale.experiments.session import mailbox as mailboxes
+from slipscale.experiments.session.mailbox import (
     LiveRequest,
     Mailbox,
     TrialName,
@@ -20,8 +20,13 @@ from experiments.session.mailbox import (
     post,
     read_status,
 )
-from experiments.session.operator import Operators, Request, SessionStatus, UnattendedOperator
-from faults import UserError
+from slipscale.experiments.session.operator import (
+    Operators,
+    Request,
+    SessionStatus,
+    UnattendedOperator,
+)
+from slipscale.faults import UserError
 
 THIRD = Trial(task="t", number=3, total=8)
 FOURTH = Trial(task="t", number=4, total=8)

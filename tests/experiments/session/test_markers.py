@@ -7,14 +7,14 @@ import types
 
 import pytest
 
-import slipscale
-from experiments.journal.run_record import last_markers
-from experiments.running.preflight import PlannedSession, check_markers
-from experiments.session.marker_outputs import open_markers
-from experiments.session.markers import Event, Markers
-from experiments.session.operator import Request, UnattendedOperator
-from faults import UserError
-from hardware.errors import ConnectionLost
+from slipscale import commands
+from slipscale.experiments.journal.run_record import last_markers
+from slipscale.experiments.running.preflight import PlannedSession, check_markers
+from slipscale.experiments.session.marker_outputs import open_markers
+from slipscale.experiments.session.markers import Event, Markers
+from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.faults import UserError
+from slipscale.hardware.errors import ConnectionLost
 
 
 class Planned(UnattendedOperator):
@@ -240,11 +240,13 @@ def test_a_resumed_run_goes_on_with_the_markers_it_had(marked, laboratory, plan,
     marked(recorder, operator=Planned(40, Request(what="stop")))
     settings = []
     monkeypatch.setattr(
-        "experiments.running.lab_session.go_on",
+        "slipscale.experiments.running.lab_session.go_on",
         lambda _path, setting: settings.append(setting) or "complete",
     )
-    monkeypatch.setattr("experiments.journal.run_record.answered_by", lambda _records: "person")
+    monkeypatch.setattr(
+        "slipscale.experiments.journal.run_record.answered_by", lambda _records: "person"
+    )
     path = plan().journal_path(laboratory.folder)
-    parser, resume = slipscale.load("resume")
+    parser, resume = commands.load_command("resume")
     resume(parser.parse_args([str(path), "--windowed"]))
     assert settings[0].markers == ("lsl:EEG",)

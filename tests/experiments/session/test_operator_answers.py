@@ -4,13 +4,13 @@ import csv
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.participants.scripted import ScriptedParticipant
-from experiments.participants.simulated import SimulatedParticipant
-from experiments.protocols.steps import Ask
-from experiments.session.operator import Request, UnattendedOperator
-from experiments.study.file import parse_study, study_text
-from faults import UserError
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.participants.scripted import ScriptedParticipant
+from slipscale.experiments.participants.simulated import SimulatedParticipant
+from slipscale.experiments.protocols.steps import Ask
+from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.experiments.study.file import parse_study, study_text
+from slipscale.faults import UserError
 
 SPOKEN = study_text("biet2007") + '\n[keys]\nnumbers = "spoken"\n'
 

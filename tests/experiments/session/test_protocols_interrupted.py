@@ -8,12 +8,12 @@ import os
 
 import pytest
 
-from experiments.dataset.rendering import render
-from experiments.dataset.runs import read_runs
-from experiments.participants.simulated import SimulatedParticipant
-from experiments.protocols.steps import Ask, Explore
-from experiments.session.operator import Request, UnattendedOperator
-from experiments.study.file import study_text
+from slipscale.experiments.dataset.rendering import render
+from slipscale.experiments.dataset.runs import read_runs
+from slipscale.experiments.participants.simulated import SimulatedParticipant
+from slipscale.experiments.protocols.steps import Ask, Explore
+from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.experiments.study.file import study_text
 
 # A shipped study, and what makes it short: every kind of trial once or twice.
 SHORT = {

@@ -2,14 +2,20 @@ from collections import Counter
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.journal.journal import Journal
-from experiments.participants.base import StopRequested, Unfinished
-from experiments.participants.scripted import ScriptedParticipant
-from experiments.protocols.steps import Ask, Explore, NumberQuestion, TextQuestion, YesNoQuestion
-from experiments.session.operator import Request, UnattendedOperator
-from faults import UserError
-from hardware.errors import PlateFault
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.participants.base import StopRequested, Unfinished
+from slipscale.experiments.participants.scripted import ScriptedParticipant
+from slipscale.experiments.protocols.steps import (
+    Ask,
+    Explore,
+    NumberQuestion,
+    TextQuestion,
+    YesNoQuestion,
+)
+from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.faults import UserError
+from slipscale.hardware.errors import PlateFault
 
 
 def sensible(step):

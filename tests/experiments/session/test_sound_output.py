@@ -7,14 +7,14 @@ import sys
 import numpy as np
 import pytest
 
-from experiments.session.sound_output import Once
+from slipscale.experiments.session.sound_output import Once
 
 NULL_DEVICE = "pcm.!default { type null }\nctl.!default { type null }\n"
 PROGRAM = """
 import time
-from experiments.session.masking_output import check_device
-from experiments.session.sound_output import SoundOutput
-from stimuli.headphone_sounds import NoiseInEar, Tones
+from slipscale.experiments.session.masking_output import check_device
+from slipscale.experiments.session.sound_output import SoundOutput
+from slipscale.stimuli.headphone_sounds import NoiseInEar, Tones
 print(check_device())
 output = SoundOutput()
 output.start(Tones(quiet=1, antiphase=2, level_db=-20.0))

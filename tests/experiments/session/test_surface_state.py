@@ -2,16 +2,16 @@
 
 import pytest
 
-from experiments.protocols.steps import Present
-from experiments.session.following import Following
-from experiments.session.surface_state import SurfaceState
-from hardware.backends.mock import MockPlate
-from hardware.clock import VirtualClock
-from hardware.errors import NotReached
-from hardware.limits import PlateLimits
-from hardware.plate.twin import Drive, Twin
-from hardware.records import Readback
-from stimuli.surface import VirtualSurface
+from slipscale.experiments.protocols.steps import Present
+from slipscale.experiments.session.following import Following
+from slipscale.experiments.session.surface_state import SurfaceState
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.errors import NotReached
+from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.plate.twin import Drive, Twin
+from slipscale.hardware.records import Readback
+from slipscale.stimuli.surface import VirtualSurface
 
 AMPLITUDES_UM_PP = (0.0, 0.5, 1.2, 2.3)
 

@@ -7,9 +7,9 @@ import sys
 import pytest
 from rich.console import Console
 
-from experiments.protocols.steps import Ask, NumberQuestion, Trial
-from experiments.session.operator import Request, SessionStatus, UnattendedOperator
-from experiments.session.terminal import Keys, TerminalOperator
+from slipscale.experiments.protocols.steps import Ask, NumberQuestion, Trial
+from slipscale.experiments.session.operator import Request, SessionStatus, UnattendedOperator
+from slipscale.experiments.session.terminal import Keys, TerminalOperator
 
 GLISSE = "glissé"
 THIRD = Trial(task="t", number=3, total=8)

@@ -4,16 +4,16 @@ import json
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.dataset.headphones import headphone_result
-from experiments.journal.run_record import read_plan
-from experiments.participants.scripted import ScriptedParticipant
-from experiments.protocols.steps import Ask
-from experiments.session.operator import Request, UnattendedOperator
-from experiments.session.sounds import NoSounds
-from experiments.study.file import parse_study
-from experiments.study.headphone_test import HEADPHONES
-from faults import UserError
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.headphones import headphone_result
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.participants.scripted import ScriptedParticipant
+from slipscale.experiments.protocols.steps import Ask
+from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.experiments.session.sounds import NoSounds
+from slipscale.experiments.study.file import parse_study
+from slipscale.experiments.study.headphone_test import HEADPHONES
+from slipscale.faults import UserError
 
 STUDY = """name = "mine"
 title = "Mine"

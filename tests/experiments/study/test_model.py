@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from experiments.study.file import parse_study, read_study, shipped_studies
-from experiments.study.model import Study
-from faults import UserError
+from slipscale.experiments.study.file import parse_study, read_study, shipped_studies
+from slipscale.experiments.study.model import Study
+from slipscale.faults import UserError
 
 BAD = """
 name = "two words"

@@ -11,16 +11,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from experiments.dataset.bids import build_dataset
-from experiments.journal.run_record import read_plan
-from experiments.languages.screen_room import LETTERS, not_drawn, too_long
-from experiments.languages.texts import flatten, languages, shipped_texts, to_translate
-from experiments.running.changed_words import changed_words
-from experiments.running.study_commands import texts, validate
-from experiments.study.file import read_study
-from experiments.study.own_language import _quoted
-from experiments.study.run_plan import RunPlan
-from faults import UserError
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.languages.screen_room import LETTERS, not_drawn, too_long
+from slipscale.experiments.languages.texts import flatten, languages, shipped_texts, to_translate
+from slipscale.experiments.running.changed_words import changed_words
+from slipscale.experiments.running.study_commands import texts, validate
+from slipscale.experiments.study.file import read_study
+from slipscale.experiments.study.own_language import _quoted
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.faults import UserError
 
 GERMAN = {
     "session.welcome_title": "Willkommen",

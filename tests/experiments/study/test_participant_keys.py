@@ -2,10 +2,10 @@
 
 import pytest
 
-from experiments.participants.psychopy_window.screens import screen_for
-from experiments.protocols.steps import Ask, Explore, Instruct, Rest, YesNoQuestion
-from experiments.study.file import parse_study, study_text
-from faults import UserError
+from slipscale.experiments.participants.psychopy_window.screens import screen_for
+from slipscale.experiments.protocols.steps import Ask, Explore, Instruct, Rest, YesNoQuestion
+from slipscale.experiments.study.file import parse_study, study_text
+from slipscale.faults import UserError
 
 TEXT = study_text("biet2007")
 KEYPAD = '\n[keys]\ngo_on = "enter"\nyes = "+"\nno = "-"\n'

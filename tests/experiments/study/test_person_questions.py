@@ -4,13 +4,13 @@ import json
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.participants.scripted import ScriptedParticipant
-from experiments.protocols.steps import Ask, ChoiceQuestion, Instruct, WholeNumberQuestion
-from experiments.session.operator import Request, UnattendedOperator
-from experiments.study.file import parse_study
-from experiments.study.run_plan import RunPlan
-from faults import UserError
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.participants.scripted import ScriptedParticipant
+from slipscale.experiments.protocols.steps import Ask, ChoiceQuestion, Instruct, WholeNumberQuestion
+from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.experiments.study.file import parse_study
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.faults import UserError
 
 STUDY = """name = "mine"
 title = "Mine"
@@ -64,7 +64,7 @@ def test_the_shipped_study_has_nothing_english_in_french_but_the_codes(plan_of_s
 
 @pytest.fixture
 def plan_of_shipped():
-    from experiments.study.file import study_text  # noqa: PLC0415
+    from slipscale.experiments.study.file import study_text  # noqa: PLC0415
 
     return lambda language: RunPlan(
         study_name="biet2007",

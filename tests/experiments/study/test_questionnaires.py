@@ -5,16 +5,16 @@ import json
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.dataset.verification import verify
-from experiments.dataset.withdrawal import withdraw
-from experiments.participants.scripted import ScriptedParticipant
-from experiments.protocols.steps import CONSENT, Ask, Instruct
-from experiments.running.dry_run import WAYS, dry_run
-from experiments.running.lab_session import Setting, go_on
-from experiments.session.operator import Request, UnattendedOperator
-from experiments.study.file import parse_study
-from faults import UserError
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.verification import verify
+from slipscale.experiments.dataset.withdrawal import withdraw
+from slipscale.experiments.participants.scripted import ScriptedParticipant
+from slipscale.experiments.protocols.steps import CONSENT, Ask, Instruct
+from slipscale.experiments.running.dry_run import WAYS, dry_run
+from slipscale.experiments.running.lab_session import Setting, go_on
+from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.experiments.study.file import parse_study
+from slipscale.faults import UserError
 
 STUDY = """name = "mine"
 title = "Mine"

@@ -6,11 +6,11 @@ from itertools import pairwise
 import pytest
 from scipy.stats import chisquare
 
-from experiments.protocols.steps import Present
-from experiments.running.dry_run import dry_run
-from experiments.running.study_commands import orders
-from experiments.study.file import study_text
-from faults import UserError
+from slipscale.experiments.protocols.steps import Present
+from slipscale.experiments.running.dry_run import dry_run
+from slipscale.experiments.running.study_commands import orders
+from slipscale.experiments.study.file import study_text
+from slipscale.faults import UserError
 
 TASK = "magnitudeestimation"
 VISITS = '\nsessions = ["pre", "post"]\nruns = 2\n'

@@ -7,11 +7,11 @@ import tomllib
 import jsonschema
 import pytest
 
-import slipscale
-from experiments.protocols.magnitude_estimation import MagnitudeEstimation
-from experiments.protocols.registry import load_protocol, protocol_names
-from experiments.study.file import shipped_studies, study_text
-from experiments.study.schema import study_schema
+from slipscale import commands
+from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
+from slipscale.experiments.protocols.registry import load_protocol, protocol_names
+from slipscale.experiments.study.file import shipped_studies, study_text
+from slipscale.experiments.study.schema import study_schema
 
 SCHEMA = study_schema()
 TABLES = {"study": SCHEMA, **SCHEMA["$defs"]}
@@ -70,9 +70,9 @@ def test_a_laboratorys_own_protocol_belongs_to_it(monkeypatch):
 
     own = dataclasses.replace(load_protocol("magnitude_estimation"), options=Grip)
     names = [*protocol_names(), "grip"]
-    monkeypatch.setattr("experiments.study.schema.protocol_names", lambda: names)
+    monkeypatch.setattr("slipscale.experiments.study.schema.protocol_names", lambda: names)
     monkeypatch.setattr(
-        "experiments.study.schema.load_protocol",
+        "slipscale.experiments.study.schema.load_protocol",
         lambda name: own if name == "grip" else load_protocol(name),
     )
     table = study_schema()["$defs"]["task_grip"]["properties"]
@@ -81,11 +81,11 @@ def test_a_laboratorys_own_protocol_belongs_to_it(monkeypatch):
 
 def test_a_new_study_names_its_schema_which_lies_beside_it(tmp_path, capsys):
     path = tmp_path / "mine.toml"
-    assert slipscale.main(["study", "new", str(path)]) == 0
-    assert slipscale.main(["study", "validate", str(path)]) == 0
+    assert commands.main(["study", "new", str(path)]) == 0
+    assert commands.main(["study", "validate", str(path)]) == 0
     first = path.read_text(encoding="utf-8").splitlines()[0]
     beside = path.with_name(first.removeprefix("#:schema "))
     capsys.readouterr()
-    assert slipscale.main(["study", "schema"]) == 0
+    assert commands.main(["study", "schema"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed == SCHEMA == json.loads(beside.read_text(encoding="utf-8"))

@@ -4,24 +4,24 @@ import json
 
 import pytest
 
-from experiments.dataset.bids import build_dataset
-from experiments.dataset.schema import columns
-from experiments.journal.serialisation import step_record, surface_from
-from experiments.protocols.registry import load_protocol
-from experiments.protocols.steps import Explore, Present
-from experiments.running import lab_session
-from experiments.running.lab_session import Setting, make_plan
-from experiments.running.preflight import PlannedSession, check_plate
-from experiments.session.following import Following
-from experiments.session.surface_state import SurfaceState
-from experiments.study.file import parse_study, study_text
-from faults import UserError
-from hardware.backends.mock import MockPlate
-from hardware.clock import VirtualClock
-from hardware.errors import NotReached
-from hardware.plate.twin import OFF
-from stimuli.surface import VirtualSurface
-from stimuli.texture import Grating
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.schema import columns
+from slipscale.experiments.journal.serialisation import step_record, surface_from
+from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.protocols.steps import Explore, Present
+from slipscale.experiments.running import lab_session
+from slipscale.experiments.running.lab_session import Setting, make_plan
+from slipscale.experiments.running.preflight import PlannedSession, check_plate
+from slipscale.experiments.session.following import Following
+from slipscale.experiments.session.surface_state import SurfaceState
+from slipscale.experiments.study.file import parse_study, study_text
+from slipscale.faults import UserError
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.errors import NotReached
+from slipscale.hardware.plate.twin import OFF
+from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.texture import Grating
 
 RIDGES = """
 [[textures]]

@@ -1,7 +1,7 @@
 """Function generators simulated after their makers' manuals, on a socket of this machine.
 
-They share nothing with `hardware.backends.generator_dialects`: what a make understands and how it
-answers is written here a second time, from the manuals.
+They share nothing with `slipscale.hardware.backends.generator_dialects`: what a make understands
+and how it answers is written here a second time, from the manuals.
 """
 
 import re

@@ -17,10 +17,10 @@ PAGE = Path(__file__).parents[3] / "docs" / "adding-a-backend.md"
 
 SESSION = """
 import json, sys
-from hardware.clock import SystemClock
-from hardware.errors import OverLimit
-from hardware.registry import open_plate
-from stimuli.surface import VirtualSurface
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.errors import OverLimit
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.surface import VirtualSurface
 
 with open_plate("ourplate:" + sys.argv[1], clock=SystemClock()) as plate:
     made = plate.present(VirtualSurface(amplitude_um_pp=1.2))

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from faults import UserError
-from hardware.backends import generator_line
-from hardware.backends.function_generator import FunctionGenerator
-from hardware.backends.generator_dialects import DIALECTS
-from hardware.backends.generator_line import GeneratorLine
-from hardware.calibration.record import (
+from slipscale.faults import UserError
+from slipscale.hardware.backends import generator_line
+from slipscale.hardware.backends.function_generator import FunctionGenerator
+from slipscale.hardware.backends.generator_dialects import DIALECTS
+from slipscale.hardware.backends.generator_line import GeneratorLine
+from slipscale.hardware.calibration.record import (
     Calibration,
     Device,
     DriveChain,
@@ -23,8 +23,8 @@ from hardware.calibration.record import (
     Resonance,
     write_calibration,
 )
-from hardware.clock import SystemClock, VirtualClock
-from hardware.errors import (
+from slipscale.hardware.clock import SystemClock, VirtualClock
+from slipscale.hardware.errors import (
     GarbledReply,
     OverLimit,
     PlateFault,
@@ -33,10 +33,10 @@ from hardware.errors import (
     StillVibrating,
     WrongDevice,
 )
-from hardware.limits import PlateLimits
-from hardware.registry import open_plate
-from hardware.resonance_tracking import track
-from stimuli.surface import VirtualSurface
+from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.registry import open_plate
+from slipscale.hardware.resonance_tracking import track
+from slipscale.stimuli.surface import VirtualSurface
 
 SIMULATED = f"{Path(__file__).with_name('generator.yaml')}@sim"
 RESOURCE = "TCPIP0::generator::inst0::INSTR"

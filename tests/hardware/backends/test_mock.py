@@ -2,12 +2,12 @@ import itertools
 
 import pytest
 
-from faults import UserError
-from hardware.backends.mock import MockPlate
-from hardware.clock import VirtualClock
-from hardware.errors import FAULTS, ConnectionLost, NotReached, PlateFault, PlateTimeout
-from hardware.registry import open_plate
-from stimuli.surface import VirtualSurface
+from slipscale.faults import UserError
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.errors import FAULTS, ConnectionLost, NotReached, PlateFault, PlateTimeout
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.surface import VirtualSurface
 
 PAPER = (0.0, 0.5, 1.2, 2.3)
 

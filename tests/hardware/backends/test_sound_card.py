@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from faults import UserError
-from hardware.address import split_address
-from hardware.backends.sound_card.carrier import RAMP_S, Carrier
-from hardware.backends.sound_card.driver import OPTIONS
-from hardware.calibration.record import Calibration, write_calibration
-from hardware.clock import VirtualClock
-from hardware.errors import (
+from slipscale.faults import UserError
+from slipscale.hardware.address import split_address
+from slipscale.hardware.backends.sound_card.carrier import RAMP_S, Carrier
+from slipscale.hardware.backends.sound_card.driver import OPTIONS
+from slipscale.hardware.calibration.record import Calibration, write_calibration
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.errors import (
     ConnectionLost,
     OverLimit,
     PlateBusy,
@@ -23,9 +23,9 @@ from hardware.errors import (
     PlateTimeout,
     StillVibrating,
 )
-from hardware.registry import open_plate
-from stimuli.surface import VirtualSurface
-from stimuli.texture import Grating
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.texture import Grating
 
 RATE_HZ = 192_000
 FULL_SCALE_V = 20.0

@@ -19,9 +19,9 @@ pcm.null_plate { type null hint { show on description "nobody" } }
 """
 PROGRAM = """
 import json, sys
-from hardware.clock import SystemClock
-from hardware.registry import open_plate
-from hardware.errors import PlateFault
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.registry import open_plate
+from slipscale.hardware.errors import PlateFault
 
 told = []
 for spec in sys.argv[1:]:

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from faults import UserError
-from hardware.backends.function_generator import FunctionGenerator
-from hardware.backends.mock import MockPlate
-from hardware.clock import VirtualClock
-from hardware.errors import OverLimit
-from hardware.registry import open_plate
-from stimuli.modulation import Loop
-from stimuli.surface import VirtualSurface
-from stimuli.texture import Grating
+from slipscale.faults import UserError
+from slipscale.hardware.backends.function_generator import FunctionGenerator
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.errors import OverLimit
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.modulation import Loop
+from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.texture import Grating
 
 
 def grating(**changes):

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy import stats
 
-import slipscale
-from faults import UserError
-from hardware.backends.mock import MockPlate
-from hardware.calibration.fit import fit_gain, fit_resonance, response
-from hardware.calibration.record import (
+from slipscale import commands
+from slipscale.faults import UserError
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.calibration.fit import fit_gain, fit_resonance, response
+from slipscale.hardware.calibration.record import (
     EXPIRED_DAYS,
     OLD_DAYS,
     PEAK_OF,
@@ -28,15 +28,15 @@ from hardware.calibration.record import (
     to_toml,
     write_calibration,
 )
-from hardware.calibration.sweep import SweepPlan, calibration_from, sweep
-from hardware.cli.calibrate import measured
-from hardware.clock import VirtualClock
-from hardware.errors import OverLimit, WrongDevice
-from hardware.limits import PlateLimits
-from hardware.plate.dynamics import Resonator
-from hardware.plate.twin import Surroundings, Twin
-from hardware.registry import open_plate
-from stimuli.surface import VirtualSurface
+from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
+from slipscale.hardware.cli.calibrate import measured
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.errors import OverLimit, WrongDevice
+from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.plate.dynamics import Resonator
+from slipscale.hardware.plate.twin import Surroundings, Twin
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.surface import VirtualSurface
 
 STEADY = Surroundings(warm_up_k=0, wander_k=0)
 TODAY = dt.datetime.now(tz=dt.UTC).date()
@@ -348,7 +348,7 @@ WORDS = ["plate", "calibrate", "--by", "T. Ester", "--instrument", "OFV-505, 2 �
 
 def test_the_command_writes_a_file_and_a_plot(tmp_path, capsys):
     out = tmp_path / "plate.toml"
-    assert slipscale.main([*WORDS, "--out", str(out)]) == 0
+    assert commands.main([*WORDS, "--out", str(out)]) == 0
     assert "resonance  30497.8 ± 2.3 Hz" in capsys.readouterr().out
     assert read_calibration(out).made.instrument == "OFV-505, 2 µm/V"
     assert out.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
@@ -361,7 +361,7 @@ def test_a_file_that_cannot_be_written_is_told_before_anything_is_measured(
     known = tmp_path / "plate.toml"
     known.write_text("data rest on it")
     for out, complaint in ((known, "exists already"), (tmp_path / "no" / "x.toml", "a folder")):
-        assert slipscale.main([*WORDS, "--prompt", "--out", str(out)]) == 2
+        assert commands.main([*WORDS, "--prompt", "--out", str(out)]) == 2
         assert complaint in capsys.readouterr().err
     assert known.read_text() == "data rest on it"
 
@@ -379,7 +379,7 @@ def test_readings_typed_at_a_prompt_give_the_calibration(tmp_path, monkeypatch, 
     asked = []
     monkeypatch.setattr("builtins.input", type_it)
     out = tmp_path / "plate.toml"
-    assert slipscale.main([*WORDS, "--prompt", "--out", str(out)]) == 0
+    assert commands.main([*WORDS, "--prompt", "--out", str(out)]) == 0
     assert "'two or so' is no reading" in capsys.readouterr().out
     assert read_calibration(out).resonance.frequency_hz == pytest.approx(30_500, abs=1)
 
@@ -392,7 +392,7 @@ def test_readings_in_a_csv_give_the_same_calibration_as_measured_ones(calibratio
         for point in calibration.points:
             writer.writerow([getattr(point, name) for name in CSV_COLUMNS])
     out = tmp_path / "plate.toml"
-    assert slipscale.main([*WORDS, "--csv", str(table), "--out", str(out)]) == 0
+    assert commands.main([*WORDS, "--csv", str(table), "--out", str(out)]) == 0
     assert read_calibration(out).resonance == calibration.resonance
     assert read_calibration(out).gain == calibration.gain
 
@@ -401,9 +401,9 @@ def test_a_gain_beside_the_drivers_is_refused_before_anything_is_driven(tmp_path
     """The sweep was driven by the SPEC's gain and the file took the other: 320 V on a plate."""
     out = tmp_path / "plate.toml"
     spec = ["--plate", "scpi:TCPIP::127.0.0.1::9::SOCKET,gain=1"]
-    assert slipscale.main([*WORDS, *spec, "--amplifier-gain", "20", "--out", str(out)]) == 2
+    assert commands.main([*WORDS, *spec, "--amplifier-gain", "20", "--out", str(out)]) == 2
     assert "drives with a gain of 1; the gain belongs into" in capsys.readouterr().err
-    assert slipscale.main([*WORDS, "--amplifier-gain", "20", "--out", str(out)]) == 2
+    assert commands.main([*WORDS, "--amplifier-gain", "20", "--out", str(out)]) == 2
     assert "plate 'mock' drives with a gain of 1" in capsys.readouterr().err
     assert not out.exists()
 
@@ -414,7 +414,7 @@ def test_a_convention_changes_the_files_volts_and_not_the_plates(tmp_path, conve
     factor = PEAK_OF[convention]
     volts = ["--sweep-voltage", str(5 / factor), "--max-voltage", str(16 / factor)]
     words = [*WORDS, "--voltage-convention", convention, *volts, "--out", str(out)]
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     found = read_calibration(out)
     assert found.drive.voltage_convention == convention
     assert found.gain.voltage_max_v == pytest.approx(16 / factor)
@@ -423,18 +423,18 @@ def test_a_convention_changes_the_files_volts_and_not_the_plates(tmp_path, conve
 
 def test_more_volts_peak_than_the_plate_may_have_are_refused_in_any_convention(tmp_path, capsys):
     words = [*WORDS, "--voltage-convention", "V RMS", "--max-voltage", "16"]
-    assert slipscale.main([*words, "--out", str(tmp_path / "plate.toml")]) == 3
+    assert commands.main([*words, "--out", str(tmp_path / "plate.toml")]) == 3
     assert "V peak at the plate is outside 0 to 16.5" in capsys.readouterr().err
 
 
 def test_readings_of_a_real_device_in_a_csv_need_its_serial_number(tmp_path, capsys):
     words = [*WORDS, "--csv", str(tmp_path / "readings.csv"), "--out", str(tmp_path / "plate.toml")]
-    assert slipscale.main([*words, "--plate", "serial:/dev/ttyACM0"]) == 2
+    assert commands.main([*words, "--plate", "serial:/dev/ttyACM0"]) == 2
     assert "expected --serial as well" in capsys.readouterr().err
 
 
 def test_a_csv_with_an_impossible_value_is_refused_with_its_line(tmp_path, capsys):
     table = tmp_path / "readings.csv"
     table.write_text(",".join(CSV_COLUMNS) + "\ncoarse,30000,1,0.1\ncoarse,30100,1,much\n")
-    assert slipscale.main([*WORDS, "--csv", str(table)]) == 2
+    assert commands.main([*WORDS, "--csv", str(table)]) == 2
     assert "line 3: amplitude_um_pp is 'much'" in capsys.readouterr().err

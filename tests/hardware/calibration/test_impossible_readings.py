@@ -2,8 +2,8 @@
 
 import pytest
 
-from faults import UserError
-from hardware.calibration.record import read_calibration, to_toml
+from slipscale.faults import UserError
+from slipscale.hardware.calibration.record import read_calibration, to_toml
 from tools.fuzzing.calibrations import whole_calibration
 
 

@@ -7,10 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-import slipscale
-from faults import UserError
-from hardware.calibration.readings import Trace, read_points, read_trace, um_pp_from_velocity
-from hardware.calibration.record import read_calibration
+from slipscale import commands
+from slipscale.faults import UserError
+from slipscale.hardware.calibration.readings import (
+    Trace,
+    read_points,
+    read_trace,
+    um_pp_from_velocity,
+)
+from slipscale.hardware.calibration.record import read_calibration
 
 FREQUENCY_HZ = 30_500.0
 MM_S_PER_V = 50.0
@@ -95,7 +100,7 @@ def table(tmp_path, *rows):
 
 def test_a_calibration_from_traces_is_that_of_the_amplitudes(tmp_path):
     amplitudes, traces = tmp_path / "um.toml", tmp_path / "scope.toml"
-    assert slipscale.main([*WORDS, "--out", str(amplitudes)]) == 0
+    assert commands.main([*WORDS, "--out", str(amplitudes)]) == 0
     expected = read_calibration(amplitudes)
     rows = ["sweep,frequency_hz,voltage_v,trace"]
     for number, point in enumerate(expected.points):
@@ -105,7 +110,7 @@ def test_a_calibration_from_traces_is_that_of_the_amplitudes(tmp_path):
             csv.writer(file).writerows(zip(there.times_s, there.volts_v, strict=True))
         rows.append(f"{point.sweep},{point.frequency_hz},{point.voltage_v},{number}.csv")
     words = ["--from-csv", str(table(tmp_path, *rows)), "--mm-s-per-volt", str(MM_S_PER_V)]
-    assert slipscale.main([*WORDS, *words, "--out", str(traces)]) == 0
+    assert commands.main([*WORDS, *words, "--out", str(traces)]) == 0
     found = read_calibration(traces)
     assert found.resonance.frequency_hz == pytest.approx(expected.resonance.frequency_hz, abs=5)
     assert found.gain.um_pp_per_v == pytest.approx(expected.gain.um_pp_per_v, rel=0.01)

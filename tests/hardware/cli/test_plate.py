@@ -5,12 +5,12 @@ import sys
 import pytest
 from serial.tools.list_ports_common import ListPortInfo
 
-import slipscale
-from hardware.cli.plate import SUBCOMMANDS
-from hardware.cli.ports import as_text, listing
-from hardware.clock import SystemClock
-from hardware.registry import open_plate
-from stimuli.surface import VirtualSurface
+from slipscale import commands
+from slipscale.hardware.cli.plate import SUBCOMMANDS
+from slipscale.hardware.cli.ports import as_text, listing
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.surface import VirtualSurface
 
 
 def port(device, description, serial_number):
@@ -30,7 +30,7 @@ def test_without_ports_the_list_says_what_to_do():
 
 
 def test_the_list_names_every_backend(capsys):
-    assert slipscale.main(["plate", "list", "--json"]) == 0
+    assert commands.main(["plate", "list", "--json"]) == 0
     names = [each["name"] for each in json.loads(capsys.readouterr().out)["backends"]]
     assert {"mock", "serial", "scpi"} <= set(names)
 
@@ -38,14 +38,14 @@ def test_the_list_names_every_backend(capsys):
 @pytest.mark.parametrize("name", [name for name in SUBCOMMANDS if name != "design"])
 def test_every_subcommand_has_help(name, capsys):
     with pytest.raises(SystemExit) as caught:
-        slipscale.main(["plate", name, "--help"])
+        commands.main(["plate", name, "--help"])
     assert caught.value.code == 0
     assert f"usage: slipscale plate {name}" in capsys.readouterr().out
 
 
 def test_an_unknown_subcommand_is_the_users_fault(capsys):
     with pytest.raises(SystemExit) as caught:
-        slipscale.main(["plate", "polish"])
+        commands.main(["plate", "polish"])
     assert caught.value.code == 2
 
 
@@ -54,14 +54,14 @@ def test_an_unknown_subcommand_is_the_users_fault(capsys):
     [["--fault", "gremlin"], ["--fault", "unplug@lunch/2"], ["--fault", "unplug@present/0"]],
 )
 def test_an_emulator_fault_that_does_not_exist_is_the_users_fault(words, capsys):
-    assert slipscale.main(["plate", "emulate", *words]) == 2
+    assert commands.main(["plate", "emulate", *words]) == 2
     assert "expected FAULT" in capsys.readouterr().err
 
 
 def test_the_front_door_loads_nothing_heavy_for_help():
     code = (
-        "import sys, slipscale\n"
-        "try: slipscale.main(['plate', '--help'])\n"
+        "import sys; from slipscale import commands\n"
+        "try: commands.main(['plate', '--help'])\n"
         "except SystemExit: pass\n"
         "heavy = {'numpy', 'scipy', 'matplotlib', 'serial', 'pydantic', 'psychopy'}\n"
         "print(sorted(heavy & set(sys.modules)), file=sys.stderr)"
@@ -73,7 +73,7 @@ def test_the_front_door_loads_nothing_heavy_for_help():
 def test_a_log_never_overwrites_what_is_there(tmp_path, capsys):
     log = tmp_path / "plate.csv"
     log.write_text("mine")
-    assert slipscale.main(["plate", "emulate", "--log", str(log)]) == 2
+    assert commands.main(["plate", "emulate", "--log", str(log)]) == 2
     assert "plate.csv: File exists" in capsys.readouterr().err
     assert log.read_text() == "mine"
 
@@ -111,5 +111,5 @@ def test_an_emulated_board_has_the_watchdog_that_was_wanted(emulate, options):
 
 
 def test_a_watchdog_that_no_board_may_have_is_refused(capsys):
-    assert slipscale.main(["plate", "emulate", "--watchdog", "50"]) == 2
+    assert commands.main(["plate", "emulate", "--watchdog", "50"]) == 2
     assert "--watchdog: 50, expected 400 to 2000 ms" in capsys.readouterr().err

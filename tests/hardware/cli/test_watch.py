@@ -7,13 +7,13 @@ import sys
 import numpy as np
 import pytest
 
-import slipscale
-from hardware.cli.watch import COLUMNS, line, readbacks
-from hardware.clock import VirtualClock
-from hardware.errors import ConnectionLost
-from hardware.records import Readback
-from hardware.registry import open_plate
-from stimuli.surface import VirtualSurface
+from slipscale import commands
+from slipscale.hardware.cli.watch import COLUMNS, line, readbacks
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.errors import ConnectionLost
+from slipscale.hardware.records import Readback
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.surface import VirtualSurface
 
 
 def bar(text):
@@ -54,7 +54,7 @@ def test_a_fault_between_two_readbacks_comes_up():
 def test_the_amplitude_that_is_there_is_plotted_and_the_plate_silent_afterwards(emulate, capsys):
     board = emulate("--noise", "0")
     words = ["plate", "watch", f"serial:{board.port}", "--amplitude", "2", "--seconds", "0.5"]
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     heading, *lines = capsys.readouterr().out.splitlines()
     assert heading.startswith("time s   µm p-p")
     assert len(lines) >= 1
@@ -77,5 +77,5 @@ def test_however_it_is_ended_the_plate_is_silent(emulate, how):
 
 
 def test_more_than_the_plate_may_is_refused(capsys):
-    assert slipscale.main(["plate", "watch", "mock", "--amplitude", "9"]) == 2
+    assert commands.main(["plate", "watch", "mock", "--amplitude", "9"]) == 2
     assert "--amplitude: 9, expected 0 to 2.5 µm peak to peak" in capsys.readouterr().err

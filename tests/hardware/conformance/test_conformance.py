@@ -7,15 +7,15 @@ import time
 
 import pytest
 
-import slipscale
-from hardware.backends.serial_board import protocol as wire
-from hardware.clock import VirtualClock
-from hardware.conformance.bench import Bench
-from hardware.conformance.table import RULES, examine
-from hardware.emulator import compiled
-from hardware.emulator.firmware import Board
-from hardware.plate.dynamics import FingerLoad
-from hardware.plate.twin import Twin
+from slipscale import commands
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.conformance.bench import Bench
+from slipscale.hardware.conformance.table import RULES, examine
+from slipscale.hardware.emulator import compiled
+from slipscale.hardware.emulator.firmware import Board
+from slipscale.hardware.plate.dynamics import FingerLoad
+from slipscale.hardware.plate.twin import Twin
 
 
 class VirtualLine:
@@ -94,7 +94,7 @@ def test_a_board_on_a_real_port_conforms(emulate, options, capsys):
     departs = {}
     for _ in range(EXAMINATIONS):
         with Lateness() as machine:
-            status = slipscale.main(["plate", "conform", f"serial:{board.port}", "--json"])
+            status = commands.main(["plate", "conform", f"serial:{board.port}", "--json"])
         verdicts = json.loads(capsys.readouterr().out)
         found = {v["rule"]: v["detail"] for v in verdicts if v["outcome"] != "conforms"}
         assert status == bool(found)
@@ -133,7 +133,7 @@ class Lateness:
 
 def test_a_board_that_departs_is_a_no(emulate, capsys):
     board = emulate("--fault", "deaf", "--back-after", "0")
-    assert slipscale.main(["plate", "conform", f"serial:{board.port}"]) == 1
+    assert commands.main(["plate", "conform", f"serial:{board.port}"]) == 1
     assert "departs         the board answers and tells its limits" in capsys.readouterr().out
 
 
@@ -210,5 +210,5 @@ def test_a_board_that_breaks_a_rule_is_told_which(rule):
 
 @pytest.mark.parametrize("spec", ["mock", "serial:", "scpi:COM3", "serial:COM3,attention=1"])
 def test_only_a_driver_board_can_be_examined(spec, capsys):
-    assert slipscale.main(["plate", "conform", spec]) == 2
+    assert commands.main(["plate", "conform", spec]) == 2
     assert "expected serial:PORT" in capsys.readouterr().err

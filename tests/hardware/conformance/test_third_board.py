@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
-import slipscale
-from hardware.backends.serial_board.driver import SerialBoard
-from hardware.clock import SystemClock
-from hardware.errors import PlateTimeout
-from stimuli.surface import VirtualSurface
-from stimuli.texture import Grating
+from slipscale import commands
+from slipscale.hardware.backends.serial_board.driver import SerialBoard
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.errors import PlateTimeout
+from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.texture import Grating
 
 SOURCE = Path(__file__).with_name("third_board.c")
 TEXTURE = Grating(
@@ -49,7 +49,7 @@ def test_it_conforms_to_every_rule(port, capsys):
     """Late answers of a loaded machine are no departures: what departs is looked at again."""
     departs = {}
     for _ in range(3):
-        slipscale.main(["plate", "conform", f"serial:{port}", "--json"])
+        commands.main(["plate", "conform", f"serial:{port}", "--json"])
         verdicts = json.loads(capsys.readouterr().out)
         departs = {v["rule"]: v["detail"] for v in verdicts if v["outcome"] != "conforms"}
         if not departs:

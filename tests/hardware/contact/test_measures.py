@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.contact.measures import friction, movement
-from hardware.contact.source import Sample
+from slipscale.hardware.contact.measures import friction, movement
+from slipscale.hardware.contact.source import Sample
 
 
 def way(along_mm, rate_hz=100.0):

@@ -7,13 +7,13 @@ from types import SimpleNamespace
 
 import pytest
 
-from faults import UserError
-from hardware.clock import SystemClock, VirtualClock
-from hardware.contact import daq
-from hardware.contact.emulated_line import EmulatedLine
-from hardware.contact.registry import open_source
-from hardware.contact.source import Sample, SensorFault, Surroundings, Touch
-from stimuli.surface import VirtualSurface
+from slipscale.faults import UserError
+from slipscale.hardware.clock import SystemClock, VirtualClock
+from slipscale.hardware.contact import daq
+from slipscale.hardware.contact.emulated_line import EmulatedLine
+from slipscale.hardware.contact.registry import open_source
+from slipscale.hardware.contact.source import Sample, SensorFault, Surroundings, Touch
+from slipscale.stimuli.surface import VirtualSurface
 
 
 class Moving:

@@ -4,11 +4,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.backends.serial_board import protocol as wire
-from hardware.emulator.firmware import Board
-from hardware.plate.dynamics import NO_FINGER, FingerLoad
-from hardware.plate.twin import Twin
-from stimuli.modulation import Loop
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.emulator.firmware import Board
+from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
+from slipscale.hardware.plate.twin import Twin
+from slipscale.stimuli.modulation import Loop
 
 SQUARE = Loop(amplitudes_um_pp=(2.0, 0.4), step_s=0.02, edge_s=0.002, mean_um_pp=1.2)
 

@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hardware.backends.serial_board import protocol as wire
-from hardware.emulator import compiled
-from hardware.emulator.firmware import Board
-from hardware.plate.dynamics import FingerLoad, Resonator
-from hardware.plate.twin import Surroundings, Twin
-from stimuli.modulation import DEFAULT_MODULATOR, Loop
-from stimuli.texture import Grating
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.emulator import compiled
+from slipscale.hardware.emulator.firmware import Board
+from slipscale.hardware.plate.dynamics import FingerLoad, Resonator
+from slipscale.hardware.plate.twin import Surroundings, Twin
+from slipscale.stimuli.modulation import DEFAULT_MODULATOR, Loop
+from slipscale.stimuli.texture import Grating
 
 ROOT = Path(__file__).parents[3]
 FIRMWARE = ROOT / "hardware" / "firmware"

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from faults import UserError
-from hardware.plate.beam import BeamSection
+from slipscale.faults import UserError
+from slipscale.hardware.plate.beam import BeamSection
 
 PAPER = BeamSection.printed()
 sections = st.builds(

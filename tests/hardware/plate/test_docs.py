@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from hardware.plate.design import requirements
+from slipscale.hardware.plate.design import requirements
 
 DOCS = Path(__file__).parents[3] / "docs"
 

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from faults import UserError
-from hardware.plate.dynamics import FingerLoad, Resonator, conditions
+from slipscale.faults import UserError
+from slipscale.hardware.plate.dynamics import FingerLoad, Resonator, conditions
 
 PLATE = conditions(Resonator())
 RESONANCE_HZ = 30_500.0

@@ -4,10 +4,10 @@ import math
 import numpy as np
 import pytest
 
-from faults import UserError
-from hardware.plate.finite_elements import POTENTIAL_UNIT_V, assemble
-from hardware.plate.geometry import Density, Layout, mesh_lines
-from hardware.plate.materials import COPPER_BERYLLIUM, P1_91, VACUUM_PERMITTIVITY_F_M
+from slipscale.faults import UserError
+from slipscale.hardware.plate.finite_elements import POTENTIAL_UNIT_V, assemble
+from slipscale.hardware.plate.geometry import Density, Layout, mesh_lines
+from slipscale.hardware.plate.materials import COPPER_BERYLLIUM, P1_91, VACUUM_PERMITTIVITY_F_M
 
 SMALL = Layout(length_mm=23.0, width_mm=10.0, columns=2, rows=1, gap_mm=1.0)
 ROUGH = Density(along_ceramic=2, across_ceramic=2)

@@ -3,8 +3,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from faults import UserError
-from hardware.plate.materials import COPPER_BERYLLIUM, P1_91, P1_91_TABLE_II
+from slipscale.faults import UserError
+from slipscale.hardware.plate.materials import COPPER_BERYLLIUM, P1_91, P1_91_TABLE_II
 
 
 def test_isotropic_stiffness_inverts_to_young_and_poisson():

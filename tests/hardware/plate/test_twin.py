@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from hardware.plate.dynamics import FingerLoad
-from hardware.plate.twin import OFF, Drive, Surroundings, Twin
+from slipscale.hardware.plate.dynamics import FingerLoad
+from slipscale.hardware.plate.twin import OFF, Drive, Surroundings, Twin
 
 
 def test_at_the_papers_voltage_and_resonance_the_twin_vibrates_with_the_papers_amplitude():

@@ -6,20 +6,20 @@ import pytest
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from faults import UserError
-from hardware.plate import paper_study
-from hardware.plate.beam import BeamSection
-from hardware.plate.finite_elements import assemble
-from hardware.plate.geometry import HALF_WAVE, QUICK, Density, Layout
-from hardware.plate.materials import P1_91, BeamCeramic, Isotropic, Piezoceramic
-from hardware.plate.paper_study import (
+from slipscale.faults import UserError
+from slipscale.hardware.plate import paper_study
+from slipscale.hardware.plate.beam import BeamSection
+from slipscale.hardware.plate.finite_elements import assemble
+from slipscale.hardware.plate.geometry import HALF_WAVE, QUICK, Density, Layout
+from slipscale.hardware.plate.materials import P1_91, BeamCeramic, Isotropic, Piezoceramic
+from slipscale.hardware.plate.paper_study import (
     half_wave_for_frequency_mm,
     half_wave_frequency_hz,
     harmonic,
     nodal_lines_mm,
     prototype_modes,
 )
-from hardware.plate.vibration import modes, nearest_node, response_um, support
+from slipscale.hardware.plate.vibration import modes, nearest_node, response_um, support
 
 STEEL = Isotropic(name="steel", young_pa=210e9, poisson=0.3, density_kg_m3=7850.0)
 PASSIVE = Piezoceramic(  # steel in the place of the ceramic: one material, no coupling

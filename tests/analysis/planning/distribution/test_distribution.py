@@ -8,16 +8,16 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-import slipscale
-from analysis.pipeline import analyse
-from analysis.planning.distribution import many_studies, numbers
-from analysis.planning.distribution.distribution import distribution
-from analysis.planning.distribution.many_studies import ManyStudies, StudyResult, results
-from analysis.planning.distribution.numbers import Findings, findings
-from experiments.participants.habits import REALISTIC
-from experiments.participants.population import Population
-from experiments.running.pilot import pilot_plans, run_pilot
-from faults import UserError
+from slipscale import commands
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.planning.distribution import many_studies, numbers
+from slipscale.analysis.planning.distribution.distribution import distribution
+from slipscale.analysis.planning.distribution.many_studies import ManyStudies, StudyResult, results
+from slipscale.analysis.planning.distribution.numbers import Findings, findings
+from slipscale.experiments.participants.habits import REALISTIC
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.faults import UserError
 
 STUDY = """
 name = "small"
@@ -187,14 +187,14 @@ def test_what_would_take_hours_asks_first(monkeypatch, many):
 
 def test_without_a_folder_it_lies_beside_the_pilots(here, study):
     for number in ("001", "002"):
-        assert slipscale.main(["pilot", study, "--times", "1", "--participants", "3"]) == 0
+        assert commands.main(["pilot", study, "--times", "1", "--participants", "3"]) == 0
         assert (here / "pilots" / "distributions" / number / "distribution.html").exists()
 
 
 def test_the_command_writes_page_figures_and_tables(tmp_path, study, capsys):
     out = tmp_path / "out"
     words = ["pilot", study, "--times", "3", "--out", str(out)]
-    assert slipscale.main(words) == 0
+    assert commands.main(words) == 0
     told = capsys.readouterr().out
     assert "median (5 to 95 % of the studies)" in told
     record = json.loads((out / "distribution.json").read_text())
@@ -207,7 +207,7 @@ def test_the_command_writes_page_figures_and_tables(tmp_path, study, capsys):
     assert "amplitudes differ (Friedman&#39;s test)" in page
     assert {"table3.svg", "fig15.png", "results.svg"} <= {path.name for path in out.iterdir()}
     before = {path.name: path.read_bytes() for path in out.iterdir()}
-    assert slipscale.main(words) == 0  # its own folder is written again, to the same bytes
+    assert commands.main(words) == 0  # its own folder is written again, to the same bytes
     assert {path.name: path.read_bytes() for path in out.iterdir()} == before
 
 
@@ -225,7 +225,7 @@ def test_the_command_writes_page_figures_and_tables(tmp_path, study, capsys):
     ],
 )
 def test_bad_input_is_refused_in_a_sentence(here, study, capsys, options, sentence):
-    assert slipscale.main(["pilot", study, *options]) == 2
+    assert commands.main(["pilot", study, *options]) == 2
     told = capsys.readouterr().err
     assert sentence in told
     assert told.count("\n") == 1

@@ -6,11 +6,14 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from analysis.reporting.json_form import record
-from analysis.statistics.descending_difference.probit import d_primes
-from analysis.statistics.descending_difference.proportions import clustered_interval, exact_interval
-from analysis.statistics.descending_difference.yes_no import Sensitivity, _mean_of_own
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting.json_form import record
+from slipscale.analysis.statistics.descending_difference.probit import d_primes
+from slipscale.analysis.statistics.descending_difference.proportions import (
+    clustered_interval,
+    exact_interval,
+)
+from slipscale.analysis.statistics.descending_difference.yes_no import Sensitivity, _mean_of_own
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 
 def answers(rng, people, steps, catches, d):

@@ -8,11 +8,18 @@ from hypothesis import strategies as st
 from matplotlib.collections import PathCollection
 from scipy import optimize, special, stats
 
-from analysis.reporting import apa_difference
-from analysis.statistics.descending_difference.step_size_curve import curve, psychometric, separated
-from analysis.statistics.descending_difference.verbal_coding import load_codebook
-from analysis.statistics.descending_difference.yes_no import analyse_differences, own_thresholds
-from analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.reporting import apa_difference
+from slipscale.analysis.statistics.descending_difference.step_size_curve import (
+    curve,
+    psychometric,
+    separated,
+)
+from slipscale.analysis.statistics.descending_difference.verbal_coding import load_codebook
+from slipscale.analysis.statistics.descending_difference.yes_no import (
+    analyse_differences,
+    own_thresholds,
+)
+from slipscale.analysis.statistics.not_computed import NotComputed
 
 STEPS = np.array([0.0, 0.5, 0.7, 1.1])
 
@@ -189,7 +196,7 @@ RING = 34.0
 
 
 def drawn(steps):
-    from analysis.figures.yes_no import (  # noqa: PLC0415 - matplotlib takes a second to load
+    from slipscale.analysis.figures.yes_no import (  # noqa: PLC0415 - matplotlib takes a second to load
         difference,
     )
 

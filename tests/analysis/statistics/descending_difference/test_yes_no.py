@@ -6,18 +6,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.pipeline import analyse
-from analysis.reading.load import load
-from analysis.reporting.json_form import record
-from analysis.statistics.descending_difference.coder_agreement import agreement
-from analysis.statistics.descending_difference.verbal_coding import load_codebook
-from analysis.statistics.descending_difference.verbal_reports import CategoryCount
-from analysis.statistics.descending_difference.yes_no import (
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.reporting.json_form import record
+from slipscale.analysis.statistics.descending_difference.coder_agreement import agreement
+from slipscale.analysis.statistics.descending_difference.verbal_coding import load_codebook
+from slipscale.analysis.statistics.descending_difference.verbal_reports import CategoryCount
+from slipscale.analysis.statistics.descending_difference.yes_no import (
     CatchAnswers,
     analyse_differences,
     d_prime,
 )
-from faults import UserError
+from slipscale.faults import UserError
 
 BOOK = load_codebook()
 
@@ -181,8 +181,8 @@ def test_an_interval_of_another_confidence_is_not_called_ci95(dataset):
 
 
 def test_the_figure_and_the_csv_take_the_study_s_confidence(dataset):
-    from analysis.reporting.files import draw  # noqa: PLC0415 - matplotlib takes a second to load
-    from analysis.reporting.tables import tables  # noqa: PLC0415
+    from slipscale.analysis.reporting.files import draw  # noqa: PLC0415 - matplotlib takes a second to load
+    from slipscale.analysis.reporting.tables import tables  # noqa: PLC0415
 
     people = {f"{n:02d}": series(dataset) for n in range(1, 7)}
     analysis = analyse(dataset(differences=people, choices="confidence = 0.9"))

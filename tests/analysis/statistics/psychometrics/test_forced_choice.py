@@ -4,10 +4,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.reading.forced_choice import COLUMNS
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics.forced_choice import thresholds
-from experiments.protocols.adaptive.curves import CURVES
+from slipscale.analysis.reading.forced_choice import COLUMNS
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.forced_choice import thresholds
+from slipscale.experiments.protocols.adaptive.curves import CURVES
 
 LEVELS = (0.02, 0.05, 0.1, 0.2, 0.4)
 SLOPE, LAPSE = 2.0, 0.02

@@ -5,16 +5,16 @@ import sys
 import numpy as np
 import pytest
 
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics.posterior import SLOPE_SD, USUAL_SLOPE
-from analysis.statistics.psychometrics.psychometric_function import Answers
-from analysis.statistics.psychometrics.thresholds import (
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.posterior import SLOPE_SD, USUAL_SLOPE
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
+from slipscale.analysis.statistics.psychometrics.thresholds import (
     LARGEST_LAPSE,
     fit_threshold,
     fit_threshold_by_posterior,
     fit_threshold_by_psignifit,
 )
-from experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocols.adaptive.curves import CURVES
 
 LEVELS = np.array([0.05, 0.1, 0.2, 0.4, 0.8])
 

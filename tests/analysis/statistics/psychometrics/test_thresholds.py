@@ -10,20 +10,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import optimize, stats
 
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.psychometrics import psychometric_fit as likelihood
-from analysis.statistics.psychometrics.goodness_of_fit import goodness_of_fit
-from analysis.statistics.psychometrics.population_threshold import (
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
+from slipscale.analysis.statistics.psychometrics.goodness_of_fit import goodness_of_fit
+from slipscale.analysis.statistics.psychometrics.population_threshold import (
     population_threshold,
     weber_fraction,
 )
-from analysis.statistics.psychometrics.psychometric_function import Answers
-from analysis.statistics.psychometrics.thresholds import (
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
+from slipscale.analysis.statistics.psychometrics.thresholds import (
     fit_threshold,
     fit_threshold_by_psignifit,
 )
-from experiments.protocols.adaptive.curves import CURVES
-from faults import UserError
+from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.faults import UserError
 
 # psignifit's example: two intervals, 90 trials a level (python-psignifit, docs/basic-usage.md).
 EXAMPLE = Answers(

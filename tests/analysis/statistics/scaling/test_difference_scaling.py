@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 import statsmodels.api as sm
 
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.scaling.difference_scaling import difference_scale, triads_as_quadruples
-from faults import UserError
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.scaling.difference_scaling import (
+    difference_scale,
+    triads_as_quadruples,
+)
+from slipscale.faults import UserError
 
 DATA = Path(__file__).parents[3] / "data"
 TRUE = np.array([0.0, 0.1, 0.3, 0.6, 1.0])

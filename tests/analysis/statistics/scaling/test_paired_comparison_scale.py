@@ -8,14 +8,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.scaling.paired_comparison_scale import bradley_terry, thurstone
-from analysis.statistics.scaling.transitivity import (
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.scaling.paired_comparison_scale import bradley_terry, thurstone
+from slipscale.analysis.statistics.scaling.transitivity import (
     circular_triads_by_chance,
     consistency,
     stochastic_transitivity,
 )
-from faults import UserError
+from slipscale.faults import UserError
 
 # Citations between four journals of statistics (Stigler 1994), cited over citing: Biometrika,
 # Communications in Statistics, JASA, JRSS-B.

@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from analysis.statistics.not_computed import NotComputed
-from analysis.statistics.scaling.task_scales import scales
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.scaling.task_scales import scales
 
 VALUES = {"0.5": -1.0, "1.2": 0.0, "2.3": 0.8, "fine": 0.2}
 

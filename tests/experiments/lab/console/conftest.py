@@ -7,15 +7,15 @@ from pathlib import Path
 import pytest
 from starlette.testclient import TestClient
 
-from experiments.journal.journal import Journal
-from experiments.lab.console.app import make_app
-from experiments.lab.console.security import Access
-from experiments.lab.folder import init
-from experiments.protocols.steps import Trial
-from experiments.session import mailbox as mailboxes
-from experiments.session.mailbox import Mailbox, mailbox_of
-from experiments.session.operator import SessionStatus
-from hardware.clock import VirtualClock
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.lab.console.app import make_app
+from slipscale.experiments.lab.console.security import Access
+from slipscale.experiments.lab.folder import init
+from slipscale.experiments.protocols.steps import Trial
+from slipscale.experiments.session import mailbox as mailboxes
+from slipscale.experiments.session.mailbox import Mailbox, mailbox_of
+from slipscale.experiments.session.operator import SessionStatus
+from slipscale.hardware.clock import VirtualClock
 
 ADDRESS = "http://127.0.0.1:8470"
 ASKING = {"origin": ADDRESS, "x-slipscale": "1", "content-type": "application/json"}

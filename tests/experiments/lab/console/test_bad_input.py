@@ -8,13 +8,13 @@ from types import SimpleNamespace
 
 import pytest
 
-from experiments.journal.journal import Journal
-from experiments.lab.console import state
-from experiments.lab.console.presence import Presence
-from experiments.lab.console.security import Access
-from experiments.study.file import study_text
-from hardware.clock import VirtualClock
-from slipscale import main
+from slipscale.commands import main
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.lab.console import state
+from slipscale.experiments.lab.console.presence import Presence
+from slipscale.experiments.lab.console.security import Access
+from slipscale.experiments.study.file import study_text
+from slipscale.hardware.clock import VirtualClock
 
 PAGES = ("/", "/live", "/study", "/data", "/pilot")
 

@@ -16,12 +16,12 @@ from contextlib import contextmanager
 
 import pytest
 
-from experiments.journal.locks import is_being_written
-from experiments.journal.run_record import read_plan
-from experiments.lab.folder import init
-from experiments.lab.roster import read_roster
-from experiments.session.mailbox import read_status
-from experiments.study.file import read_study
+from slipscale.experiments.journal.locks import is_being_written
+from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.lab.folder import init
+from slipscale.experiments.lab.roster import read_roster
+from slipscale.experiments.session.mailbox import read_status
+from slipscale.experiments.study.file import read_study
 
 sync_api = pytest.importorskip("playwright.sync_api")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
@@ -181,7 +181,7 @@ practice = 0
 """
 # A plate that counts as real: people's answers on a mock plate would be a pilot's.
 BENCH = """
-from hardware.backends.mock import MockPlate
+from slipscale.hardware.backends.mock import MockPlate
 class Bench(MockPlate):
     name = "bench"
     simulated = False

@@ -4,9 +4,9 @@ import time
 
 import pytest
 
-from experiments.lab.console.jobs import Jobs
-from experiments.lab.console.state import findings
-from faults import UserError
+from slipscale.experiments.lab.console.jobs import Jobs
+from slipscale.experiments.lab.console.state import findings
+from slipscale.faults import UserError
 
 
 def wait_for(job):

@@ -9,15 +9,15 @@ from types import SimpleNamespace
 
 import pytest
 
-from experiments.lab.console.jobs import Job, Jobs
-from experiments.lab.console.plots import scatter
-from experiments.lab.console.words import LANGUAGES, page_texts
-from experiments.lab.unblinding import unblinded
-from experiments.languages.texts import blanks
-from experiments.protocols.steps import Ask, NumberQuestion, Trial
-from experiments.session.operator import Request, SessionStatus
-from experiments.study.file import study_text
-from faults import UserError
+from slipscale.experiments.lab.console.jobs import Job, Jobs
+from slipscale.experiments.lab.console.plots import scatter
+from slipscale.experiments.lab.console.words import LANGUAGES, page_texts
+from slipscale.experiments.lab.unblinding import unblinded
+from slipscale.experiments.languages.texts import blanks
+from slipscale.experiments.protocols.steps import Ask, NumberQuestion, Trial
+from slipscale.experiments.session.operator import Request, SessionStatus
+from slipscale.experiments.study.file import study_text
+from slipscale.faults import UserError
 
 PAGES = ("/", "/live", "/study", "/data", "/pilot")
 AGE = Ask(name="age", question=NumberQuestion(prompt="?"))

@@ -8,12 +8,12 @@ from typing import get_args
 
 import pytest
 
-from experiments.lab.console.jobs import Job, Jobs
-from experiments.lab.console.words import page_texts
-from experiments.lab.roster import read_roster
-from experiments.study.analysis_choices import QualityFlag
-from experiments.study.file import parse_study, study_text
-from slipscale import main
+from slipscale.commands import main
+from slipscale.experiments.lab.console.jobs import Job, Jobs
+from slipscale.experiments.lab.console.words import page_texts
+from slipscale.experiments.lab.roster import read_roster
+from slipscale.experiments.study.analysis_choices import QualityFlag
+from slipscale.experiments.study.file import parse_study, study_text
 
 LATER_S = 60.0
 ANALYSE = ("analysis", "analyse", "--steps", "data")

@@ -10,10 +10,10 @@ import urllib.request
 
 import pytest
 
-from experiments.lab.console import serve as serving
-from experiments.lab.console.security import LARGEST_BODY, POLICY, Access
-from faults import UserError
-from slipscale import main
+from slipscale.commands import main
+from slipscale.experiments.lab.console import serve as serving
+from slipscale.experiments.lab.console.security import LARGEST_BODY, POLICY, Access
+from slipscale.faults import UserError
 
 PAGES = ("/", "/live", "/study", "/data", "/pilot", "/events", "/static/console.js")
 BODY = json.dumps({}).encode()
@@ -210,7 +210,7 @@ def test_an_address_that_is_nobodys_choice_is_refused(lab, capsys, address):
 @pytest.mark.skipif(not shutil.which("openssl"), reason="makes the certificate")
 def test_the_certificate_is_for_the_address_and_plain_http_is_not_served(lab, tmp_path):
     code = (
-        "import sys; from experiments.lab.console.serve import serve; "
+        "import sys; from slipscale.experiments.lab.console.serve import serve; "
         "serve(port=0, lan='127.0.0.1', browser=False)"
     )
     process = subprocess.Popen(

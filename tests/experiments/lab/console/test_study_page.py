@@ -5,8 +5,8 @@ import re
 
 import pytest
 
-from experiments.languages.texts import to_translate
-from experiments.study.file import study_text
+from slipscale.experiments.languages.texts import to_translate
+from slipscale.experiments.study.file import study_text
 
 
 @pytest.fixture

@@ -9,10 +9,10 @@ import sys
 
 import pytest
 
-from experiments.languages.texts import load_texts
-from experiments.participants.psychopy_window import PsychoPyWindow
-from experiments.protocols.steps import Ask, TextQuestion
-from hardware.clock import SystemClock
+from slipscale.experiments.languages.texts import load_texts
+from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
+from slipscale.experiments.protocols.steps import Ask, TextQuestion
+from slipscale.hardware.clock import SystemClock
 
 pytestmark = [
     pytest.mark.window,

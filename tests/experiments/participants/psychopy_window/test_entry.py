@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from experiments.languages.texts import languages, load_texts
-from experiments.participants.psychopy_window.entry import (
+from slipscale.experiments.languages.texts import languages, load_texts
+from slipscale.experiments.participants.psychopy_window.entry import (
     CLEAR,
     ENTER,
     Accepted,
@@ -15,7 +15,7 @@ from experiments.participants.psychopy_window.entry import (
     entry_for,
     judge_number,
 )
-from experiments.protocols.steps import (
+from slipscale.experiments.protocols.steps import (
     ChoiceQuestion,
     ComparisonQuestion,
     NumberQuestion,
@@ -23,7 +23,7 @@ from experiments.protocols.steps import (
     WholeNumberQuestion,
     YesNoQuestion,
 )
-from faults import UserError
+from slipscale.faults import UserError
 
 NUMBER = NumberQuestion(prompt="How slippery?")
 TEXT = TextQuestion(prompt="What?", max_length=5)

@@ -7,11 +7,11 @@ import time
 
 import pytest
 
-from experiments.languages.texts import load_texts
-from experiments.participants.psychopy_window import PsychoPyWindow
-from hardware.clock import SystemClock
-from hardware.contact.registry import open_source
-from hardware.contact.source import Surroundings
+from slipscale.experiments.languages.texts import load_texts
+from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.contact.registry import open_source
+from slipscale.hardware.contact.source import Surroundings
 
 pytestmark = [
     pytest.mark.window,

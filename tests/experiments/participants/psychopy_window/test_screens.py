@@ -2,15 +2,15 @@
 
 import pytest
 
-from experiments.languages.texts import languages, load_texts
-from experiments.participants.psychopy_window import scene
-from experiments.participants.psychopy_window.asking import Stopping
-from experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
-from experiments.participants.psychopy_window.keyboard import Key, claim
-from experiments.participants.psychopy_window.screen_words import ScreenResult
-from experiments.participants.psychopy_window.screens import screen_for
-from experiments.participants.psychopy_window.window import hand_over
-from experiments.protocols.steps import (
+from slipscale.experiments.languages.texts import languages, load_texts
+from slipscale.experiments.participants.psychopy_window import scene
+from slipscale.experiments.participants.psychopy_window.asking import Stopping
+from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
+from slipscale.experiments.participants.psychopy_window.keyboard import Key, claim
+from slipscale.experiments.participants.psychopy_window.screen_words import ScreenResult
+from slipscale.experiments.participants.psychopy_window.screens import screen_for
+from slipscale.experiments.participants.psychopy_window.window import hand_over
+from slipscale.experiments.protocols.steps import (
     Ask,
     ChoiceQuestion,
     Explore,

@@ -12,12 +12,12 @@ from dataclasses import replace
 
 import pytest
 
-from experiments.languages.texts import load_texts
-from experiments.participants.base import StopRequested, Unfinished
-from experiments.participants.psychopy_window import PsychoPyWindow, scene
-from experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
-from experiments.participants.psychopy_window.screens import screen_for
-from experiments.protocols.steps import (
+from slipscale.experiments.languages.texts import load_texts
+from slipscale.experiments.participants.base import StopRequested, Unfinished
+from slipscale.experiments.participants.psychopy_window import PsychoPyWindow, scene
+from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
+from slipscale.experiments.participants.psychopy_window.screens import screen_for
+from slipscale.experiments.protocols.steps import (
     Ask,
     ChoiceQuestion,
     Explore,
@@ -27,8 +27,8 @@ from experiments.protocols.steps import (
     TextQuestion,
     YesNoQuestion,
 )
-from faults import UserError
-from hardware.clock import SystemClock
+from slipscale.faults import UserError
+from slipscale.hardware.clock import SystemClock
 
 pytestmark = [
     pytest.mark.window,

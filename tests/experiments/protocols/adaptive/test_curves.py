@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocols.adaptive.curves import CURVES
 
 FAMILIES = pytest.mark.parametrize("curve", CURVES.values(), ids=CURVES)
 

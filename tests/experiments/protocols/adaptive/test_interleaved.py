@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from experiments.protocols.adaptive.interleaved import Interleaved
-from experiments.protocols.adaptive.quest_plus import QuestPlus
-from experiments.protocols.adaptive.staircase import staircase
-from experiments.protocols.adaptive.stopping import Stopping
-from experiments.protocols.adaptive.track import Progress
-from experiments.protocols.randomisation import Stream
-from faults import UserError
+from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
+from slipscale.experiments.protocols.adaptive.quest_plus import QuestPlus
+from slipscale.experiments.protocols.adaptive.staircase import staircase
+from slipscale.experiments.protocols.adaptive.stopping import Stopping
+from slipscale.experiments.protocols.adaptive.track import Progress
+from slipscale.experiments.protocols.randomisation import Stream
+from slipscale.faults import UserError
 
 RULE = staircase(start_um_pp=1, lowest_um_pp=0.01, highest_um_pp=2.3, steps_up=(0.2,))
 QUEST = QuestPlus(levels_um_pp=(0.1, 0.2, 0.4), thresholds_um_pp=(0.1, 0.2, 0.3), slopes=(3.0,))

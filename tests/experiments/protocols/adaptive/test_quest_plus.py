@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from questplus import QuestPlus as Oracle
 
-from experiments.protocols.adaptive.batched import QuestPlusBatch
-from experiments.protocols.adaptive.curves import CURVES
-from experiments.protocols.adaptive.quest_plus import QuestPlus, information_gain
-from faults import UserError
+from slipscale.experiments.protocols.adaptive.batched import QuestPlusBatch
+from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocols.adaptive.quest_plus import QuestPlus, information_gain
+from slipscale.faults import UserError
 
 DB = np.arange(-40, 1)
 AMPLITUDES = tuple(float(x) for x in 10 ** (DB / 20))

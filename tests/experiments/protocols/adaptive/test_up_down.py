@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from experiments.protocols.adaptive.curves import CURVES
-from experiments.protocols.adaptive.staircase import STEP_RATIOS, staircase
-from experiments.protocols.adaptive.up_down import UpDown
-from experiments.protocols.adaptive.weighted import weighted
-from faults import UserError
+from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocols.adaptive.staircase import STEP_RATIOS, staircase
+from slipscale.experiments.protocols.adaptive.up_down import UpDown
+from slipscale.experiments.protocols.adaptive.weighted import weighted
+from slipscale.faults import UserError
 
 BOUNDS = {"lowest_um_pp": 1e-3, "highest_um_pp": 2.3}
 ANSWERS = st.lists(st.booleans(), max_size=60)

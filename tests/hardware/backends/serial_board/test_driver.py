@@ -14,15 +14,15 @@ import numpy as np
 import pytest
 import serial
 
-from faults import UserError
-from hardware.backends.serial_board import protocol as wire
-from hardware.backends.serial_board.driver import SerialBoard
-from hardware.backends.serial_board.link import BoardLink
-from hardware.backends.serial_board.protocol import parse_status
-from hardware.calibration.record import Calibration
-from hardware.clock import SystemClock
-from hardware.emulator.firmware import Board
-from hardware.errors import (
+from slipscale.faults import UserError
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.backends.serial_board.driver import SerialBoard
+from slipscale.hardware.backends.serial_board.link import BoardLink
+from slipscale.hardware.backends.serial_board.protocol import parse_status
+from slipscale.hardware.calibration.record import Calibration
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.emulator.firmware import Board
+from slipscale.hardware.errors import (
     ConnectionLost,
     GarbledReply,
     NoPermission,
@@ -36,11 +36,11 @@ from hardware.errors import (
     ProtocolViolation,
     WrongDevice,
 )
-from hardware.limits import PlateLimits
-from hardware.plate.twin import Drive, Twin
-from hardware.registry import open_plate
-from stimuli.surface import VirtualSurface
-from stimuli.texture import Grating
+from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.plate.twin import Drive, Twin
+from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.texture import Grating
 
 SURFACE = VirtualSurface(amplitude_um_pp=1.2)
 TEXTURE = Grating(
@@ -597,10 +597,10 @@ def test_a_board_without_a_sensor_measures_nothing_and_says_so(board, monkeypatc
 
 HOST = """
 import sys, time
-from hardware.clock import SystemClock
-from hardware.registry import open_plate
-from hardware.signals import silent_on_signals
-from stimuli.surface import VirtualSurface
+from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.registry import open_plate
+from slipscale.hardware.signals import silent_on_signals
+from slipscale.stimuli.surface import VirtualSurface
 
 plate = open_plate("serial:" + sys.argv[1], clock=SystemClock())
 with silent_on_signals(plate):

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hardware.backends.serial_board.protocol import (
+from slipscale.hardware.backends.serial_board.protocol import (
     LAST_SEQUENCE,
     LONGEST_LINE,
     BoardLimits,
@@ -25,7 +25,7 @@ from hardware.backends.serial_board.protocol import (
     parse_status,
     reply_frame,
 )
-from stimuli.modulation import STEPS_MAX, Loop
+from slipscale.stimuli.modulation import STEPS_MAX, Loop
 
 BODIES = st.text(
     st.characters(min_codepoint=32, max_codepoint=126, exclude_characters="<>!"),

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from figure_style import save
-from hardware.plate.beam import BeamSection
-from hardware.plate.design import figures
-from hardware.plate.geometry import QUICK
-from hardware.plate.paper_study import harmonic, prototype_modes
+from slipscale.figure_style import save
+from slipscale.hardware.plate.beam import BeamSection
+from slipscale.hardware.plate.design import figures
+from slipscale.hardware.plate.geometry import QUICK
+from slipscale.hardware.plate.paper_study import harmonic, prototype_modes
 
 
 @pytest.fixture(scope="module")

@@ -5,13 +5,13 @@ import sys
 
 import pytest
 
-from faults import UserError
-from hardware.cli.design import COMMANDS
-from hardware.plate.design import requirements as briefs
-from hardware.plate.design.requirements import Brief
-from hardware.plate.design.sizing import design
-from hardware.plate.design.verdict import Solution, judged
-from hardware.plate.geometry import QUICK
+from slipscale.faults import UserError
+from slipscale.hardware.cli.design import COMMANDS
+from slipscale.hardware.plate.design import requirements as briefs
+from slipscale.hardware.plate.design.requirements import Brief
+from slipscale.hardware.plate.design.sizing import design
+from slipscale.hardware.plate.design.verdict import Solution, judged
+from slipscale.hardware.plate.geometry import QUICK
 
 ADD_ARGUMENTS, RUN = COMMANDS["design"]
 
@@ -127,7 +127,7 @@ def test_impossible_brief_ends_with_status_1_and_the_reason(tmp_path, capsys):
 
 
 def test_command_writes_json_and_figures_with_finite_elements(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("hardware.plate.geometry.DEFAULT", QUICK)
+    monkeypatch.setattr("slipscale.hardware.plate.geometry.DEFAULT", QUICK)
     out = tmp_path / "plate"
     assert command("--json", "--fe", "11x5", "--out", str(out)) == 1
     printed = json.loads(capsys.readouterr().out)
@@ -195,7 +195,7 @@ def test_ceramic_that_is_not_positive_definite_is_refused_by_name():
 
 def test_help_needs_no_heavy_import():
     code = (
-        "import sys; import hardware.cli.design; "
+        "import sys; import slipscale.hardware.cli.design; "
         "print([m for m in ('numpy', 'scipy', 'skfem', 'matplotlib', 'pydantic') "
         "if m in sys.modules])"
     )

@@ -1,4 +1,4 @@
-"""The front door: one table of commands, each loaded only when called.
+"""The command line: one table of commands, each loaded only when called.
 
 A command's module offers ``COMMANDS``, a mapping from the command's name to the pair
 ``(add_arguments, run)``: the first fills an argparse parser, the second takes the parsed
@@ -9,40 +9,9 @@ from __future__ import annotations
 
 import os
 import sys
-from importlib.machinery import PathFinder
 
-VERSION = "0.1.0"
-
-# The packages beside this file. Their names are common ones: see docs/your-own-analysis-folder.md.
-PACKAGES = ("analysis", "experiments", "hardware", "stimuli", "figure_style", "faults")
-
-
-def hidden_package() -> str | None:
-    """Return a sentence if Python imports a file of the user's in place of one of our packages."""
-    ours = os.path.dirname(os.path.abspath(__file__))  # noqa: PTH100, PTH120 - pathlib takes 5 ms
-    for name in PACKAGES:
-        module = sys.modules.get(name)
-        spec = module.__spec__ if module else PathFinder.find_spec(name)
-        found = spec.origin if spec else None
-        own = f"{ours}{os.sep}{name}{os.sep}__init__.py"
-        # The paths differ where one of them goes through a symbolic link.
-        if found != own and (found is None or os.path.realpath(found) != os.path.realpath(own)):
-            return (
-                f"'import {name}' finds {found or 'no file'}, not the package of Slipscale in "
-                f"{ours}. Rename your file or folder '{name}', or move your script away from it; "
-                "if PYTHONPATH or sys.path names its folder, take it out there"
-            )
-    return None
-
-
-if (HIDDEN := hidden_package()) is not None:
-    # The command tells it in a sentence, as every fault of the user's; a script gets an exception.
-    if __name__ == "__main__" or os.path.basename(sys.argv[0]) in ("slipscale", "slipscale.exe"):  # noqa: PTH119
-        print(f"slipscale: {HIDDEN}", file=sys.stderr)
-        sys.exit(2)  # faults.USER_FAULT, which may be what cannot be imported
-    raise ImportError(HIDDEN)
-
-from faults import (  # noqa: E402
+from slipscale import __version__
+from slipscale.faults import (
     DONE,
     INTERRUPTED,
     RIG_FAULT,
@@ -59,28 +28,49 @@ if TYPE_CHECKING:
 
 # name: (module that holds it, what it does)
 COMMANDS: dict[str, tuple[str, str]] = {
-    "pilot": ("analysis.cli.pilot", "whole study, simulated: mock plate, no screen; then analyse"),
-    "run": ("experiments.cli.sessions", "run a participant's session in PsychoPy"),
-    "resume": ("experiments.cli.sessions", "go on with an interrupted run"),
-    "lab": ("experiments.cli.lab", "the console of a laboratory folder; lab init makes one"),
-    "next": ("experiments.cli.lab", "in a laboratory folder: run the next participant's session"),
-    "participants": ("experiments.cli.lab", "in a laboratory folder: who is done, who is next"),
-    "note": ("experiments.cli.lab", "write the operator's words into the running journal"),
-    "check": ("experiments.cli.sessions", "before the participant arrives: is all in order?"),
+    "pilot": (
+        "slipscale.analysis.cli.pilot",
+        "whole study, simulated: mock plate, no screen; then analyse",
+    ),
+    "run": ("slipscale.experiments.cli.sessions", "run a participant's session in PsychoPy"),
+    "resume": ("slipscale.experiments.cli.sessions", "go on with an interrupted run"),
+    "lab": (
+        "slipscale.experiments.cli.lab",
+        "the console of a laboratory folder; lab init makes one",
+    ),
+    "next": (
+        "slipscale.experiments.cli.lab",
+        "in a laboratory folder: run the next participant's session",
+    ),
+    "participants": (
+        "slipscale.experiments.cli.lab",
+        "in a laboratory folder: who is done, who is next",
+    ),
+    "note": (
+        "slipscale.experiments.cli.lab",
+        "write the operator's words into the running journal",
+    ),
+    "check": (
+        "slipscale.experiments.cli.sessions",
+        "before the participant arrives: is all in order?",
+    ),
     "data": (
-        "experiments.cli.data",
+        "slipscale.experiments.cli.data",
         "data sets: build from the journals, verify against them, withdraw",
     ),
-    "analyse": ("analysis.cli.analyse", "data set -> tables, figures, report"),
-    "export": ("analysis.cli.export", "the report for Word, PDF, R and Python"),
-    "reproduce": ("analysis.cli.reproduce", "the paper's tables and figures beside ours"),
+    "analyse": ("slipscale.analysis.cli.analyse", "data set -> tables, figures, report"),
+    "export": ("slipscale.analysis.cli.export", "the report for Word, PDF, R and Python"),
+    "reproduce": ("slipscale.analysis.cli.reproduce", "the paper's tables and figures beside ours"),
     "reconstruct": (
-        "analysis.cli.reconstruct",
+        "slipscale.analysis.cli.reconstruct",
         "every raw data set that a published table allows",
     ),
-    "power": ("analysis.cli.power", "how many participants a study needs"),
-    "plate": ("experiments.cli.plate", "the machine: calibrate, conform, emulate, design, list"),
-    "study": ("analysis.cli.study", "study files: new, show, validate, freeze, schema"),
+    "power": ("slipscale.analysis.cli.power", "how many participants a study needs"),
+    "plate": (
+        "slipscale.experiments.cli.plate",
+        "the machine: calibrate, conform, emulate, design, list",
+    ),
+    "study": ("slipscale.analysis.cli.study", "study files: new, show, validate, freeze, schema"),
 }
 
 
@@ -129,7 +119,7 @@ def dispatch(words: list[str]) -> int:
         print(usage())
         return DONE if words else USER_FAULT
     if words[0] == "--version":
-        print(f"slipscale {VERSION}")
+        print(f"slipscale {__version__}")
         return DONE
     if words[0] not in COMMANDS:
         known = ", ".join(COMMANDS)
@@ -138,7 +128,7 @@ def dispatch(words: list[str]) -> int:
     return call(words[0], words[1:])
 
 
-def load(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]:
+def load_command(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]:
     """Return a command's parser, and the function that runs the command."""
     # Imported here so that `slipscale --help` feels instant.
     from argparse import ArgumentParser  # noqa: PLC0415
@@ -154,10 +144,10 @@ def load(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]:
 def call(name: str, words: list[str]) -> int:
     """Load a command and run it; turn the user's and the rig's faults into one sentence."""
     try:
-        parser, run = load(name)
+        parser, run = load_command(name)
         return int(run(parser.parse_args(words)))
     except ModuleNotFoundError as error:
-        from faults.extras import how_to_install  # noqa: PLC0415 - rarely needed
+        from slipscale.faults.extras import how_to_install  # noqa: PLC0415 - rarely needed
 
         if (sentence := how_to_install(error.name or "")) is None:
             raise
@@ -172,7 +162,3 @@ def call(name: str, words: list[str]) -> int:
     except KeyboardInterrupt:
         print(f"slipscale {name}: interrupted", file=sys.stderr)
         return INTERRUPTED
-
-
-if __name__ == "__main__":
-    sys.exit(main())

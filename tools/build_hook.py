@@ -1,0 +1,44 @@
+"""Link the package's folders into ``src/slipscale`` when the checkout is installed for development.
+
+An editable installation needs one folder that Python can import as it is. The repository keeps
+``analysis``, ``experiments`` and the others at its top, so this hook links them: junctions on
+Windows, which need no privilege, and symbolic links elsewhere. Git does not track the links, so a
+clone works on systems whose git cannot make them. A wheel needs no links: `pyproject.toml` maps the
+folders.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from hatchling.builders.config import BuilderConfig
+from hatchling.builders.hooks.plugin.interface import BuildHookInterface
+
+PACKAGE = Path("src", "slipscale")
+
+
+class LinkFolders(BuildHookInterface[BuilderConfig]):
+    """Link each folder that the wheel maps into the package."""
+
+    def initialize(self, version: str, build_data: dict[str, Any]) -> None:  # noqa: ARG002
+        """Create the links that are missing, for an editable installation only."""
+        if version != "editable":
+            return
+        root = Path(self.root)
+        for source, target in self.build_config.sources.items():
+            folder, link = root / source, root / "src" / target
+            if folder != root / PACKAGE and not link.exists():
+                link_folder(link, folder)
+
+
+def link_folder(link: Path, folder: Path) -> None:
+    """Make ``link`` lead to ``folder``; replaces a link whose folder was moved."""
+    link.unlink(missing_ok=True)
+    if sys.platform == "win32":
+        from _winapi import CreateJunction  # noqa: PLC0415 - on Windows only
+
+        CreateJunction(str(folder), str(link))
+    else:
+        link.symlink_to(Path("..", "..", folder.name), target_is_directory=True)
