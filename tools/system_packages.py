@@ -1,8 +1,8 @@
-"""Install the system packages that a PsychoPy window needs, or print the line that does.
+"""Install the system packages that Slipscale needs, or print the command that does.
 
-Standard library only. Exits 0 when all are there, 1 when some are missing and could not be
-installed. With --optional only the window's own are installed, and what is missing is said and
-forgiven: a pilot opens no window.
+Standard library only. The exit status is 0 if all packages are present, and 1 if some are missing
+and could not be installed. With --optional only the packages of the participant's window are
+installed, and a missing one is reported but is not an error: a pilot opens no window.
 """
 
 from __future__ import annotations
@@ -11,18 +11,26 @@ import os
 import shutil
 import subprocess
 import sys
+from typing import TYPE_CHECKING
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+INSTALL = ("apt-get", "install", "-y", "--no-install-recommends")
 # OpenGL, fonts, sound: what the participant's window needs.
 WINDOW = ("libgl1", "libglu1-mesa", "libfontconfig1", "libportaudio2")
-# A virtual screen, its keyboard and key presses; compilers for the reference firmware, for this
-# computer and for Arduino boards.
+# What the tests need in addition, by purpose.
 TESTS = (
-    *("xvfb", "xauth", "x11-xkb-utils", "xdotool", "g++"),
-    *("gcc-avr", "avr-libc", "arduino-core-avr"),
+    *("xvfb", "xauth", "x11-xkb-utils", "xdotool"),  # a virtual screen, its keyboard, key presses
+    *("gcc", "g++", "gcc-avr", "avr-libc", "arduino-core-avr"),  # the reference firmware
+    *("libpango-1.0-0", "libpangoft2-1.0-0", "libharfbuzz-subset0"),  # reports as PDF
+    *("r-base-core", "r-cran-nlme"),  # scripts that recompute a report in R
+    *("chromium", "openssl"),  # the laboratory console, also encrypted
+    *("libegl1", "libdbus-1-3", "libxkbcommon0"),  # PsychoPy Builder; Pango brings GLib
 )
 
 
-def missing(packages: tuple[str, ...]) -> list[str]:
+def missing(packages: Sequence[str]) -> list[str]:
     """Return the packages that dpkg does not report as installed."""
     query = ["dpkg-query", "--show", "--showformat=${Package} ${db:Status-Status}\n", *packages]
     answer = subprocess.run(query, capture_output=True, text=True, check=False).stdout
@@ -30,14 +38,23 @@ def missing(packages: tuple[str, ...]) -> list[str]:
     return [name for name in packages if name not in there]
 
 
+def offered(packages: Sequence[str]) -> list[str]:
+    """Return the packages that apt can install; Ubuntu, for example, has no Chromium package."""
+    known = [name for name in packages if not _quietly(["apt-cache", "show", name])]
+    if others := [name for name in packages if name not in known]:
+        print(f"apt offers no {', '.join(others)}: tests that need it are skipped.", flush=True)
+    return known
+
+
+def _quietly(command: list[str]) -> int:
+    return subprocess.run(command, stdout=subprocess.DEVNULL, check=False).returncode
+
+
 def privilege() -> list[str] | None:
-    """Return the prefix that makes a command run as root, or None where there is none."""
+    """Return the prefix that makes a command run as root, or None if there is none."""
     if os.geteuid() == 0:
         return []
-    if (
-        shutil.which("sudo")
-        and not subprocess.run(["sudo", "-n", "true"], capture_output=True, check=False).returncode
-    ):
+    if shutil.which("sudo") and not _quietly(["sudo", "-n", "true"]):
         return ["sudo", "-n"]
     return None
 
@@ -54,16 +71,20 @@ def main() -> int:
     wanted = missing(packages)
     if not wanted:
         return 0
-    line = f"apt-get install -y {' '.join(wanted)}"
     prefix = privilege()
     if prefix is not None:
         print(f"Installing system packages: {' '.join(wanted)} ...", flush=True)
-        environment = [*prefix, "env", "DEBIAN_FRONTEND=noninteractive"]
-        for command in ("apt-get update -qq", f"apt-get install -y -qq {' '.join(wanted)}"):
-            subprocess.run([*environment, *command.split()], stdout=subprocess.DEVNULL, check=False)
-        if not missing(packages):
+        # A fresh machine may be busy with its own updates.
+        options = ["-qq", "-o", "DPkg::Lock::Timeout=300"]
+        _quietly([*prefix, "apt-get", "update", *options])
+        wanted = offered(wanted)
+        _quietly([*prefix, "env", "DEBIAN_FRONTEND=noninteractive", *INSTALL, *options, *wanted])
+        wanted = missing(wanted)
+        if not wanted:
             return 0
-    print(f"A PsychoPy window needs system packages. Please run:\n  sudo {line}", file=sys.stderr)
+    purpose = "A PsychoPy window needs" if optional else "The tests need"
+    line = " ".join(("sudo", *INSTALL, *wanted))
+    print(f"{purpose} system packages. Please run:\n  {line}", file=sys.stderr)
     return 0 if optional else 1
 
 
