@@ -57,19 +57,18 @@ class Rule:
     unit: str = "% of the scale"
 
 
-def cell_means(trials: pd.DataFrame, column: str = "estimate") -> pd.DataFrame:
+def cell_means(trials: pd.DataFrame, column: str | list[str] = "estimate") -> pd.DataFrame:
     """Return the arithmetic mean of each participant at each amplitude.
 
     Returns
     -------
     DataFrame, shape (participants, amplitudes)
-        Index ``participant_id``, columns amplitudes in µm peak to peak, both sorted; NaN where a
-        participant has no estimate.
+        Index ``participant_id``, columns amplitudes in µm peak to peak, both sorted; NaN if a
+        participant has no estimate. For a list of columns: one such block per column.
     """
-    means = trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True, sort=True)[
-        column
-    ].mean()
-    return means.unstack("amplitude_um_pp")  # noqa: PD010 - the index is already made
+    cells = trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True, sort=True)
+    means = cells[column].mean()
+    return pd.DataFrame(means.unstack("amplitude_um_pp"))  # noqa: PD010 - the index is already made
 
 
 def log_cell_means(trials: pd.DataFrame, column: str = "estimate") -> pd.DataFrame:

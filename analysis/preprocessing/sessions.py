@@ -18,7 +18,7 @@ def sessions_of(data: Dataset) -> list[str]:
     found: set[str] = set()
     for table in data.tables.values():
         if "session" in table:
-            found |= set(table["session"].dropna().astype(str))
+            found.update(map(str, table["session"].dropna().unique()))
     return sorted(found - {""})
 
 

@@ -224,7 +224,10 @@ def _joined(frames: list[pd.DataFrame]) -> pd.DataFrame | None:
 
 
 def _name(path: Path, root: Path) -> str:
-    return path.relative_to(root).as_posix() if path.is_relative_to(root) else path.name
+    try:
+        return path.relative_to(root).as_posix()
+    except ValueError:
+        return path.name
 
 
 def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> None:

@@ -6,7 +6,7 @@ pandas turns every cell into text one by one; in data from an experiment few val
 
 from __future__ import annotations
 
-import csv
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,21 +18,31 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
+#: What a cell holds only between quotation marks.
+SPECIAL = re.compile(r'[",\r\n]')
+
+
 def write_csv(table: pd.DataFrame, path: Path) -> None:
     """Write a table as UTF-8 CSV with LF: a header line, no index, missing cells empty.
 
     The bytes are those of pandas' ``to_csv``, but for texts that a spreadsheet would calculate.
     """
     with path.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([harmless_cell(name) for name in table.columns])
-        writer.writerows(zip(*(_words(table[name]) for name in table.columns), strict=True))
+        rows = zip(*(_words(table[name]) for name in table.columns), strict=True)
+        header = ",".join(_cell(name) for name in table.columns)
+        file.write("\n".join([header, *map(",".join, rows), ""]))
+
+
+def _cell(text: str) -> str:
+    """Return a text as one cell, harmless to spreadsheets and quoted if necessary."""
+    cell = harmless_cell(text)
+    return '"' + cell.replace('"', '""') + '"' if SPECIAL.search(cell) else cell
 
 
 def _words(column: pd.Series[Any]) -> list[str]:
     codes, values = pd.factorize(column)
     # A missing cell has code -1: the last word, which is none.
-    told = (harmless_cell(each) if isinstance(each, str) else str(each) for each in values.tolist())
+    told = (_cell(each) if isinstance(each, str) else str(each) for each in values.tolist())
     words = np.array([*told, ""], dtype=object)
     found: list[str] = words[codes].tolist()
     return found
