@@ -7,7 +7,6 @@ import pytest
 
 from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.dataset.schema import columns
-from slipscale.experiments.journal.run_record import read_plan
 from slipscale.experiments.participants.simulated import SimulatedParticipant
 from slipscale.experiments.protocols.steps import Ask, Explore
 from slipscale.experiments.session.operator import Request, UnattendedOperator
@@ -138,16 +137,12 @@ def sit_down(laboratory):
     return run
 
 
-def rows(laboratory, plan, leave_out=()):
+def rows(records, plan):
     """Return all that a run's journal says of trials and person, as the tables have it."""
-    gathered = gather(read_plan(plan.journal_path(laboratory.folder))[1])
+    gathered = gather(records)
     tables = {
         protocol.task: [
-            {
-                name: column.value(trial)
-                for name, column in columns(protocol).items()
-                if name not in leave_out
-            }
+            {name: column.value(trial) for name, column in columns(protocol).items()}
             for trial in gathered.trials[protocol.task]
         ]
         for protocol, _ in plan.tasks()
@@ -164,7 +159,7 @@ def everything(request, plan):
 
 def test_the_study_has_what_it_claims(laboratory, sit_down, everything):
     sit_down(everything)
-    tables, person = rows(laboratory, everything)
+    tables, person = rows(laboratory.records(everything), everything)
     trials = [row for table in tables.values() for row in table]
     assert person["handedness"] in ("left", "right")
     assert person["informed_consent"] == "yes"
@@ -184,7 +179,7 @@ def test_wherever_a_run_is_cut_every_row_comes_out_the_same_and_was_felt(
 ):
     laboratory.folder = tmp_path / "whole"
     felt = sit_down(everything)
-    expected = rows(laboratory, everything)
+    expected = rows(laboratory.records(everything), everything)
     assert all(len(each) == 1 for each in felt.values())
     lines = everything.journal_path(laboratory.folder).read_bytes().splitlines(keepends=True)
     for kept in range(1, len(lines)):
@@ -194,7 +189,8 @@ def test_wherever_a_run_is_cut_every_row_comes_out_the_same_and_was_felt(
         path.write_bytes(b"".join(lines[:kept]))
         again = sit_down(everything)
         assert again == {rating: felt[rating] for rating in again}, f"cut after {kept - 1}"
-        assert rows(laboratory, everything) == expected, f"cut after record {kept - 1}"
+        found = rows(laboratory.records(everything), everything)
+        assert found == expected, f"cut after record {kept - 1}"
 
 
 def felt_again(records):
@@ -227,13 +223,13 @@ def estimates_without_standard(records):
     return found
 
 
-def assert_felt_and_flagged(laboratory, plan, rated):
+def assert_felt_and_flagged(records, plan, rated):
     """Assert that each rating is of what was felt last, and flagged where that was felt again."""
-    assert estimates_without_standard(laboratory.records(plan)) == []
-    tables, _ = rows(laboratory, plan)
+    assert estimates_without_standard(records) == []
+    tables, _ = rows(records, plan)
     trials = [(task, row) for task, table in tables.items() for row in table]
     flagged = {(task, row["trial"]) for task, row in trials if "represented" in (row["flag"] or "")}
-    assert flagged == felt_again(laboratory.records(plan))
+    assert flagged == felt_again(records)
     surfaces = {(task, row["trial"]): row["surface"] for task, row in trials}
     for (task, trial, name), each in rated.items():
         # A question that was interrupted is asked twice, of the same surface each time.
@@ -267,9 +263,10 @@ def test_whenever_the_operator_pauses_what_is_rated_was_felt_and_the_trial_says_
     while paused:
         laboratory.folder = tmp_path / f"pause{poll}"
         again = sit_down(everything, operator=PausesAt(poll))
-        paused = bool(laboratory.records(everything, kind="pause"))
+        records = laboratory.records(everything)
+        paused = any(record.kind == "pause" for record in records)
         assert set(again) == set(felt)
-        assert_felt_and_flagged(laboratory, everything, again)
+        assert_felt_and_flagged(records, everything, again)
         poll += 1
 
 
@@ -281,8 +278,9 @@ def test_wherever_the_rig_fails_what_is_rated_was_felt_and_the_trial_says_so(
     while failed:
         laboratory.folder = tmp_path / f"fault{command}"
         rated = sit_down(everything, spec=f"mock:fault=lost@{command}")
-        failed = bool(laboratory.records(everything, kind="fault"))
-        assert_felt_and_flagged(laboratory, everything, rated)
+        records = laboratory.records(everything)
+        failed = any(record.kind == "fault" for record in records)
+        assert_felt_and_flagged(records, everything, rated)
         command += 1
     assert command > 50
 
@@ -308,7 +306,8 @@ def test_wherever_a_persons_run_is_taken_up_what_is_rated_was_felt_and_the_trial
         path = everything.journal_path(laboratory.folder)
         path.parent.mkdir(parents=True)
         path.write_bytes(b"".join(lines[:kept]))
-        assert_felt_and_flagged(laboratory, everything, sit_down(everything))
+        rated = sit_down(everything)
+        assert_felt_and_flagged(laboratory.records(everything), everything, rated)
 
 
 def test_a_standard_counts_for_its_block_alone(laboratory, sit_down, plan):
