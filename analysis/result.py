@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from types import ModuleType
 
     import pandas as pd
 
@@ -81,3 +83,15 @@ class Analysis:
     own: tuple[OwnFinding, ...] = ()
     plan: PlanCheck | None = None
     problems: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return a few lines: participants, trials, normalisation, first conclusions."""
+        return str(self._displays().text(self))
+
+    def _repr_html_(self) -> str:
+        """Return the same with Table III and the figure, for notebooks."""
+        return str(self._displays().html(self))
+
+    def _displays(self) -> ModuleType:
+        # By name, when displayed: the reports import this module.
+        return import_module("slipscale.analysis.reporting.notebook")

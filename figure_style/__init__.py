@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 import re
-from functools import wraps
+from functools import partial, wraps
 from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 if TYPE_CHECKING:
@@ -63,14 +63,18 @@ FORMATS: dict[str, dict[str, str | None]] = {
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Draw a figure in this style, whatever the user's own matplotlib settings are."""
+    """Draw a figure in this style, whatever the user's own settings are; notebooks display it."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
         import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
+        from matplotlib.figure import Figure  # noqa: PLC0415
 
         with mpl.rc_context(dict(mpl.rcParamsDefault) | STYLE):
-            return draw(*args, **kwargs)
+            made = draw(*args, **kwargs)
+        if isinstance(made, Figure):
+            made._repr_svg_ = partial(svg, made)  # type: ignore[attr-defined]
+        return made
 
     return drawn
 

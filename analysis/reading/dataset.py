@@ -130,6 +130,16 @@ class Dataset:
         )
         return {str(who) for rows in tasks for who in rows[PARTICIPANT].unique()}
 
+    def __repr__(self) -> str:
+        """Return one line: the title, and how many participants and trials of each kind."""
+        trials = {name: len(rows) for name, rows in self.tables.items() if name != "answers"}
+        counted = ", ".join(f"{count} {name}" for name, count in trials.items() if count)
+        remarks = f"; {len(self.problems)} remarks (.problems)" if self.problems else ""
+        return (
+            f"Data set '{self.name}' ({self.mode}): {len(self.people)} participants; "
+            f"{counted or 'no trials'}{remarks}"
+        )
+
     @property
     def sha256(self) -> str:
         """One digest for all files, in the order of their names."""

@@ -116,7 +116,12 @@ def load(
         There is nothing to analyse there, a file cannot be read, a column is missing, or pilot
         and participant records are mixed.
     """
-    where = Path(path)
+    try:
+        where = Path(path)
+    except TypeError:
+        raise UserError(
+            f"load: {path!r:.40} has the type {type(path).__name__}; expected a path"
+        ) from None
     if where.exists():
         mapping = mapping or beside(where)
     if mapping is not None and where.exists():

@@ -180,10 +180,9 @@ def sections(
     return html.numbered([section for section in found if section.blocks])
 
 
-def results(analysis: Analysis) -> html.ReportSection:
-    """Return the sentences that a results section is written from."""
+def conclusions(analysis: Analysis) -> dict[str, list[str]]:
+    """Return the sentences that a results section is written from, by heading."""
     choices = analysis.dataset.choices
-    section = html.ReportSection("Results, in sentences", shown="open")
     texts_of: dict[str, list[str]] = {}
     if analysis.prepared is not None:
         asked = (analysis.inference, choices.primary, choices.confidence)
@@ -216,10 +215,15 @@ def results(analysis: Analysis) -> html.ReportSection:
     texts_of["Magnitude production"] = apa_magnitude_modes.production_sentences(
         inference.productions, level
     )
-    for title, texts in texts_of.items():
-        if texts:
-            section.blocks.append(html.heading(title))
-            section.blocks += [html.paragraph(_unbroken(text), "sentence") for text in texts]
+    return {title: texts for title, texts in texts_of.items() if texts}
+
+
+def results(analysis: Analysis) -> html.ReportSection:
+    """Return the section with the conclusions."""
+    section = html.ReportSection("Results, in sentences", shown="open")
+    for title, texts in conclusions(analysis).items():
+        section.blocks.append(html.heading(title))
+        section.blocks += [html.paragraph(_unbroken(text), "sentence") for text in texts]
     return section
 
 

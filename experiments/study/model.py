@@ -229,6 +229,15 @@ class Study(BaseModel):
         refuse([*_unreadable(value, info.data.get("tasks", ())), *_unspoken(value, info)])
         return value
 
+    def __repr__(self) -> str:
+        """Return one line: name, title, participants, tasks and amplitudes."""
+        tasks = ", ".join(task.protocol for task in self.tasks)
+        amplitudes = ", ".join(f"{each:g}" for each in self.amplitudes_um_pp)
+        return (
+            f"Study '{self.name}' ({self.title}): {self.participants} participants; {tasks}; "
+            f"amplitudes {amplitudes or 'none'} µm peak to peak"
+        )
+
     @property
     def gratings(self) -> tuple[Grating, ...]:
         """The textures as surfaces, labelled T1, T2, ... in the order of the study file."""

@@ -3,6 +3,55 @@
 The package is assembled from the top-level folders of the repository: `slipscale.analysis` is the
 folder ``analysis``, and so on. In a wheel the folders are copied; for development, the editable
 installation puts links to them next to this file (``tools/build_hook.py``).
+
+The functions of `FUNCTIONS` are imported when they are first used:
+
+>>> import slipscale
+>>> slipscale.read_study("biet2007").participants
+12
 """
 
 __version__ = "0.1.0"
+
+TYPE_CHECKING = False  # typing's own takes milliseconds to import
+if TYPE_CHECKING:
+    from slipscale.analysis.api import open_plate, pilot, power, read_study, reconstruct
+    from slipscale.analysis.pipeline import analyse
+    from slipscale.analysis.reading.load import load
+
+__all__ = [
+    "__version__",
+    "analyse",
+    "load",
+    "open_plate",
+    "pilot",
+    "power",
+    "read_study",
+    "reconstruct",
+]
+#: Function -> the module that defines it.
+FUNCTIONS = {
+    "load": "slipscale.analysis.reading.load",
+    "analyse": "slipscale.analysis.pipeline",
+    "pilot": "slipscale.analysis.api",
+    "power": "slipscale.analysis.api",
+    "reconstruct": "slipscale.analysis.api",
+    "read_study": "slipscale.analysis.api",
+    "open_plate": "slipscale.analysis.api",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Import a function of the API on first use."""
+    if name not in FUNCTIONS:
+        raise AttributeError(f"module 'slipscale' has no attribute '{name}'")
+    from importlib import import_module  # noqa: PLC0415 - `import slipscale` imports nothing
+
+    function: object = getattr(import_module(FUNCTIONS[name]), name)
+    globals()[name] = function
+    return function
+
+
+def __dir__() -> list[str]:
+    """Return the names of the API."""
+    return __all__

@@ -1,0 +1,345 @@
+"""The functions of ``import slipscale`` that combine several packages.
+
+`slipscale.load` and `slipscale.analyse` are `slipscale.analysis.reading.load.load` and
+`slipscale.analysis.pipeline.analyse`.
+"""
+
+from __future__ import annotations
+
+import atexit
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.study import file as study_file
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import numpy as np
+
+    from slipscale.analysis.planning.answers import Row
+    from slipscale.analysis.planning.design import Design
+    from slipscale.analysis.reconstruction.answers import ColumnAnswer
+    from slipscale.analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.result import Analysis
+    from slipscale.experiments.study.model import Study
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.driver import PlateDriver
+
+
+def read_study(study: str | Path) -> Study:
+    """Return a study: its tasks, amplitudes, plate and choices, all checked.
+
+    Parameters
+    ----------
+    study : str or Path
+        A TOML file, or the name of a shipped study.
+
+    Raises
+    ------
+    UserError
+        There is no such study, or the file has faults; the message lists all of them.
+
+    Examples
+    --------
+    >>> read_study("biet2007").amplitudes_um_pp
+    (0.0, 0.5, 1.2, 2.3)
+    """
+    return study_file.read_study(str(study))[0]
+
+
+def pilot(
+    study: str | Path = "biet2007",
+    *,
+    participants: int | None = None,
+    seed: int | None = None,
+    folder: str | Path | None = None,
+) -> Analysis:
+    """Run a study with simulated participants on the mock plate, and analyse it.
+
+    Parameters
+    ----------
+    study : str or Path
+        A TOML file, or the name of a shipped study.
+    participants, seed : int, optional
+        Default: the study's.
+    folder : str or Path, optional
+        Where the data set is written: a new folder, or an interrupted pilot of the same study and
+        seed. Default: a temporary folder, which is deleted when Python exits.
+
+    Raises
+    ------
+    UserError
+        The study or the folder cannot be used.
+
+    Examples
+    --------
+    >>> found = pilot("biet2007", participants=3, seed=1)
+    >>> found.dataset.mode, found.table3["n"].tolist()
+    ('pilot', [3, 3, 3, 3])
+    """
+    from slipscale.analysis.pipeline import analyse  # noqa: PLC0415 - read_study needs no pandas
+    from slipscale.experiments.running.pilot import pilot_plans, run_pilot  # noqa: PLC0415
+
+    plans = pilot_plans(str(study), participants=participants, seed=seed, language=None)
+    if folder is None:
+        temporary = TemporaryDirectory(prefix="slipscale-pilot-")
+        atexit.register(temporary.cleanup)
+        folder = temporary.name
+    run_pilot(Path(folder), plans, tell=lambda _: None)
+    return analyse(folder)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Power:
+    """The power of a study for several numbers of participants.
+
+    Parameters
+    ----------
+    design : Design
+        What was simulated.
+    rows : tuple of Row
+        One per number of participants.
+    target : float
+        The power that is asked for.
+    """
+
+    design: Design
+    rows: tuple[Row, ...]
+    target: float
+
+    @property
+    def enough(self) -> int | None:
+        """Participants from which on every comparison reaches the target; None if none do."""
+        from slipscale.analysis.planning.answers import fewest  # noqa: PLC0415
+
+        return next(iter(fewest(self.rows, self.target).values()))
+
+    def __repr__(self) -> str:
+        """Return power per number of participants, and what follows from it."""
+        from slipscale.analysis.planning.terminal import summary  # noqa: PLC0415
+
+        lines = [
+            f"{row.condition.participants:>4} participants: power {row.weakest.value:.2f} "
+            "for the weakest comparison"
+            for row in self.rows
+        ]
+        return "\n".join([f"Power of {self.design.name}", *lines, summary(*self._asked)[0]])
+
+    @property
+    def _asked(self) -> tuple[Design, tuple[Row, ...], float]:
+        return self.design, self.rows, self.target
+
+
+def power(
+    study: str | Path = "biet2007",
+    *,
+    participants: int | Sequence[int] = (6, 8, 10, 12, 16, 20, 24, 32),
+    studies: int = 1000,
+    seed: int = 2007,
+    alpha: float = 0.05,
+    target: float = 0.8,
+    jobs: int = 1,
+) -> Power:
+    """Simulate studies of several sizes, and count how often the tests detect the effect.
+
+    Parameters
+    ----------
+    study : str or Path
+        A TOML file, or the name of a shipped study.
+    participants : int or sequence of int
+        Sizes to try.
+    studies : int
+        Simulated studies per size.
+    seed : int
+        Random seed of the simulation.
+    alpha : float
+        Level of the tests.
+    target : float
+        The power that is asked for.
+    jobs : int
+        Processes; -1 for all processors.
+
+    Raises
+    ------
+    UserError
+        The study cannot be read, or an argument is out of range.
+
+    Examples
+    --------
+    >>> power("biet2007", participants=[24], studies=100).enough
+    24
+    """
+    from slipscale.analysis.planning import answers, grid, run_grid  # noqa: PLC0415
+    from slipscale.analysis.planning.design import design_of  # noqa: PLC0415
+    from slipscale.analysis.planning.shard import Looks  # noqa: PLC0415
+    from slipscale.experiments.participants.population import Population  # noqa: PLC0415
+
+    sizes = (participants,) if isinstance(participants, int) else tuple(participants)
+    ranges = {
+        "participants": (min(sizes, default=0) >= 1, list(sizes), "1 or more"),
+        "studies": (studies >= 1, studies, "1 or more"),
+        "seed": (seed >= 0, seed, "0 or more"),
+        "alpha": (0 < alpha < 1, alpha, "a share above 0 and below 1"),
+        "target": (0 < target < 1, target, "a share above 0 and below 1"),
+        "jobs": (jobs >= 1 or jobs == -1, jobs, "1 or more, or -1 for all processors"),
+    }
+    if wrong := [
+        f"{name} is {value}, expected {expected}"
+        for name, (good, value, expected) in ranges.items()
+        if not good
+    ]:
+        raise UserError("power: " + "; ".join(wrong))
+    parsed, text = study_file.read_study(str(study))
+    design = design_of(parsed, text, Population(), alpha)
+    habits = design.population.habits
+    wanted = [
+        grid.Condition(
+            participants=size,
+            repetitions=design.task.repetitions,
+            lapses=habits.lapses,
+            dropout=habits.dropout,
+        )
+        for size in dict.fromkeys(sizes)
+    ]
+    looks = Looks()
+    every = list(dict.fromkeys([*wanted, *grid.without_effect(wanted)]))
+    outcomes = run_grid.run_grid(
+        run_grid.shards(design, every, studies=studies, seed=seed, looks=looks), jobs=jobs
+    )
+    rows = answers.rows(design, wanted, outcomes, looks=looks)
+    return Power(design=design, rows=tuple(rows), target=target)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reconstruction:
+    """The raw data that a published table allows.
+
+    Parameters
+    ----------
+    title : str
+        The table's.
+    columns : tuple of ColumnAnswer
+        What is known of each column: whether its numbers are consistent, and how many data sets
+        there are.
+    """
+
+    title: str
+    columns: tuple[ColumnAnswer, ...]
+    _solutions: tuple[Solutions, ...]
+
+    def sample(self, number: int = 1, seed: int = 1) -> dict[str, np.ndarray]:
+        """Draw data sets, every multiset of ratings equally likely.
+
+        Parameters
+        ----------
+        number : int
+            Data sets per column.
+        seed : int
+            Random seed.
+
+        Returns
+        -------
+        dict
+            Column's label -> ratings, shape (number, participants), sorted in each row. Columns
+            that no data set fits are left out.
+
+        Raises
+        ------
+        UserError
+            The number or the seed is out of range.
+        """
+        import numpy as np  # noqa: PLC0415
+
+        from slipscale.analysis.reconstruction.sampling import Sampler  # noqa: PLC0415
+
+        if number < 1 or seed < 0:
+            raise UserError(f"sample: number {number}, seed {seed}; expected 1 or more, 0 or more")
+        found = {}
+        for place, solutions in enumerate(self._solutions):
+            if solutions.not_drawn or not solutions.consistent:
+                continue
+            scale = solutions.column.scale
+            values = np.array([float(scale.value(step)) for step in range(scale.steps + 1)])
+            # As `slipscale reconstruct --sample` draws them.
+            drawn = Sampler(solutions).draw(number, np.random.default_rng([seed, place]))
+            found[solutions.column.label] = values[drawn]
+        return found
+
+    def __repr__(self) -> str:
+        """Return the number of data sets per column."""
+        counts = [
+            f"  {each.label}: {each.multisets:,} data sets"
+            if each.multisets
+            else f"  {each.label}: {each.reason or each.refused}"
+            for each in self.columns
+        ]
+        return "\n".join([f"Reconstruction of {self.title or 'a published table'}", *counts])
+
+
+def reconstruct(table: str | Path) -> Reconstruction:
+    """Count the raw data sets that a published table allows.
+
+    Parameters
+    ----------
+    table : str or Path
+        A TOML or CSV file, or the name of a shipped table: ``biet2007_table3``.
+
+    Raises
+    ------
+    UserError
+        The table cannot be read.
+
+    Examples
+    --------
+    >>> found = reconstruct("biet2007_table3")
+    >>> found.columns[0].multisets
+    40711
+    >>> found.sample(5)["0 um"].shape
+    (5, 12)
+    """
+    from slipscale.analysis.reconstruction.answers import column_answer  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.solutions import Solutions  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.table_files import read  # noqa: PLC0415
+
+    printed = read(Path(table))
+    solutions = tuple(Solutions(column) for column in printed.columns)
+    return Reconstruction(
+        title=printed.title,
+        columns=tuple(column_answer(each, "multisets") for each in solutions),
+        _solutions=solutions,
+    )
+
+
+def open_plate(spec: str = "mock", *, clock: Clock | None = None, seed: int = 0) -> PlateDriver:
+    """Return a plate as a context manager, which connects it and always switches it off.
+
+    Parameters
+    ----------
+    spec : str
+        ``mock``, ``serial:PORT``, ``scpi:RESOURCE``, or an installed backend of another name.
+    clock : Clock, optional
+        Default: the computer's clock.
+    seed : int
+        Random seed of a simulated plate.
+
+    Raises
+    ------
+    UserError
+        No such backend is installed.
+
+    Examples
+    --------
+    >>> from slipscale.stimuli.surface import VirtualSurface
+    >>> with open_plate("mock") as plate:
+    ...     shown = plate.present(VirtualSurface(amplitude_um_pp=1.2))
+    >>> shown.commanded_um_pp
+    1.2
+    """
+    from slipscale.hardware import registry  # noqa: PLC0415
+    from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
+
+    return registry.open_plate(spec, clock=clock or SystemClock(), seed=seed)

@@ -1,0 +1,100 @@
+"""How an analysis is displayed at a prompt and in a notebook: its conclusions, table and figure."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from markupsafe import Markup
+
+from slipscale import figure_style
+from slipscale.analysis.reading.own_words import in_own_words
+from slipscale.analysis.reporting.files import draw
+from slipscale.analysis.reporting.page import conclusions
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from slipscale.analysis.result import Analysis
+
+#: Colours are the notebook's own, so that light and dark themes both work; figures are on white.
+PAGE = Markup(
+    '<div style="max-width: 46rem; line-height: 1.5">{heading}{sentences}{table}{figure}</div>'
+)
+HEADING = Markup('<p style="margin: 0 0 .4rem"><b>{}</b><br>{}</p>')
+SENTENCE = Markup('<p style="margin: .4rem 0"><b>{}.</b> {}</p>')
+TABLE = Markup(
+    '<table style="border-collapse: collapse; font-size: inherit; margin: .6rem 0">{}{}</table>'
+)
+#: Column of Table III -> its heading.
+HEADS = {
+    "amplitude_um_pp": "amplitude (µm, peak to peak)",
+    "n": "n",
+    "mean": "mean",
+    "maximum_deviation": "maximum deviation",
+    "standard_deviation": "SD",
+}
+FIGURE = Markup(
+    '<div style="background: #fff; border-radius: 4px; margin-top: .6rem; padding: .3rem; '
+    'max-width: 34rem">{}</div>'
+)
+
+
+def text(analysis: Analysis) -> str:
+    """Return an analysis in a few lines: what was analysed, and the first conclusions."""
+    quantity = analysis.dataset.quantity
+    first = [
+        in_own_words(f"{title}: {sentences[0]}", quantity)
+        for title, sentences in conclusions(analysis).items()
+    ]
+    return "\n".join([f"Analysis of {analysis.dataset.name}", _subject(analysis), *first])
+
+
+def html(analysis: Analysis) -> str:
+    """Return an analysis as an HTML element: first conclusions, Table III, and the first figure."""
+    quantity = analysis.dataset.quantity
+    sentences = (
+        SENTENCE.format(in_own_words(title, quantity), in_own_words(sentences[0], quantity))
+        for title, sentences in conclusions(analysis).items()
+    )
+    table = figure = ""
+    if analysis.prepared is not None:
+        heads = (in_own_words(HEADS[str(name)], quantity) for name in analysis.table3)
+        rows = (
+            (f"{amplitude:g}", str(n), *(f"{value:.2f}".replace("nan", "–") for value in values))
+            for amplitude, n, *values in analysis.table3.itertuples(index=False)
+        )
+        table = TABLE.format(_row("th", heads), Markup("").join(_row("td", row) for row in rows))
+    if drawn := draw(analysis):
+        name, first = next(iter(drawn.items()))
+        svg = figure_style.svg(first, salt=f"notebook_{name}").replace(
+            "<svg", '<svg style="max-width: 100%; height: auto"', 1
+        )
+        figure = FIGURE.format(Markup(svg))  # noqa: S704 - matplotlib escapes
+    return str(
+        PAGE.format(
+            heading=HEADING.format(analysis.dataset.name, _subject(analysis)),
+            sentences=Markup("").join(sentences),
+            table=table,
+            figure=figure,
+        )
+    )
+
+
+def _row(kind: str, cells: Iterable[str]) -> Markup:
+    """Return a table's row; ``kind`` is the element of its cells."""
+    cell = Markup(f'<{kind} style="text-align: right; padding: .15rem .6rem">{{}}</{kind}>')  # noqa: S704 - no text
+    return Markup("<tr>{}</tr>").format(Markup("").join(map(cell.format, cells)))
+
+
+def _subject(analysis: Analysis) -> str:
+    """Return how many people and trials were analysed, and how."""
+    data = analysis.dataset
+    trials = sum(len(rows) for name, rows in data.tables.items() if name != "answers")
+    parts = [f"{len(data.people)} participants", f"{trials} trials"]
+    if data.mode == "pilot":
+        parts[0] = f"{len(data.people)} simulated participants"
+    if analysis.prepared is not None:
+        parts.append(f"normalised by {analysis.rule}")
+    if analysis.problems:
+        parts.append(f"{len(analysis.problems)} remarks (.problems)")
+    return ", ".join(parts)
