@@ -17,6 +17,7 @@ from tools.site import (
     command_reference,
     decisions,
     gallery,
+    notebooks,
     plate_reference,
     python_reference,
     reconstruction_example,
@@ -37,6 +38,7 @@ SOURCES: tuple[Callable[[], dict[str, str]], ...] = (
     command_reference.pages,
     decisions.pages,
     gallery.pages,
+    notebooks.pages,
     plate_reference.pages,
     python_reference.pages,
     reconstruction_example.pages,
@@ -114,6 +116,7 @@ def for_the_site(text: str) -> str:
     for name, path in AT_THE_ROOT.items():
         text = text.replace(f"]({name})", f"]({path})")
     text = text.replace("](docs/decisions)", "](decisions/index.md)").replace("](docs/", "](")
+    text = text.replace(".ipynb)", ".md)")
     # What the site does not hold stays in words.
     text = re.sub(r"(?<!!)\[([^\]]+)\]\((?!https?:)[^)]*(?<!\.md)\)", r"\1", text)
     return text.replace("<details>", '<details markdown="1">')
@@ -123,6 +126,6 @@ def on_page_markdown(markdown: str, *, page: Page, **_: object) -> str:
     """Show the name of a page's files, and doctests as what they are; rank the page in a search."""
     if page.file.src_uri.startswith(SPECIAL):
         page.meta["search"] = {"boost": 0.3}
-    markdown = markdown.replace("](../README.md", "](index.md")
+    markdown = markdown.replace("](../README.md", "](index.md").replace(".ipynb)", ".md)")
     markdown = re.sub(r"^```(\w+) file=(\S+)$", r'```\1 title="\2"', markdown, flags=re.MULTILINE)
     return markdown.replace("```python\n>>> ", "```pycon\n>>> ")

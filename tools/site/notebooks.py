@@ -1,0 +1,60 @@
+"""Notebooks of ``docs/`` as pages of the site, with their stored outputs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from tools.notebooks import DOCS, read
+
+if TYPE_CHECKING:
+    from tools.notebooks import Notebook
+
+#: Form of an output -> how the page shows it; the first that an output has.
+SHOWN = {
+    "text/html": "<div>{}</div>",
+    "image/svg+xml": "<div>{}</div>",
+    "text/plain": "```text\n{}\n```",
+}
+
+
+def pages() -> dict[str, str]:
+    """Return a page for each notebook."""
+    return {f"{path.stem}.md": page(read(path)) for path in sorted(DOCS.glob("*.ipynb"))}
+
+
+def page(notebook: Notebook) -> str:
+    """Return a notebook as Markdown.
+
+    >>> outputs = [{"data": {"text/plain": "2"}}]
+    >>> code = {"cell_type": "code", "source": ["1 + 1"], "outputs": outputs}
+    >>> print(page({"cells": [{"cell_type": "markdown", "source": ["# Two"]}, code]}))
+    # Two
+    <BLANKLINE>
+    ```python
+    1 + 1
+    ```
+    <BLANKLINE>
+    ```text
+    2
+    ```
+    <BLANKLINE>
+    """
+    blocks = []
+    for cell in notebook["cells"]:
+        source = "".join(cell["source"])
+        if cell["cell_type"] == "markdown":
+            blocks.append(source)
+            continue
+        blocks.append(f"```python\n{source}\n```")
+        blocks += map(_output, cell["outputs"])
+    return "\n\n".join(blocks) + "\n"
+
+
+def _output(output: Notebook) -> str:
+    data = output.get("data") or {"text/plain": output["text"]}
+    form = next(form for form in SHOWN if form in data)
+    text = "".join(data[form]).rstrip("\n")
+    if form != "text/plain":
+        # An empty line would end the element in Markdown.
+        text = "\n".join(line for line in text.splitlines() if line.strip())
+    return SHOWN[form].format(text)
