@@ -6,6 +6,7 @@
 # make sbom    what the environment holds: versions and licences, for an audit
 # make audit   known vulnerabilities of the pinned versions (network)
 # make fuzz     10,000 texts of every kind that we read: make fuzz TEXTS=100000 ARGS=--write
+# make benchmarks  each quick benchmark's ratio beside the recorded one
 # make soak     an eight-hour day in one process, in short: make soak ARGS="--hours 8"
 # make reliability  every line of docs/reliability.md
 # make setup   only the environment, in .venv
@@ -13,7 +14,7 @@ PYTHON ?= python3
 BIN = .venv/bin
 ARGS ?=
 
-.PHONY: setup pilot test lint docs pictures torture fuzz soak reliability coverage requirements sbom audit
+.PHONY: setup pilot test lint docs pictures torture fuzz soak reliability benchmarks coverage requirements sbom audit
 setup:
 	@$(PYTHON) tools/setup.py
 
@@ -23,11 +24,12 @@ pilot: setup
 
 test: setup
 	@$(PYTHON) tools/system_packages.py
-	@# Lint uses the time in which tests wait for a window, a board or a process.
+	@# Lint uses the time in which tests wait for a window, a board or a process. The processes that
+	@# tests start would compile every module again if Python kept no bytecode.
 	@mkdir -p build
 	@echo "Lint runs next to the tests; its output is in build/lint.txt."
 	@nice $(MAKE) --no-print-directory lint >build/lint.txt 2>&1 & lint=$$!; \
-	$(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS); tests=$$?; \
+	env -u PYTHONDONTWRITEBYTECODE $(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS); tests=$$?; \
 	wait $$lint || { cat build/lint.txt; echo "Lint failed: see above."; exit 1; }; \
 	exit $$tests
 
@@ -64,6 +66,10 @@ fuzz: setup
 # Sessions over the emulated board, one after another in one process.
 soak: setup
 	$(BIN)/python -m tools.torture.soak $(ARGS)
+
+# Exit status 1 if a ratio is more than 30 % worse; new figures: make benchmarks ARGS=--write
+benchmarks: setup
+	$(BIN)/python -m benchmarks.quick $(ARGS)
 
 # Every line of docs/reliability.md, by the command that stands there.
 reliability: setup
