@@ -1,0 +1,139 @@
+"""The quick benchmarks, each beside what a user would take instead: make benchmarks.
+
+    .venv/bin/python -m benchmarks.quick [--rounds 5] [--write]
+
+Both ways take turns in one run, in processor time of this process and those it waits for. The
+ratio of their medians is ours over the other: smaller is better. It is compared with the ratio
+recorded in ``figures.json``; the exit status is 1 if one is more than 30 % larger. ``--write``
+records the ratios found here.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import resource
+import subprocess
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+from statistics import median
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from benchmarks.analyse_scale import write_dataset
+from benchmarks.models import FILM, marched, own_assembly, stock_assembly
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.load import load
+from slipscale.analysis.reporting.csv_file import write_csv
+from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.participants.population import Population
+from slipscale.experiments.running.pilot import pilot_plans, run_simulated
+from slipscale.stimuli.periodic_film import periodic_state
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+FIGURES = Path(__file__).with_name("figures.json")
+WORSE = 1.3  # a larger growth of a ratio is a regression
+PARTICIPANTS, ROWS = 400, 100_000
+
+
+def ways(folder: Path) -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
+    """Return our way and the other way of each benchmark; their data are written into a folder."""
+    data, table = folder / "data", folder / "table.csv"
+    write_dataset(data, PARTICIPANTS, ROWS)
+    rows = load(data).estimates
+    plan = pilot_plans("biet2007", participants=1, seed=1, language=None)[0]
+
+    def read() -> object:
+        paths = sorted(data.glob("sub-*/beh/*.tsv"))
+        return pd.concat([pd.read_csv(path, sep="\t", na_values=["n/a"]) for path in paths])
+
+    def session() -> None:
+        with TemporaryDirectory() as empty:
+            run_simulated(Path(empty), plan, "mock")
+
+    def python(*words: str) -> Callable[[], object]:
+        return lambda: subprocess.run([sys.executable, *words], check=True, capture_output=True)
+
+    return {
+        "slipscale --help / python -c pass": (
+            python("-m", "slipscale", "--help"),
+            python("-c", "pass"),
+        ),
+        "import slipscale / python -c pass": (
+            python("-c", "import slipscale"),
+            python("-c", "pass"),
+        ),
+        "load / pandas reads": (lambda: load(data), read),
+        "load and analyse / pandas reads": (lambda: analyse(data), read),
+        "write_csv / to_csv": (
+            lambda: write_csv(rows, table),
+            lambda: rows.to_csv(table, index=False),
+        ),
+        "session of a pilot / protocol and person alone": (
+            session,
+            lambda: list(bare_run(plan, Population())),
+        ),
+        "periodic film / marching": (lambda: periodic_state(**FILM), marched),  # type: ignore[arg-type]
+        "plate, five matrices / scikit-fem, one": (own_assembly, stock_assembly),
+    }
+
+
+def spent_s(work: Callable[[], object]) -> float:
+    """Return the processor time of some work, here and in the processes that it waits for."""
+
+    def now() -> float:
+        used = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+        return sum(each.ru_utime + each.ru_stime for each in used)
+
+    began = now()
+    work()
+    return now() - began
+
+
+def ratio(ours: Callable[[], object], other: Callable[[], object], rounds: int) -> float:
+    """Return the ratio of the medians; a first round, for imports and caches, does not count."""
+    pairs = [(spent_s(ours), spent_s(other)) for _ in range(rounds + 1)][1:]
+    return median(pair[0] for pair in pairs) / median(pair[1] for pair in pairs)
+
+
+def worse(found: Mapping[str, float], recorded: Mapping[str, float]) -> list[str]:
+    """Return the benchmarks whose ratio is more than 30 % larger than the recorded one."""
+    return [name for name in found if found[name] > WORSE * recorded.get(name, float("inf"))]
+
+
+def main() -> int:
+    """Print each ratio beside the recorded one."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--write", action="store_true", help="record the ratios found here")
+    options = parser.parse_args()
+    record = json.loads(FIGURES.read_text(encoding="utf-8")) if FIGURES.exists() else {}
+    recorded: dict[str, float] = record.get("ratios", {})
+    print(f"recorded: {record.get('date', 'never')}, {record.get('machine', '')}")
+    print(f"{'ours / other, processor time':<48} {'here':>8} {'recorded':>9}")
+    found: dict[str, float] = {}
+    with TemporaryDirectory() as folder:
+        for name, (ours, other) in ways(Path(folder)).items():
+            found[name] = round(ratio(ours, other, options.rounds), 4)
+            print(f"{name:<48} {found[name]:8.3f} {recorded.get(name, float('nan')):9.3f}")
+    if options.write:
+        python = f"Python {platform.python_version()}"
+        machine = f"{platform.system()} {platform.machine()}, {os.cpu_count()} cores, {python}"
+        record = {"date": f"{datetime.now(UTC):%Y-%m-%d}", "machine": machine, "ratios": found}
+        FIGURES.write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
+        return 0
+    slower = worse(found, recorded)
+    for name in slower:
+        print(f"more than 30 % worse than recorded: {name}")
+    return 1 if slower else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
