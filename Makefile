@@ -7,7 +7,6 @@
 # make audit   known vulnerabilities of the pinned versions (network)
 # make fuzz     10,000 texts of every kind that we read: make fuzz TEXTS=100000 ARGS=--write
 # make benchmarks  each quick benchmark's ratio beside the recorded one
-# make benchmarks  each quick benchmark's ratio beside the recorded one
 # make soak     an eight-hour day in one process, in short: make soak ARGS="--hours 8"
 # make reliability  every line of docs/reliability.md
 # make setup   only the environment, in .venv
@@ -67,10 +66,6 @@ fuzz: setup
 # Sessions over the emulated board, one after another in one process.
 soak: setup
 	$(BIN)/python -m tools.torture.soak $(ARGS)
-
-# Exit status 1 if a ratio is more than 30 % worse; new figures: make benchmarks ARGS=--write
-benchmarks: setup
-	$(BIN)/python -m benchmarks.quick $(ARGS)
 
 # Exit status 1 if a ratio is more than 30 % worse; new figures: make benchmarks ARGS=--write
 benchmarks: setup
