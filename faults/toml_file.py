@@ -21,6 +21,20 @@ if TYPE_CHECKING:
 
     Model = TypeVar("Model", bound=BaseModel)
 
+AT = re.compile(r"\(at (?:line (\d+), column \d+|end of document)\)")
+# What tomllib says, in words that name what was expected.
+CAUSES = {
+    "Invalid value": 'expected a value: words in "quotes", a number, true or false, or a [list]',
+    "Expected '=' after a key": "expected key = value",
+    "Invalid statement": "expected key = value, or [table]",
+    "Expected newline or end of document": "expected nothing more after the value",
+    "Cannot overwrite a value": "the key is given twice",
+    "Unclosed array": "a list is not closed; expected ] after its last item",
+    "Cannot declare": "the table is given twice",
+    "Expected ']' at the end of a table declaration": "expected ] after the table's name",
+}
+# A list of whole numbers, two of which have a comma without a space between them.
+TIGHT_COMMA = re.compile(r"=\s*\[[^\].]*?(-?\d+,\d+)")
 # No file of ours has tables within tables so often, or whole numbers so long.
 DEEPEST = 20
 MOST_DIGITS = 300
@@ -67,7 +81,8 @@ def parse_toml(
     try:
         return model.model_validate(table)
     except ValidationError as error:
-        raise complaint(source, sentences(faults_in(error), Lines(text).of)) from None
+        told = sentences(faults_in(error, model), Lines(text).of)
+        raise complaint(source, _decimal_commas(told, text)) from None
 
 
 def toml_table(
@@ -90,7 +105,7 @@ def _table(text: str, source: str, parse_float: Callable[[str], object]) -> dict
     try:
         return tomllib.loads(text, parse_float=parse_float)
     except tomllib.TOMLDecodeError as error:
-        raise UserError(f"{source} is not TOML: {error}") from None
+        raise UserError(f"{source}: {not_toml(text, str(error))}") from None
     except RecursionError:
         raise UserError(
             f"{source} has brackets within brackets too often; expected at most {DEEPEST}"
@@ -100,7 +115,49 @@ def _table(text: str, source: str, parse_float: Callable[[str], object]) -> dict
         number = max(re.finditer(r"\d[\d_]*", text), key=lambda found: len(found[0]))
         line = text.count("\n", 0, number.start()) + 1
         told = f"line {line}: expected numbers of at most {MOST_DIGITS} digits"
-        raise UserError(f"{source} has a fault:\n  {told}") from None
+        raise UserError(f"{source}: {told}") from None
+
+
+def not_toml(text: str, said: str) -> str:
+    """Return why a text is not TOML: the line, and what is expected there.
+
+    >>> not_toml('name = "a', "Illegal character (at line 1, column 10)")
+    'line 1 is not TOML: a quotation mark is not closed; expected words in two quotation marks'
+    """
+    lines = text.split("\n")
+    found = AT.search(said)
+    number = min(int(found[1]), len(lines)) if found and found[1] else len(lines)
+    line = lines[number - 1]
+    quotes = re.sub(r"\\.|#[^\"']*$", "", line)
+    if (
+        '"""' not in text
+        and "'''" not in text
+        and (quotes.count('"') % 2 or (quotes.count("'") % 2 and '"' not in quotes))
+    ):
+        why = "a quotation mark is not closed; expected words in two quotation marks"
+    elif re.search(r"=\s*-?\d+,\d", line):
+        why = "a decimal number has a comma; expected a point, such as 0.5"
+    else:
+        cause = AT.sub("", said).strip()
+        why = next((ours for theirs, ours in CAUSES.items() if cause.startswith(theirs)), cause)
+    return f"line {number} is not TOML: {why}"
+
+
+def _decimal_commas(told: list[tuple[int, str]], text: str) -> list[tuple[int, str]]:
+    """Return the faults, those of a list that was probably written with decimal commas as one."""
+    lines = text.split("\n")
+    found: dict[int, str] = {}
+    rest = []
+    for line, words in told:
+        comma = TIGHT_COMMA.search(lines[line - 1]) if line else None
+        if comma is None:
+            rest.append((line, words))
+        elif line not in found:
+            found[line] = (
+                f"{words}; commas separate the items of a list: if {comma[1]} is one number, write "
+                f"{comma[1].replace(',', '.')}"
+            )
+    return sorted([*rest, *found.items()])
 
 
 def _beyond_reason(table: dict[str, object]) -> Iterator[Fault]:

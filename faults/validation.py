@@ -5,9 +5,11 @@ Takes what pydantic found, but does not load it: whoever has an error of it has 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+import re
+from typing import TYPE_CHECKING, Any, get_args
 
 from slipscale.faults import UserError
+from slipscale.faults.suggestions import did_you_mean, nearest
 from slipscale.faults.toml_lines import Place
 
 if TYPE_CHECKING:
@@ -18,17 +20,41 @@ if TYPE_CHECKING:
 # A fault's place, and pydantic's record of it or one alike: "msg" and, where known, "input".
 Fault = tuple[Place, dict[str, Any]]
 
-# What pydantic says in Python's words, in those of a file.
+# Pydantic's name of a fault: its sentence for users, with the names of the fault's context.
 SENTENCES = {
     "extra_forbidden": "there is no such key",
     "missing": "is missing",
     "model_type": "expected a table",
     "dict_type": "expected a table",
     "tuple_type": "expected a list in [brackets]",
+    "list_type": "expected a list in [brackets]",
     "string_type": 'expected words in "quotes"',
     "bool_type": "expected true or false",
+    "bool_parsing": "expected true or false",
+    "int_type": "expected a whole number",
+    "int_parsing": "expected a whole number",
+    "int_from_float": "expected a whole number",
+    "float_type": "expected a number",
+    "float_parsing": "expected a number",
+    "finite_number": "expected a finite number",
+    "date_type": "expected a date, such as 2026-11-22",
+    "date_from_datetime_parsing": "expected a date, such as 2026-11-22",
+    "greater_than": "expected a number above {gt}",
+    "greater_than_equal": "expected {ge} or more",
+    "less_than": "expected a number below {lt}",
+    "less_than_equal": "expected {le} or less",
+    "too_short": "expected at least {min_length} of them, not {actual_length}",
+    "too_long": "expected at most {max_length} of them, not {actual_length}",
+    "string_too_short": "expected at least {min_length} characters",
+    "string_too_long": "expected at most {max_length} characters",
     "string_pattern_mismatch": "expected letters, digits and _, beginning with a letter",
+    "literal_error": "expected {expected}",
+    "value_error": "{error}",
 }
+# A fault of a kind that is not listed: none is known.
+OTHER = "expected another value"
+NUMBERS = ("int_type", "float_type")
+NUMBER = re.compile(r"\s*[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?\s*")
 # Characters of a wrong value that a message repeats.
 LONGEST_VALUE = 200
 
@@ -41,19 +67,66 @@ class Faults(ValueError):
         self.faults = faults
 
 
+def in_words(error: ValidationError) -> str:
+    """Return what pydantic found as one line, for what is not a file with lines.
+
+    Its own words never reach a user.
+    """
+    return "; ".join(words for _, words in sentences(faults_in(error), lambda _: 0))
+
+
 def refuse(faults: Iterable[Fault]) -> None:
     """Raise all faults there are."""
     if found := list(faults):
         raise Faults(found)
 
 
-def faults_in(error: ValidationError) -> list[Fault]:
-    """Return the faults that pydantic found, those with places of their own one by one."""
+def faults_in(error: ValidationError, model: Any = None) -> list[Fault]:
+    """Return the faults that pydantic found, those with places of their own one by one.
+
+    Parameters
+    ----------
+    error : ValidationError
+    model : type, optional
+        The pydantic model that was not fulfilled; its keys are suggested for misspelt ones. A key
+        that is missing because it was misspelt is not a second fault.
+    """
     found: list[Fault] = []
-    for fault in error.errors():
-        inner = fault.get("ctx", {}).get("error")
-        found += inner.faults if isinstance(inner, Faults) else [(fault["loc"], dict(fault))]
-    return found
+    for each in error.errors():
+        inner = each.get("ctx", {}).get("error")
+        found += inner.faults if isinstance(inner, Faults) else [(each["loc"], dict(each))]
+    meant: set[Place] = set()
+    for place, fault in found:
+        if fault.get("type") != "extra_forbidden" or "meant" in fault:
+            continue
+        if key := nearest(place[-1], _keys(model, place[:-1])):
+            fault["meant"] = key
+            meant.add((*place[:-1], key))
+    return [each for each in found if not _follows(each, found, meant)]
+
+
+def _follows(fault: Fault, found: list[Fault], meant: set[Place]) -> bool:
+    """Return whether a fault only follows from another: a key that was misspelt, a wrong item."""
+    place, kind = fault[0], fault[1].get("type")
+    if kind == "too_short":
+        return any(other != place and other[: len(place)] == place for other, _ in found)
+    return kind == "missing" and place in meant
+
+
+def _keys(model: Any, place: Place) -> list[str]:
+    """Return the keys of the table at a place of a model; none where the model does not say."""
+    for key in place:
+        if model is not None and isinstance(key, str):
+            field = getattr(model, "model_fields", {}).get(key)
+            model = _model_in(field.annotation) if field else None
+    return list(getattr(model, "model_fields", {}))
+
+
+def _model_in(annotation: Any) -> Any:
+    """Return the model that an annotation such as ``tuple[Model, ...] | None`` holds, or None."""
+    if hasattr(annotation, "model_fields"):
+        return annotation
+    return next(filter(None, map(_model_in, get_args(annotation))), None)
 
 
 def sentences(faults: Iterable[Fault], line_of: Callable[[Place], int]) -> list[tuple[int, str]]:
@@ -76,20 +149,51 @@ def complaint(source: str, told: Iterable[tuple[int, str]]) -> UserError:
         One or more, as `sentences` gives them.
     """
     lines = sorted(set(told))
-    many = "a fault" if len(lines) == 1 else f"{len(lines)} faults"
-    return UserError(f"{source} has {many}:" + "".join(f"\n  {words}" for _, words in lines))
+    if len(lines) == 1:
+        return UserError(f"{source}: {lines[0][1]}")
+    return UserError(
+        f"{source} has {len(lines)} faults:" + "".join(f"\n  {words}" for _, words in lines)
+    )
 
 
 def _sentence(line: int, place: Place, fault: dict[str, Any]) -> str:
     """Return the sentence about a fault: line (0: none), key, what was expected and found."""
-    where = ".".join(str(part + 1) if isinstance(part, int) else part for part in place)
     kind = fault.get("type", "")
-    message = SENTENCES.get(kind) or fault["msg"].removeprefix("Value error, ")
-    told = kind in ("extra_forbidden", "missing")
-    if not told and isinstance(fault.get("input"), str | int | float):
-        message = f"{message[0].lower()}{message[1:]}, got {_shown(fault['input'])}"
+    if not kind:
+        message = fault["msg"]  # one of ours
+    else:
+        known = fault.get("ctx", {}).items()
+        bounds = {key: f"{each:g}" if isinstance(each, float) else each for key, each in known}
+        message = SENTENCES.get(kind, OTHER).format(**bounds)
+    given = fault.get("input")
+    if kind in NUMBERS and isinstance(given, str) and NUMBER.fullmatch(given):
+        message += " without quotation marks"
+    if kind not in ("extra_forbidden", "missing") and isinstance(given, str | int | float):
+        message += f", got {_shown(given)}"
+    if kind == "literal_error":
+        message += did_you_mean(given, re.findall("'([^']*)'", message.partition(", got")[0]))
+    if "meant" in fault:
+        message += f" (did you mean '{fault['meant']}'?)"
     spot = f"line {line}, " if line else ""
+    where = _where(place)
     return f"{spot}{where}: {message}" if where else f"{spot}{message}"
+
+
+def _where(place: Place) -> str:
+    """Return a place in words.
+
+    >>> _where(("plate", "amplitude_um_pp")), _where(("tasks", 0, "steps", 1))
+    ('plate.amplitude_um_pp', 'item 2 of steps of item 1 of tasks')
+    """
+    words = ""
+    for part in place:
+        if isinstance(part, int):
+            words = f"item {part + 1} of {words}" if words else f"item {part + 1}"
+        elif words.startswith("item "):
+            words = f"{part} of {words}"
+        else:
+            words = f"{words}.{part}" if words else part
+    return words
 
 
 def _shown(value: float | str) -> str:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import logging
+import re
 from functools import cache
 from importlib.metadata import EntryPoints, entry_points
 from typing import TYPE_CHECKING, Protocol
 
 from slipscale.faults import UserError
+from slipscale.faults.suggestions import expected_one_of
 
 if TYPE_CHECKING:
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.driver import PlateDriver
 
+LOG = logging.getLogger(__name__)
 BACKENDS = "slipscale.backends"  # the entry-point group
+PORT = re.compile(r"(/dev/)?(tty\w|cu\.)|/dev/|COM\d", re.IGNORECASE)  # a SPEC without backend
 
 
 class Backend(Protocol):
@@ -43,6 +48,20 @@ def backend_names() -> list[str]:
     return sorted(_installed().names)
 
 
+def unknown_backend(spec: str) -> str:
+    """Return the sentence about a SPEC whose backend is not installed.
+
+    >>> unknown_backend("ttyACM0")
+    "no backend 'ttyACM0'; a port is named after its backend: serial:/dev/ttyACM0"
+    """
+    name = spec.partition(":")[0]
+    port = PORT.match(spec)
+    if port:
+        folder = "/dev/" if port[2] and not port[1] else ""
+        return f"no backend '{name}'; a port is named after its backend: serial:{folder}{spec}"
+    return f"no backend '{name}'; {expected_one_of(name, backend_names())}, before a colon"
+
+
 def open_plate(spec: str, *, clock: Clock, seed: int = 0) -> PlateDriver:
     """Return the driver that a SPEC names (``mock``, ``serial:PORT``, ``scpi:RESOURCE``).
 
@@ -54,6 +73,7 @@ def open_plate(spec: str, *, clock: Clock, seed: int = 0) -> PlateDriver:
     name, _, address = spec.partition(":")
     found = {point.name: point for point in _installed()}
     if name not in found:
-        raise UserError(f"plate '{spec}': no backend '{name}'; there are: {', '.join(found)}")
+        raise UserError(f"plate '{spec}': {unknown_backend(spec)}")
     backend: Backend = found[name].load()
+    LOG.info("chose backend %s: %s", name, found[name].value)
     return backend(address, clock=clock, seed=seed)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from argparse import Action
 from dataclasses import replace
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -165,9 +164,7 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     from slipscale.analysis.reading import mapping as mappings  # noqa: PLC0415
     from slipscale.analysis.reading.load import load  # noqa: PLC0415
 
-    if args.bayesian:
-        import_module("numpyro")  # a missing extra is told before anything is computed
-    progress("reading the data")
+    progress(f"reading {args.dataset}")
     mapping = mapping_from(args)
     data = load(args.dataset, mapping, task=args.task)
     if args.in_session:
@@ -189,7 +186,11 @@ def run_analyse(args: Namespace) -> int:
     from slipscale.analysis.preregistration.bundle import read_bundle  # noqa: PLC0415
     from slipscale.analysis.reading.own_words import in_own_words, own_columns  # noqa: PLC0415
     from slipscale.analysis.reporting.output_folder import default_folder  # noqa: PLC0415
-    from slipscale.analysis.reporting.terminal import print_own, print_table3  # noqa: PLC0415
+    from slipscale.analysis.reporting.terminal import (  # noqa: PLC0415
+        print_answers,
+        print_own,
+        print_table3,
+    )
 
     say(here())
     bundle = read_bundle(args.plan) if args.plan else None
@@ -217,6 +218,8 @@ def run_analyse(args: Namespace) -> int:
         )
     else:
         print_table3(analysis)
+        if analysis.prepared is None:
+            print_answers(analysis)
         print_own(analysis)
         print(f"report: {report}")
     return tell_plan(analysis)

@@ -44,15 +44,14 @@ def add_export(parser: ArgumentParser) -> None:
 
 def run_export(args: Namespace) -> int:
     """Analyse a data set and write every form asked for; print what was written."""
+    from slipscale.analysis.export.files import check_installed, write_export  # noqa: PLC0415
     from slipscale.analysis.reading.own_words import in_own_words  # noqa: PLC0415
 
     say(here())
+    check_installed(args.forms)
     with telling() as progress:
         analysis = analysed(args, progress)
         progress("writing tables, figures, the report and its other forms")
-        # Matplotlib takes a second to load: not before something is to be drawn.
-        from slipscale.analysis.export.files import write_export  # noqa: PLC0415
-
         out = Path(args.out)
         names = write_export(analysis, out, [name for name in FORMS if name in args.forms])
     for sentence in analysis.problems:

@@ -69,10 +69,10 @@ def run(args: Namespace) -> int:
         population=population,
     )
     folder = args.out or next_folder(defaults.pilots)
-    console = Console()
+    console, progress_console = Console(), Console(stderr=True)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     try:
-        with Progress(*columns, console=console) as progress:
+        with Progress(*columns, console=progress_console) as progress:
             bar = progress.add_task("simulated participants", total=len(plans))
             run_pilot(
                 folder,
@@ -86,7 +86,11 @@ def run(args: Namespace) -> int:
             from slipscale.analysis.pipeline import analyse  # noqa: PLC0415
             from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
             from slipscale.analysis.reporting.output_folder import default_folder  # noqa: PLC0415
-            from slipscale.analysis.reporting.terminal import print_own, print_table3  # noqa: PLC0415
+            from slipscale.analysis.reporting.terminal import (  # noqa: PLC0415
+                print_answers,
+                print_own,
+                print_table3,
+            )
 
             analysis = analyse(folder)
             report = write_analysis(analysis, default_folder(analysis.dataset, folder))
@@ -100,6 +104,7 @@ def run(args: Namespace) -> int:
     for sentence in fitted.sentences if fitted else ():
         console.print(sentence, markup=False, highlight=False)
     print_table3(analysis, console)
+    print_answers(analysis, console)
     print_own(analysis, console)
     written = [("report", report)]
     if analysis.prepared is not None:

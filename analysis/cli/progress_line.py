@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -9,10 +10,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+LOG = logging.getLogger(__name__)
+
 
 @contextmanager
 def telling(*, lines: bool = False) -> Iterator[Callable[[str], None]]:
-    """Show what goes on: one line on stderr where that is a terminal.
+    """Show what goes on: one line on stderr where that is a terminal; with --verbose, log it.
 
     Parameters
     ----------
@@ -21,6 +24,9 @@ def telling(*, lines: bool = False) -> Iterator[Callable[[str], None]]:
     """
     if lines:
         yield _print_step
+        return
+    if LOG.isEnabledFor(logging.INFO):
+        yield LOG.info
         return
     from rich.console import Console  # noqa: PLC0415
 

@@ -21,7 +21,9 @@ def add_study(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale study``."""
     commands = study.add_study(parser)
     freeze = commands.add_parser(
-        "freeze", help="freeze a study and its analysis plan before there are data"
+        "freeze",
+        help="freeze a study and its analysis plan before there are data",
+        epilog="example: slipscale study freeze matching --out plan",
     )
     freeze.add_argument("study", metavar="STUDY", nargs="?", default=here().study, help=study.WHICH)
     freeze.add_argument(
@@ -84,11 +86,10 @@ def _freeze(args: Namespace) -> int:
 
 def _compute_power(args: Namespace, folder: Path) -> None:
     """Compute power around the planned number of participants, as slipscale power does."""
-    from argparse import ArgumentParser  # noqa: PLC0415
-
     from slipscale.analysis.cli.power import add_power, run_power  # noqa: PLC0415
     from slipscale.analysis.planning.grid import FEWEST_PARTICIPANTS  # noqa: PLC0415
     from slipscale.experiments.study.file import read_study  # noqa: PLC0415
+    from slipscale.faults.parser import Parser  # noqa: PLC0415
 
     planned = read_study(args.study)[0].participants
     sizes = sorted({max(round(planned * part), FEWEST_PARTICIPANTS) for part in AROUND})
@@ -96,7 +97,7 @@ def _compute_power(args: Namespace, folder: Path) -> None:
     words += ["--studies", str(args.compute_power)]
     words += ["--population", args.population] if args.population else []
     words += ["--from", str(args.dataset)] if args.dataset else []
-    parser = ArgumentParser(prog="slipscale power")
+    parser = Parser(prog="slipscale power")
     add_power(parser)
     run_power(parser.parse_args(words))
 

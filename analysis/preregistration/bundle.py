@@ -16,6 +16,7 @@ from pydantic import ValidationError
 
 from slipscale.analysis.preregistration.manifest import FORMAT, MANIFEST, STUDY, Manifest
 from slipscale.faults import UserError
+from slipscale.faults.validation import in_words
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -155,8 +156,7 @@ def _manifest(path: Path, content: bytes) -> Manifest:
 
 
 def _first(error: ValidationError) -> str:
-    fault = error.errors()[0]
-    return f"{'.'.join(map(str, fault['loc']))}: {fault['msg']}"
+    return in_words(error).partition("; ")[0]
 
 
 def _of_folder(path: Path) -> dict[str, bytes]:

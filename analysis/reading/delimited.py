@@ -243,7 +243,8 @@ def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> No
         nearest = f"Nearest: {', '.join(near)}. " if near else ""
         raise UserError(
             f"{path}: no column {', '.join(missing)}; found {_cut(names)}. {nearest}"
-            f"Expected at least {', '.join(required)}"
+            f"Expected at least {', '.join(required)}; name your own columns with --participant, "
+            "--stimulus and --response, and keep that with --map"
         )
 
 

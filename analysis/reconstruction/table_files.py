@@ -23,8 +23,9 @@ from slipscale.analysis.reconstruction.published_table import (
     on_one_scale,
 )
 from slipscale.faults import UserError
+from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.toml_file import parse_toml
-from slipscale.faults.validation import complaint, faults_in, refuse, sentences
+from slipscale.faults.validation import complaint, faults_in, in_words, refuse, sentences
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -114,9 +115,7 @@ class _Line(Summary):
 def said(error: ValueError) -> str:
     """Return what is wrong, in words, of an error or of several that pydantic found."""
     if isinstance(error, ValidationError):
-        return "; ".join(
-            fault["msg"].removeprefix("Value error, ") for _, fault in faults_in(error)
-        )
+        return in_words(error)
     return str(error)
 
 
@@ -128,9 +127,10 @@ def read(path: Path) -> PublishedTable:
     UserError
         No such table, it cannot be read, or entries are wrong: every fault, each with its line.
     """
-    shipped = SHIPPED / f"{path}.toml"
-    if not path.exists() and path.name == str(path) and shipped.exists():
-        path = shipped
+    if not path.exists() and path.name == str(path):
+        # A study's name also names its only table: biet2007 is biet2007_table3.
+        named = [*SHIPPED.glob(f"{path}.toml")] or [*SHIPPED.glob(f"{path}_*.toml")]
+        path = named[0] if len(named) == 1 else path
     text = _text_of(path)
     if path.suffix.lower() == ".csv":
         return from_csv(text, str(path), title=path.stem)
@@ -154,9 +154,9 @@ def _text_of(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        names = ", ".join(sorted(p.stem for p in SHIPPED.glob("*.toml")))
+        known = expected_one_of(path, sorted(p.stem for p in SHIPPED.glob("*.toml")))
         raise UserError(
-            f"{path}: cannot be read ({error}); expected a TOML or CSV file, or one of: {names}"
+            f"{path}: cannot be read ({error}); a TOML or CSV file, or {known}"
         ) from None
 
 

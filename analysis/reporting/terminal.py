@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from slipscale.analysis.published import biet2007
+from slipscale.analysis.reading.own_words import in_own_words
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.faults import harmless
 
@@ -60,6 +61,16 @@ def print_table3(analysis: Analysis, console: Console | None = None) -> None:
     if analysis.prepared is None:
         return
     (console or Console()).print(table3_table(analysis))
+
+
+def print_answers(analysis: Analysis, console: Console | None = None) -> None:
+    """Print the chief result of every task, as the report's summary has it."""
+    # Loaded late: the sentences come with the figures that the summary shows.
+    from slipscale.analysis.reporting.sections.summary import answers  # noqa: PLC0415
+
+    for sentence in answers(analysis):
+        text = harmless(in_own_words(sentence, analysis.dataset.quantity))
+        (console or Console()).print(text, markup=False, highlight=False)
 
 
 def print_own(analysis: Analysis, console: Console | None = None) -> None:

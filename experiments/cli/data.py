@@ -21,19 +21,29 @@ def add_data(parser: ArgumentParser) -> None:
     commands = parser.add_subparsers(
         dest="what", metavar="build | verify | withdraw | merge", required=True
     )
-    build = commands.add_parser("build", help="write all tables anew from the journals")
+    build = commands.add_parser(
+        "build",
+        help="rewrite all tables from the journals",
+        epilog="example: slipscale data build data",
+    )
     verify = commands.add_parser(
-        "verify", help="compare the tables with the journals, and prove the journals whole"
+        "verify",
+        help="compare the tables with the journals, and check that the journals are complete",
+        epilog="example: slipscale data verify data",
     )
     withdraw = commands.add_parser(
-        "withdraw", help="remove a participant's data for good; the number is not used again"
+        "withdraw",
+        help="remove a participant's data for good; the number is not used again",
+        epilog="example: slipscale data withdraw data --participant 01",
     )
     withdraw.add_argument("--participant", required=True, metavar="01", help="who withdraws")
     withdraw.add_argument(
         "--yes", action="store_true", help="remove; without it only say what would be removed"
     )
     merge = commands.add_parser(
-        "merge", help="join the data sets of two computers into a new one; contradictions are told"
+        "merge",
+        help="join the data sets of two computers into a new one, and report contradictions",
+        epilog="example: slipscale data merge data other-data --out merged",
     )
     for name in ("one", "other"):
         merge.add_argument(name, type=Path, metavar="DATASET", help="a data set's folder")

@@ -33,7 +33,9 @@ def add_lab(parser: ArgumentParser) -> None:
     )
     commands = parser.add_subparsers(dest="what", metavar="[init]")
     init = commands.add_parser(
-        "init", help="make a laboratory folder: its slipscale.toml has every command's defaults"
+        "init",
+        help="make a laboratory folder: its slipscale.toml has every command's defaults",
+        epilog="example: slipscale lab init our-lab --study matching",
     )
     init.add_argument(
         "folder",

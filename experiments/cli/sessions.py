@@ -246,7 +246,11 @@ def _markers(args: Namespace) -> tuple[str, ...]:
 def add_resume(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale resume``."""
     parser.add_argument(
-        "journal", type=Path, metavar="RUN_JOURNAL", help="the journal of an interrupted run"
+        "journal",
+        type=Path,
+        metavar="RUN_JOURNAL",
+        nargs="?",
+        help="the journal of an interrupted run (default: list the interrupted runs)",
     )
     parser.add_argument(
         "--plate",
@@ -269,6 +273,8 @@ def run_resume(args: Namespace) -> int:
     )
     from slipscale.faults import UserError  # noqa: PLC0415
 
+    if args.journal is None or args.journal.is_dir():
+        raise UserError(_interrupted(args.journal))
     plan, records = read_plan(args.journal)
     if is_complete(records):
         raise UserError(f"journal {args.journal}: this run is complete; nothing to go on with")
@@ -290,6 +296,27 @@ def run_resume(args: Namespace) -> int:
     say(here())
     markers = tuple(args.markers or ()) or last_markers(records)
     return _end(go_on(args.journal, _setting(args, plate, markers=markers)), args.journal)
+
+
+def _interrupted(folder: Path | None) -> str:
+    """Return the sentence about a missing journal, with the interrupted runs that are there."""
+    from slipscale.experiments.dataset.runs import journals  # noqa: PLC0415
+    from slipscale.experiments.running.run_state import how_to_resume, run_state  # noqa: PLC0415
+
+    defaults = here()
+    places = [folder] if folder else [defaults.data, defaults.pilots, *defaults.pilots.glob("*")]
+    found = [
+        path
+        for place in places
+        for path in journals(place)
+        if run_state(path) in ("interrupted", "damaged")
+    ]
+    start = f"{folder} is a folder" if folder else "RUN_JOURNAL is missing"
+    start += "; expected the journal of an interrupted run"
+    if found:
+        return f"{start}. {'; '.join(how_to_resume(path) for path in found)}"
+    searched = folder or f"{defaults.data} or {defaults.pilots}"
+    return f"{start}, and there is none in {searched}; begin one: slipscale run --participant 01"
 
 
 def _end(outcome: str, journal: Path) -> int:

@@ -28,7 +28,11 @@ def add_study(parser: ArgumentParser) -> Commands:
         metavar="new | show | validate | freeze | texts | schema",
         required=True,
     )
-    new = commands.add_parser("new", help="write a study file to begin with")
+    new = commands.add_parser(
+        "new",
+        help="write a study file to begin with",
+        epilog="example: slipscale study new ours.toml --title Ours --author Ada",
+    )
     new.add_argument("path", type=Path, metavar="FILE", help="a new TOML file")
     new.add_argument("--title", metavar="TEXT", help="of the study and its data set; else asked")
     new.add_argument(
@@ -41,7 +45,11 @@ def add_study(parser: ArgumentParser) -> Commands:
         metavar="NAME",
         help=f"the shipped study to begin with (default: {NEW_STUDY})",
     )
-    show = commands.add_parser("show", help="say what a study does, and a participant's orders")
+    show = commands.add_parser(
+        "show",
+        help="print what a study does, and a participant's orders",
+        epilog="example: slipscale study show matching --timeline --people 20",
+    )
     default = here()
     show.add_argument("study", metavar="STUDY", nargs="?", default=default.study, help=WHICH)
     show.add_argument(
@@ -79,20 +87,28 @@ def add_study(parser: ArgumentParser) -> Commands:
         ".svg, .png or .pdf",
     )
     validate = commands.add_parser(
-        "validate", help="tell every fault of a study file, and how balanced its orders are"
+        "validate",
+        help="report every fault of a study file, and how balanced its orders are",
+        epilog="example: slipscale study validate matching",
     )
     # Outside a laboratory folder there is no study of one's own to take for granted.
     optional: dict[str, Any] = {"nargs": "?", "default": default.study} if default.file else {}
     validate.add_argument("study", metavar="STUDY", help=WHICH, **optional)
     texts = commands.add_parser(
-        "texts", help="write a file for the texts of a language of the study's own"
+        "texts",
+        help="write a file for the texts of a language that the study brings",
+        epilog="example: slipscale study texts matching --language de --out texts.de.toml",
     )
     texts.add_argument("study", metavar="STUDY", help=WHICH, **optional)
     texts.add_argument("--language", required=True, metavar="CODE", help="such as de or pt-BR")
     texts.add_argument(
         "--out", required=True, type=Path, metavar="FILE", help="a new file, beside the study's"
     )
-    commands.add_parser("schema", help="print the JSON Schema of study files, for editors")
+    commands.add_parser(
+        "schema",
+        help="print the JSON Schema of study files, for editors",
+        epilog="example: slipscale study schema",
+    )
     return commands
 
 

@@ -21,6 +21,7 @@ from slipscale.experiments.journal.journal import FALLBACK
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.run_record import read_usable
 from slipscale.faults import UserError
+from slipscale.faults.suggestions import expected_one_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -67,7 +68,9 @@ def theirs(dataset: Path, participant: str) -> list[Path]:
     own = [path for path in journals(dataset) if path.parent.name == f"sub-{participant}"]
     here = [path for path in _places(dataset, participant) if path.exists()]
     if not own and dataset / f"sub-{participant}" not in here and not _begun(dataset, participant):
-        raise UserError(f"--participant {participant}: {dataset} holds nothing of them")
+        labels = sorted({path.parent.name.removeprefix("sub-") for path in journals(dataset)})
+        known = expected_one_of(participant, labels) if labels else "it holds no participants"
+        raise UserError(f"--participant {participant}: {dataset} holds nothing of them; {known}")
     if any(is_being_written(path) for path in own):
         raise UserError(f"--participant {participant}: a session of theirs runs now; end it first")
     return [*_kept_elsewhere(own), *_backed_up(dataset, participant), *here]

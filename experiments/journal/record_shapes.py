@@ -25,6 +25,7 @@ from slipscale.experiments.journal.reading import DAMAGED, Damage
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.protocols.steps import Adjusted, Presented, Reply, Trial, Voided
 from slipscale.faults import UserError
+from slipscale.faults.validation import in_words
 from slipscale.hardware.contact.source import QUANTITIES
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
@@ -276,9 +277,7 @@ def _misshapen(record: Record) -> str:
         if record.kind == "answered_again":
             _check_reply(record.data)
     except ValidationError as error:
-        first = error.errors(include_url=False, include_context=False)[0]
-        where = ".".join(str(part) for part in first["loc"])
-        return f"{record.kind}: {where}: {first['msg'].lower()}"
+        return f"{record.kind}: {in_words(error)}"
     except UserError as error:
         return f"{record.kind}: {error}"
     return ""

@@ -13,7 +13,7 @@ from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import parse_toml, read_toml
-from slipscale.hardware.registry import backend_names
+from slipscale.hardware.registry import backend_names, unknown_backend
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -72,7 +72,7 @@ class LabFile(BaseModel):
     @classmethod
     def _known(cls, value: str) -> str:
         if value.partition(":")[0] not in backend_names():
-            raise ValueError(f"expected one of {', '.join(backend_names())} before the colon")
+            raise ValueError(unknown_backend(value))
         return value
 
     @field_validator("language")

@@ -38,6 +38,7 @@ from slipscale.experiments.participants.behaviour import behaviour_names, load_b
 from slipscale.experiments.participants.habits import REALISTIC, Habits
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import parse_toml
+from slipscale.faults.validation import in_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -325,9 +326,5 @@ def _of_package(name: str) -> Population:
         own = dict(behaviour.kind.population)
         return Population.model_validate({**own, "name": name, OWN: name})
     except (TypeError, ValueError) as error:
-        first = error.errors()[0] if isinstance(error, ValidationError) else None
-        where = ".".join(map(str, first["loc"])) if first else ""
-        raise UserError(
-            f"{behaviour.named}: its population is none: {f'{where}: ' if where else ''}"
-            f"{first['msg'] if first else error}"
-        ) from None
+        said = in_words(error) if isinstance(error, ValidationError) else error
+        raise UserError(f"{behaviour.named}: its population is none: {said}") from None

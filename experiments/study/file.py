@@ -6,6 +6,7 @@ What a study may say is `slipscale.experiments.study.model.Study`.
 from __future__ import annotations
 
 import hashlib
+import logging
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
@@ -13,7 +14,10 @@ from pathlib import Path
 from slipscale.experiments.study.model import Study
 from slipscale.experiments.study.own_language import check_words, with_own_language
 from slipscale.faults import UserError
+from slipscale.faults.suggestions import did_you_mean
 from slipscale.faults.toml_file import parse_toml
+
+LOG = logging.getLogger(__name__)
 
 
 @lru_cache(maxsize=16)
@@ -63,9 +67,11 @@ def study_text(name: str) -> str:
         return Path(name).read_text(encoding="utf-8-sig")  # Windows' editors begin with a mark
     except (OSError, UnicodeDecodeError) as error:
         reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        files_here = [str(path) for path in Path().glob("*.toml")]
+        meant = did_you_mean(name, [*shipped_studies(), *files_here])
         raise UserError(
-            f"study '{name}': {reason}; expected a TOML file or one of the shipped studies: "
-            f"{', '.join(shipped_studies())}"
+            f"study '{name}': {reason}{meant}; expected a TOML file or one of the shipped studies: "
+            f"{', '.join(shipped_studies())}; for a new file: slipscale study new FILE"
         ) from None
 
 
@@ -85,7 +91,13 @@ def parse_whole(text: str, name: str) -> tuple[Study, str]:
 
 def read_study(name: str) -> tuple[Study, str]:
     """Return a study and its whole text: the file's, with the words of its texts files put in."""
-    return parse_whole(study_text(name), name)
+    text = study_text(name)
+    LOG.info("read study %s: %d characters", name, len(text))
+    try:
+        return parse_whole(text, name)
+    except UserError as error:
+        end = "\n" if "\n" in str(error) else "; "
+        raise UserError(f"{error}{end}correct it, then: slipscale study validate {name}") from None
 
 
 def study_hash(text: str) -> str:

@@ -40,7 +40,8 @@ from slipscale.experiments.study.person_questions import PersonQuestion, unanswe
 from slipscale.experiments.study.questionnaires import Questionnaire, unusable
 from slipscale.experiments.study.tables import Cost, MaskingNoise, PlateSettings, Texture
 from slipscale.faults import UserError
-from slipscale.faults.validation import refuse
+from slipscale.faults.suggestions import expected_one_of
+from slipscale.faults.validation import faults_in, refuse
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -205,7 +206,8 @@ class Study(BaseModel):
             try:
                 task = _task(table)
             except ValidationError as error:
-                faults += [((*place, *f["loc"]), dict(f)) for f in error.errors()]
+                options = load_protocol(table["protocol"]).options
+                faults += [((*place, *inner), f) for inner, f in faults_in(error, options)]
             except ValueError as error:
                 faults.append(((*place, "protocol"), {"msg": str(error)}))
             else:
@@ -350,5 +352,5 @@ def _task(table: Any) -> Options:
         return table
     name = table.get("protocol") if isinstance(table, dict) else None
     if name not in protocol_names():
-        raise ValueError(f"expected one of {', '.join(protocol_names())}, got {name!r}")
+        raise ValueError(f"{expected_one_of(name, protocol_names())}, got {name!r}")
     return load_protocol(name).options.model_validate(table)

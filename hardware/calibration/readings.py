@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from slipscale.faults import UserError
+from slipscale.faults.validation import in_words
 from slipscale.hardware.calibration.record import Point
 
 if TYPE_CHECKING:
@@ -207,9 +208,6 @@ def _point(
         )
         return Point.model_validate({**values, "amplitude_um_pp": QUANTITIES[column](reading)})
     except ValidationError as error:
-        first = error.errors()[0]
-        raise UserError(
-            f"{where}: {first['loc'][0]} is {first['input']!r}: {first['msg']}"
-        ) from error
+        raise UserError(f"{where}: {in_words(error)}") from error
     except ValueError as error:
         raise UserError(f"{where}: {column} is {error}") from None

@@ -13,6 +13,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from slipscale.faults import UserError
+from slipscale.faults.validation import in_words
 from slipscale.hardware.calibration.fit import fit_gain, fit_resonance
 from slipscale.hardware.calibration.record import Calibration, Device, DriveChain, Point, Provenance
 
@@ -110,5 +111,4 @@ def calibration_from(
             points=tuple(points),
         )
     except ValidationError as error:
-        told = "; ".join(each["msg"].removeprefix("Value error, ") for each in error.errors())
-        raise UserError(f"calibration: {told}") from error
+        raise UserError(f"calibration: {in_words(error)}") from error

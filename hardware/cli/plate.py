@@ -2,54 +2,70 @@
 
 from __future__ import annotations
 
-from argparse import ArgumentParser, Namespace
-from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING
+
+from slipscale.faults.parser import Parser
+
+if TYPE_CHECKING:
+    from argparse import ArgumentParser, Namespace
 
 # name: (module that holds it, what it does)
 SUBCOMMANDS: dict[str, tuple[str, str]] = {
-    "list": ("slipscale.hardware.cli.ports", "the backends, and the ports on which a plate may be"),
+    "list": (
+        "slipscale.hardware.cli.ports",
+        "list the backends, and the ports on which a plate may be",
+    ),
     "new": (
         "slipscale.hardware.cli.plate_files",
         "write a plate's own file: identity, limits, wiring",
     ),
-    "sign": ("slipscale.hardware.cli.plate_files", "sign a plate's file after a change"),
-    "calibrate": ("slipscale.hardware.cli.calibrate", "sweep, fit and write a calibration file"),
-    "watch": ("slipscale.hardware.cli.watch", "what a plate says it does, plotted in the terminal"),
+    "sign": (
+        "slipscale.hardware.cli.plate_files",
+        "sign a plate's file after a change",
+    ),
+    "calibrate": (
+        "slipscale.hardware.cli.calibrate",
+        "sweep, fit and write a calibration file",
+    ),
+    "watch": (
+        "slipscale.hardware.cli.watch",
+        "plot in the terminal what a plate reports",
+    ),
     "emulate": (
         "slipscale.hardware.cli.emulate",
-        "a driver board on a pseudo-terminal, to try things on",
+        "emulate a driver board on a pseudo-terminal, to try things on",
     ),
     "conform": (
         "slipscale.hardware.cli.conform",
-        "hold a driver board against its protocol, rule by rule",
+        "check a driver board against its protocol, rule by rule",
     ),
-    "design": ("slipscale.hardware.cli.design", "from requirements to plate sizes"),
+    "design": (
+        "slipscale.hardware.cli.design",
+        "compute plate sizes from requirements",
+    ),
 }
-
-
-class _LoadedWhenCalled(ArgumentParser):
-    """A subcommand's parser that imports the subcommand's module when it first has to parse."""
-
-    loads: tuple[str, str] | None = None  # module, subcommand
-
-    def parse_known_args(self, *arguments: Any, **options: Any) -> Any:
-        if self.loads:
-            (module, name), self.loads = self.loads, None
-            fill, call = import_module(module).COMMANDS[name]
-            fill(self)
-            self.set_defaults(call=call)
-        return super().parse_known_args(*arguments, **options)
+EXAMPLES = {
+    "list": "slipscale plate list",
+    "new": "slipscale plate new plates/desk.toml --backend serial",
+    "sign": "slipscale plate sign plates/desk.toml",
+    "calibrate": "slipscale plate calibrate --plate mock --by Ada --instrument vibrometer",
+    "watch": "slipscale plate watch mock --seconds 1",
+    "emulate": "slipscale plate emulate --finger",
+    "conform": "slipscale plate conform serial:/dev/ttyACM0",
+    "design": "slipscale plate design",
+}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Fill the parser of ``slipscale plate``."""
     subcommands = parser.add_subparsers(
-        metavar="SUBCOMMAND", required=True, parser_class=_LoadedWhenCalled
+        dest="what", metavar="SUBCOMMAND", required=True, parser_class=Parser
     )
     for name, (module, purpose) in SUBCOMMANDS.items():
         described = purpose[0].upper() + purpose[1:]
-        subcommand = subcommands.add_parser(name, help=purpose, description=described)
+        subcommand = subcommands.add_parser(
+            name, help=purpose, description=described, epilog=f"example: {EXAMPLES[name]}"
+        )
         subcommand.loads = (module, name)
 
 

@@ -7,6 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.faults import DONE, UserError
+from slipscale.faults.suggestions import expected_one_of
+from slipscale.faults.validation import in_words
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -36,19 +38,15 @@ def new(arguments: Namespace) -> int:
     if path.suffix != SUFFIX:
         raise UserError(f"{path}: expected a name that ends in {SUFFIX}")
     if arguments.backend not in backend_names():
-        raise UserError(
-            f"--backend {arguments.backend}: expected one of {', '.join(backend_names())}"
-        )
+        known = expected_one_of(arguments.backend, backend_names())
+        raise UserError(f"--backend {arguments.backend}: {known}")
     try:
         identity = Identity(
             name=path.stem, serial=arguments.serial, device_serial=arguments.device_serial
         )
         wiring = Wiring(backend=arguments.backend, amplifier_gain=arguments.amplifier_gain)
     except ValidationError as error:
-        first = error.errors()[0]
-        raise UserError(
-            f"{path}: {first['loc'][0]} is {first['input']!r}: {first['msg']}"
-        ) from None
+        raise UserError(f"{path}: {in_words(error)}") from None
     path.parent.mkdir(parents=True, exist_ok=True)
     new_plate(identity, wiring, path)
     print(f"wrote {path}; use it with --plate {arguments.backend}:...,plate={path}")

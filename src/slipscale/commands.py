@@ -1,6 +1,6 @@
 """The command line: one table of commands, each loaded only when called.
 
-A command's module offers ``COMMANDS``, a mapping from the command's name to the pair
+A command's module has a table ``COMMANDS``, a mapping from the command's name to the pair
 ``(add_arguments, run)``: the first fills an argparse parser, the second takes the parsed
 arguments and returns the exit status.
 """
@@ -26,68 +26,110 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Callable
 
-# name: (module that holds it, what it does)
-COMMANDS: dict[str, tuple[str, str]] = {
-    "pilot": (
-        "slipscale.analysis.cli.pilot",
-        "whole study, simulated: mock plate, no screen; then analyse",
-    ),
-    "run": ("slipscale.experiments.cli.sessions", "run a participant's session in PsychoPy"),
-    "resume": ("slipscale.experiments.cli.sessions", "go on with an interrupted run"),
-    "lab": (
-        "slipscale.experiments.cli.lab",
-        "the console of a laboratory folder; lab init makes one",
-    ),
-    "next": (
-        "slipscale.experiments.cli.lab",
-        "in a laboratory folder: run the next participant's session",
-    ),
-    "participants": (
-        "slipscale.experiments.cli.lab",
-        "in a laboratory folder: who is done, who is next",
-    ),
-    "note": (
-        "slipscale.experiments.cli.lab",
-        "write the operator's words into the running journal",
-    ),
-    "check": (
-        "slipscale.experiments.cli.sessions",
-        "before the participant arrives: is all in order?",
-    ),
-    "data": (
-        "slipscale.experiments.cli.data",
-        "data sets: build from the journals, verify against them, withdraw",
-    ),
-    "analyse": ("slipscale.analysis.cli.analyse", "data set -> tables, figures, report"),
-    "export": ("slipscale.analysis.cli.export", "the report for Word, PDF, R and Python"),
-    "reproduce": ("slipscale.analysis.cli.reproduce", "the paper's tables and figures beside ours"),
-    "reconstruct": (
-        "slipscale.analysis.cli.reconstruct",
-        "every raw data set that a published table allows",
-    ),
-    "power": ("slipscale.analysis.cli.power", "how many participants a study needs"),
-    "plate": (
-        "slipscale.experiments.cli.plate",
-        "the machine: calibrate, conform, emulate, design, list",
-    ),
-    "study": ("slipscale.analysis.cli.study", "study files: new, show, validate, freeze, schema"),
+# Group of commands: {name: (module that holds it, what it does, an example)}.
+GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
+    "Sessions": {
+        "check": (
+            "slipscale.experiments.cli.sessions",
+            "check study, plate, display, sound and disk before the participant arrives",
+            "slipscale check matching --windowed",
+        ),
+        "run": (
+            "slipscale.experiments.cli.sessions",
+            "run a participant's session in PsychoPy",
+            "slipscale run matching --participant 01 --windowed",
+        ),
+        "resume": (
+            "slipscale.experiments.cli.sessions",
+            "resume an interrupted run; without a journal, list the interrupted runs",
+            "slipscale resume",
+        ),
+        "note": (
+            "slipscale.experiments.cli.lab",
+            "write the operator's words into the running journal",
+            "slipscale note plate cleaned",
+        ),
+    },
+    "Data and results": {
+        "analyse": (
+            "slipscale.analysis.cli.analyse",
+            "compute tables, figures and the report of a data set",
+            "slipscale analyse data",
+        ),
+        "export": (
+            "slipscale.analysis.cli.export",
+            "write the report for Word, PDF, R and Python",
+            "slipscale export data --out export",
+        ),
+        "data": (
+            "slipscale.experiments.cli.data",
+            "data sets: build from the journals, verify against them, withdraw, merge",
+            "slipscale data verify data",
+        ),
+        "reproduce": (
+            "slipscale.analysis.cli.reproduce",
+            "compare the paper's tables and figures with ours",
+            "slipscale reproduce table3",
+        ),
+        "reconstruct": (
+            "slipscale.analysis.cli.reconstruct",
+            "find every raw data set that a published table allows",
+            "slipscale reconstruct biet2007_table3",
+        ),
+    },
+    "Planning": {
+        "pilot": (
+            "slipscale.analysis.cli.pilot",
+            "simulate a whole study without plate and screen, then analyse it",
+            "slipscale pilot matching --participants 4",
+        ),
+        "power": (
+            "slipscale.analysis.cli.power",
+            "compute how many participants a study needs",
+            "slipscale power --participants 6,12 --studies 20",
+        ),
+        "study": (
+            "slipscale.analysis.cli.study",
+            "study files: new, show, validate, freeze, texts, schema",
+            "slipscale study validate matching",
+        ),
+    },
+    "Rig and laboratory": {
+        "plate": (
+            "slipscale.experiments.cli.plate",
+            "the plate: list, new, sign, calibrate, watch, emulate, conform, design",
+            "slipscale plate watch mock --seconds 1",
+        ),
+        "lab": (
+            "slipscale.experiments.cli.lab",
+            "open the console of a laboratory folder; lab init makes one",
+            "slipscale lab init our-lab --study matching",
+        ),
+        "next": (
+            "slipscale.experiments.cli.lab",
+            "in a laboratory folder: run the next participant's session",
+            "slipscale next --pilot",
+        ),
+        "participants": (
+            "slipscale.experiments.cli.lab",
+            "in a laboratory folder: list who is done and who is next",
+            "slipscale participants",
+        ),
+    },
 }
+COMMANDS = {name: row for group in GROUPS.values() for name, row in group.items()}
 
 
 def usage() -> str:
     """Return the help text of ``slipscale`` itself."""
-    lines = [f"  {name:<12} {purpose}" for name, (_, purpose) in COMMANDS.items()]
-    return "\n".join(
-        [
-            "usage: slipscale COMMAND [ARGUMENT ...]",
-            "",
-            "Laboratory software for ultrasonic tactile plates.",
-            "",
-            *lines,
-            "",
-            "slipscale COMMAND --help says more; slipscale --version says which this is.",
-        ]
-    )
+    lines = ["usage: slipscale COMMAND [ARGUMENT ...]", ""]
+    lines += ["Laboratory software for ultrasonic tactile plates."]
+    for title, group in GROUPS.items():
+        lines += ["", f"{title}:"]
+        lines += [f"  {name:<12} {purpose}" for name, (_, purpose, _) in group.items()]
+    lines += ["", "slipscale COMMAND --help shows a command's options and an example;"]
+    lines += ["--verbose reports its steps; slipscale --version prints the version."]
+    return "\n".join(lines)
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -103,6 +145,8 @@ def main(arguments: list[str] | None = None) -> int:
     int
         0 done; 1 it ran and the answer is no; 2 wrong input; 3 the rig failed; 130 interrupted.
     """
+    if "_ARGCOMPLETE" in os.environ:
+        complete()
     try:
         status = dispatch(sys.argv[1:] if arguments is None else arguments)
         sys.stdout.flush()
@@ -122,20 +166,43 @@ def dispatch(words: list[str]) -> int:
         print(f"slipscale {__version__}")
         return DONE
     if words[0] not in COMMANDS:
-        known = ", ".join(COMMANDS)
-        print(f"slipscale: no command '{words[0]}'; there are: {known}", file=sys.stderr)
+        from slipscale.faults.suggestions import did_you_mean  # noqa: PLC0415 - rarely needed
+
+        meant = did_you_mean(words[0], COMMANDS, start="slipscale ")
+        told = f"slipscale: there is no command '{words[0]}'{meant}; for help: slipscale --help"
+        print(harmless(told), file=sys.stderr)
         return USER_FAULT
     return call(words[0], words[1:])
+
+
+def complete() -> None:
+    """Answer the shell, which asks for completions of a command line; then exit."""
+    from argcomplete import autocomplete  # noqa: PLC0415 - only when the shell asks
+
+    from slipscale.faults.parser import Parser  # noqa: PLC0415
+
+    parser = Parser(prog="slipscale")
+    commands = parser.add_subparsers()
+    for name, (module, purpose, _) in COMMANDS.items():
+        commands.add_parser(name, help=purpose).loads = (module, name)
+    # argcomplete looks only at arguments that are there before it parses.
+    parser.load(os.environ.get("COMP_LINE", "").split()[1:])
+    autocomplete(parser)
 
 
 def load_command(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]:
     """Return a command's parser, and the function that runs the command."""
     # Imported here so that `slipscale --help` feels instant.
-    from argparse import ArgumentParser  # noqa: PLC0415
     from importlib import import_module  # noqa: PLC0415
 
-    module, purpose = COMMANDS[name]
-    parser = ArgumentParser(prog=f"slipscale {name}", description=purpose[0].upper() + purpose[1:])
+    from slipscale.faults.parser import Parser  # noqa: PLC0415
+
+    module, purpose, example = COMMANDS[name]
+    parser = Parser(
+        prog=f"slipscale {name}",
+        description=purpose[0].upper() + purpose[1:],
+        epilog=f"example: {example}",
+    )
     add_arguments, run = import_module(module).COMMANDS[name]
     add_arguments(parser)
     return parser, run
@@ -143,22 +210,55 @@ def load_command(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]
 
 def call(name: str, words: list[str]) -> int:
     """Load a command and run it; turn the user's and the rig's faults into one sentence."""
+    verbose = "--verbose" in words
     try:
         parser, run = load_command(name)
-        return int(run(parser.parse_args(words)))
+        if verbose:
+            _report_steps()
+        args = parser.parse_args(words)
+        from slipscale.requirements import check  # noqa: PLC0415 - not for --help
+
+        check(name, args)
+        return int(run(args))
     except ModuleNotFoundError as error:
         from slipscale.faults.extras import how_to_install  # noqa: PLC0415 - rarely needed
 
         if (sentence := how_to_install(error.name or "")) is None:
             raise
-        print(f"slipscale {name}: {sentence}", file=sys.stderr)
-        return USER_FAULT
-    except UserError as error:
-        print(f"slipscale {name}: {harmless(str(error))}", file=sys.stderr)
-        return USER_FAULT
-    except RigError as error:
-        print(f"slipscale {name}: {harmless(str(error))}", file=sys.stderr)
-        return RIG_FAULT
+        return _failed(name, sentence, USER_FAULT, verbose=verbose)
+    except (UserError, RigError) as error:
+        status = USER_FAULT if isinstance(error, UserError) else RIG_FAULT
+        return _failed(name, str(error), status, verbose=verbose)
     except KeyboardInterrupt:
-        print(f"slipscale {name}: interrupted", file=sys.stderr)
-        return INTERRUPTED
+        return _failed(name, "interrupted", INTERRUPTED)
+    finally:
+        if verbose:
+            from logging import getLogger  # noqa: PLC0415
+
+            getLogger(__name__).info("%s ended", name)
+
+
+def _failed(name: str, sentence: str, status: int, *, verbose: bool = False) -> int:
+    """Print why a command failed, with ``verbose`` also where; return the exit status."""
+    if verbose:
+        from traceback import print_exc  # noqa: PLC0415
+
+        print_exc()
+    print(f"slipscale {name}: {harmless(sentence)}", file=sys.stderr)
+    return status
+
+
+def _report_steps() -> None:
+    """Write what Slipscale logs to standard error, with the seconds since the start."""
+    import logging  # noqa: PLC0415
+
+    class Seconds(logging.Formatter):
+        def format(self, record: logging.LogRecord) -> str:
+            words = harmless(record.getMessage())
+            return f"{record.relativeCreated / 1000:7.2f} s  {record.name}: {words}"
+
+    handler = logging.StreamHandler()
+    handler.setFormatter(Seconds())
+    logger = logging.getLogger("slipscale")
+    logger.handlers = [handler]
+    logger.setLevel(logging.INFO)

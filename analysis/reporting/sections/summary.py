@@ -34,7 +34,6 @@ DOUBTS_SHOWN = 8
 def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     """Return the summary."""
     section = ReportSection("Summary", shown="always")
-    choices = analysis.dataset.choices
     doubts = _doubts(analysis)
     if analysis.prepared is not None and analysis.prepared.zeros:
         section.blocks.append(html.paragraph(analysis.prepared.zero_sentence, "problem"))
@@ -42,26 +41,8 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         html.labelled("Question", _question(analysis)),
         html.labelled("Design", _design(analysis)),
     ]
-    answers: list[str] = []
-    if analysis.prepared is not None:
-        answers += apa.primary_sentences(analysis.inference, choices.primary, choices.confidence)
-        answers += _equal(analysis)
-        if not isinstance(analysis.inference.power_law, NotComputed):
-            answers.append(apa.power_law(analysis.inference.power_law, choices.confidence))
-    felt = analysis.inference.difference
-    if not isinstance(felt, NotComputed):
-        answers += apa_difference.answer(
-            felt, choices.confidence, of_plate=analysis.dataset.quantity.of_plate
-        )
-    found = analysis.inference.thresholds
-    if not isinstance(found, NotComputed):
-        answers += [apa_thresholds.answer(task, choices.confidence) for task in found]
-    compared, matched = analysis.inference.scales, analysis.inference.matching
-    if not isinstance(compared, NotComputed):
-        answers += [apa_scales.scale_answer(task) for task in compared]
-    answers += apa_scales.matching_sentences(matched, choices.confidence)
-    answers += _magnitudes(analysis)
-    section.blocks.append(html.labelled("Answer", " ".join(answers)))
+    answer = " ".join(answers(analysis))
+    section.blocks.append(html.labelled("Answer", answer))
     if "fig15" in svgs and analysis.prepared is not None:
         section.blocks.append(_figure(analysis, svgs["fig15"]))
     if doubts:
@@ -74,6 +55,31 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
                 )
             )
     return section
+
+
+def answers(analysis: Analysis) -> list[str]:
+    """Return the chief result of every task, a sentence or two each: what the data answer."""
+    choices = analysis.dataset.choices
+    found: list[str] = []
+    if analysis.prepared is not None:
+        found += apa.primary_sentences(analysis.inference, choices.primary, choices.confidence)
+        found += _equal(analysis)
+        if not isinstance(analysis.inference.power_law, NotComputed):
+            found.append(apa.power_law(analysis.inference.power_law, choices.confidence))
+    felt = analysis.inference.difference
+    if not isinstance(felt, NotComputed):
+        found += apa_difference.answer(
+            felt, choices.confidence, of_plate=analysis.dataset.quantity.of_plate
+        )
+    limits = analysis.inference.thresholds
+    if not isinstance(limits, NotComputed):
+        found += [apa_thresholds.answer(task, choices.confidence) for task in limits]
+    compared, matched = analysis.inference.scales, analysis.inference.matching
+    if not isinstance(compared, NotComputed):
+        found += [apa_scales.scale_answer(task) for task in compared]
+    found += apa_scales.matching_sentences(matched, choices.confidence)
+    found += _magnitudes(analysis)
+    return found
 
 
 def _magnitudes(analysis: Analysis) -> list[str]:

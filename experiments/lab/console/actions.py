@@ -21,6 +21,7 @@ from slipscale.experiments.running.run_state import studies
 from slipscale.experiments.session.mailbox import LiveRequest, TrialName, post
 from slipscale.experiments.study.file import parse_whole, shipped_studies, study_text
 from slipscale.faults import UserError
+from slipscale.faults.validation import in_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -146,9 +147,7 @@ class Actions:
         try:
             asked = form.model_validate_json(sent)
         except ValidationError as error:
-            first = error.errors(include_url=False, include_context=False, include_input=False)[0]
-            where = ".".join(str(part) for part in first["loc"])
-            raise UserError(f"{where}: {first['msg'].lower()}".removeprefix(": ")) from None
+            raise UserError(in_words(error)) from None
         return action(asked)
 
     def _now(self) -> Snapshot:

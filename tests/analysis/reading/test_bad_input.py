@@ -262,7 +262,7 @@ def test_coders_who_leave_cells_empty_or_never_vary_give_no_warning(dataset):
 def test_a_stem_that_every_report_would_hold_is_refused(tmp_path):
     path = tmp_path / "book.toml"
     path.write_text("title = 'x'\n[categories.a]\nstems = [' ']\n")
-    with pytest.raises(UserError, match=r"line 3, categories.a.stems.1: .*got ' '"):
+    with pytest.raises(UserError, match=r"line 3, item 1 of categories.a.stems: .*got ' '"):
         load_codebook(path)
 
 

@@ -182,7 +182,7 @@ def test_what_map_writes_is_what_load_reads(tmp_path):
         ),
         ({"columns": {"participant": "a", "response": "b"}, "levels": {"x": 1}}, "either levels"),
         ({"columns": {"participant": "a"}, "levels": {"x": 1, "y": 1}}, "another level"),
-        ({"columns": {"participant": "a"}, "levels": {"x": -1}}, "greater than or equal to 0"),
+        ({"columns": {"participant": "a"}, "levels": {"x": -1}}, "expected 0"),
         ({"column": {}}, "there is no such key"),
     ],
 )

@@ -45,13 +45,17 @@ def test_numbers_are_read_as_papers_print_them(column):
 @pytest.mark.parametrize(
     "old, new, said",
     [
-        ("n = 5", "n = 1", "line 7, column.1.n: .*greater than or equal to 2, got 1"),
-        ("n = 5", 'n = "five"', "line 7, column.1.n: .*valid integer.*, got 'five'"),
-        ("n = 5", "", "line 5, column.1.n: is missing"),
-        ("mean = 2.40", "mean = nan", "line 8, column.1.mean: .*decimal number.*, got 'nan'"),
-        ("mean = 2.40", "mean = 1e999999", "line 8, column.1.mean: .*got '1e999999'"),
-        ("mean = 2.40", "mean = [2]", "line 8, column.1.mean: .*decimal number"),
-        ('sd = "1.14"', 'sd = "-1"', "line 9, column.1.sd: expected 0 or more"),
+        ("n = 5", "n = 1", "line 7, n of item 1 of column: .*expected 2 or more, got 1"),
+        ("n = 5", 'n = "five"', "line 7, n of item 1 of column: .*whole number.*, got 'five'"),
+        ("n = 5", "", "line 5, n of item 1 of column: is missing"),
+        (
+            "mean = 2.40",
+            "mean = nan",
+            "line 8, mean of item 1 of column: .*decimal number.*, got 'nan'",
+        ),
+        ("mean = 2.40", "mean = 1e999999", "line 8, mean of item 1 of column: .*got '1e999999'"),
+        ("mean = 2.40", "mean = [2]", "line 8, mean of item 1 of column: .*decimal number"),
+        ('sd = "1.14"', 'sd = "-1"', "line 9, sd of item 1 of column: expected 0 or more"),
         ("minimum = 0", "minimum = 10", "line 2, scale: maximum 10 is not above minimum 10"),
         ("minimum = 0", "minimum = 0\nstep = 3", "does not divide"),
         ("minimum = 0", "minimum = 0\nstep = 0", "expected a number above 0"),
@@ -59,8 +63,12 @@ def test_numbers_are_read_as_papers_print_them(column):
         ("minimum = 0", "minimum = 0\nstop = 3", "line 4, scale.stop: there is no such key"),
         ('label = "a"', 'label = "a"\nsd_convention = "robust"', "'sample' or 'population'"),
         ('label = "a"', 'label = "a"\nrounding = "up"', "'half_even' or 'truncated', got 'up'"),
-        ('label = "a"', 'label = "a"\nmode = 3', "line 7, column.1.mode: there is no such key"),
-        ('label = "a"', 'label = "a"\namplitude_um_pp = [1]', "line 7, .*valid number"),
+        (
+            'label = "a"',
+            'label = "a"\nmode = 3',
+            "line 7, mode of item 1 of column: there is no such key",
+        ),
+        ('label = "a"', 'label = "a"\namplitude_um_pp = [1]', "line 7, .*expected a number"),
         ("\n[scale]", "column = [1, 2]\n[scale]", "is not TOML"),
         ("[scale]", "[scale", "not TOML"),
     ],
@@ -71,7 +79,7 @@ def test_a_wrong_entry_is_refused_with_line_key_and_what_was_expected(old, new, 
 
 
 def test_columns_that_are_no_tables_are_refused():
-    with pytest.raises(UserError, match=r"line 1, column\.2: expected a table, got 2"):
+    with pytest.raises(UserError, match=r"line 1, item 2 of column: expected a table, got 2"):
         from_toml("column = [1, 2]\n[scale]\nmaximum = 10")
 
 
@@ -90,7 +98,7 @@ def test_every_fault_of_a_csv_file_is_told_at_once_with_its_line():
         "t.csv has 5 faults:",
         "  line 1, mode: expected one of label, n, mean, mean_percent, sum, sd, ",
         "  line 3, mean: expected a decimal number such as 12.75, got 'x'",
-        "  line 3, n: input should be greater than or equal to 2, got '1'",
+        "  line 3, n: expected 2 or more, got '1'",
         "  line 3, scale: step 3 does not divide the scale from 0 to 10; expected a whole number",
         "  line 5: expected 7 cells, as the header has, found 6",
     ]

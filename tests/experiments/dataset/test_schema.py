@@ -108,7 +108,9 @@ def test_the_amplitudes_of_a_laboratorys_own_protocol_are_checked_too(monkeypatc
     )
     monkeypatch.setattr("slipscale.experiments.study.model.protocol_names", lambda: ["tilted"])
     text = 'name = "a"\ntitle = "a"\namplitudes_um_pp = [1.0]\n[[tasks]]\nprotocol = "tilted"\n'
-    with pytest.raises(UserError, match=r"tasks.1.tilt_um_pp: 3.0 is beyond the plate's"):
+    with pytest.raises(
+        UserError, match=r"tilt_um_pp of item 1 of tasks: 3.0 is beyond the plate's"
+    ):
         plan(text + "tilt_um_pp = 3.0").study  # noqa: B018 - parsed when it is looked at
 
 

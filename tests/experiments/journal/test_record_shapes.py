@@ -31,11 +31,11 @@ def test_every_record_that_a_session_writes_has_its_shape(records):
 @pytest.mark.parametrize(
     "kind, data, reason",
     [
-        ("begin", {}, "step: field required"),
+        ("begin", {}, "step: is missing"),
         ("begin", {"step": 0, "what": {"type": "Jump", "trial": None}}, "no step is called 'Jump'"),
         ("done", {"step": 0, "answer": {"type": "Reply", "value": [1]}}, "value"),
         ("done", {"step": 0, "answer": {"type": "Reply", "mood": 1}}, "Reply has no 'mood'"),
-        ("void", {"task": "a", "trial": "1", "reason": ""}, "trial: input should be a valid int"),
+        ("void", {"task": "a", "trial": "1", "reason": ""}, "trial: expected a whole number"),
     ],
 )
 def test_a_wrong_shape_is_named_by_its_entry(records, kind, data, reason):

@@ -60,16 +60,18 @@ def test_every_fault_is_told_at_once_with_line_key_and_what_was_expected():
         parse_study(BAD, "bad.toml")
     message = str(caught.value)
     for part in (
-        "bad.toml has 9 faults",
-        "title: is missing",
+        "bad.toml has 8 faults",
         "line 2, name: expected letters, digits and _, beginning with a letter, got 'two words'",
-        "line 3, titel: there is no such key",
+        "line 3, titel: there is no such key (did you mean 'title'?)",
         "line 4, language: expected one of en, fr, got 'xx'",
         "line 5, amplitudes_um_pp: 9.0 is beyond the plate's 2.5 µm p-p",
-        "line 9, tasks.1.repetitions: input should be greater than or equal to 1, got 0",
-        "line 10, tasks.1.practise: there is no such key",
-        "line 13, tasks.2.protocol: expected one of constant_stimuli, descending_difference",
-        "line 17, tasks.3.series: input should be a valid integer, got '3'",
+        "line 9, repetitions of item 1 of tasks: expected 1 or more, got 0",
+        "line 10, practise of item 1 of tasks: there is no such key",
+        (
+            "line 13, protocol of item 2 of tasks: expected one of constant_stimuli, "
+            "descending_difference"
+        ),
+        "line 17, series of item 3 of tasks: expected a whole number without quotation marks",
     ):
         assert part in message
 
@@ -125,20 +127,26 @@ def test_faults_between_keys_are_told_at_once_too_each_with_its_line():
         parse_study(IMPOSSIBLE, "impossible.toml")
     expected = [
         "impossible.toml has 14 faults:",
-        "  line 5, seed: input should be greater than or equal to 0, got -1",
+        "  line 5, seed: expected 0 or more, got -1",
         "  line 6, amplitudes_um_pp: 3.0 is beyond the plate's 2.5 µm p-p",
         "  line 6, amplitudes_um_pp: expected them to be all different",
         "  line 7, texts.en.session.wellcome: there is no such text; there are: session.welcome, ",
         "  line 8, texts.fr.session.welcome: its braces cannot be filled in; those there are: none",
         "  line 11, texts.Klingon: expected a language's code, such as de or pt-BR",
-        "  line 13, textures.1: 2.7 is beyond the plate's 2.5 µm p-p",
-        "  line 22, tasks.1.start_um_pp: 2.7 is beyond the plate's 2.5 µm p-p",
-        "  line 25, tasks.2.protocol: there is a 'descendingdifference' already: give it a label",
-        "  line 26, tasks.2.start_um_pp: 2.9 is beyond the plate's 2.5 µm p-p",
-        "  line 28, tasks.3.modulus: standard_um_pp and modulus go together: give both, or neither",
-        "  line 31, tasks.3.practise: there is no such key",
-        "  line 37, about_you.2.prompt: 'shoe_size' needs a prompt of its own",
-        "  line 42, about_you.3.name: there is a 'sex' already",
+        "  line 13, item 1 of textures: 2.7 is beyond the plate's 2.5 µm p-p",
+        "  line 22, start_um_pp of item 1 of tasks: 2.7 is beyond the plate's 2.5 µm p-p",
+        (
+            "  line 25, protocol of item 2 of tasks: there is a 'descendingdifference' "
+            "already: give it a label"
+        ),
+        "  line 26, start_um_pp of item 2 of tasks: 2.9 is beyond the plate's 2.5 µm p-p",
+        (
+            "  line 28, modulus of item 3 of tasks: standard_um_pp and modulus go "
+            "together: give both, or neither"
+        ),
+        "  line 31, practise of item 3 of tasks: there is no such key",
+        "  line 37, prompt of item 2 of about_you: 'shoe_size' needs a prompt of its own",
+        "  line 42, name of item 3 of about_you: there is a 'sex' already",
     ]
     for told, line in zip(str(caught.value).splitlines(), expected, strict=True):
         assert told.startswith(line)
@@ -148,30 +156,32 @@ def test_a_task_without_trials_is_refused():
     text = GOOD.replace("[0, 1]", "[1]").replace(
         '"magnitude_estimation"', '"descending_difference"\ncatch_steps = 0'
     )
-    with pytest.raises(UserError, match=r"line 5, tasks\.1: has no trials with these amplitudes"):
+    with pytest.raises(
+        UserError, match=r"line 5, item 1 of tasks: has no trials with these amplitudes"
+    ):
         parse_study(text, "study.toml")
 
 
 @pytest.mark.parametrize(
     "change, complaint",
     [
-        (("[0, 1]", "[]"), "at least 1 item"),
+        (("[0, 1]", "[]"), "at least 1 of them"),
         (("[0, 1]", "[1, 1]"), "all different"),
         (("[0, 1]", "[0, nan]"), "finite number"),
         (("[0, 1]", "1.0"), r"amplitudes_um_pp: expected a list in \[brackets\], got 1.0"),
         (('title = "Small"', 'title = "Small"\nplate = 2.5'), "plate: expected a table, got 2.5"),
         (("[0, 1]", "[0.0, -0.0]"), "all different"),
-        (("[0, 1]", '["0"]'), "valid number"),
+        (("[0, 1]", '["0"]'), "expected a number"),
         (("[[tasks]]", "[tasks]"), "expected \\[\\[tasks\\]\\] tables"),
         (('protocol = "magnitude_estimation"', "modulus = 3"), "expected one of"),
         (('"magnitude_estimation"', '"magnitude_estimation"\nmodulus = 10'), "go together"),
         (
             ('"magnitude_estimation"', f'"magnitude_estimation"{SHORT}'),
-            "line 7, tasks.1.exploration_maximum_s: expected no less than",
+            "line 7, exploration_maximum_s of item 1 of tasks: expected no less than",
         ),
         (
             ('"magnitude_estimation"', f'"descending_difference"{SHORT}'),
-            "line 7, tasks.1.exploration_maximum_s: expected no less than",
+            "line 7, exploration_maximum_s of item 1 of tasks: expected no less than",
         ),
         (
             (
@@ -180,18 +190,18 @@ def test_a_task_without_trials_is_refused():
             ),
             "7.0 is beyond",
         ),
-        (('title = "Small"', 'title = "Small"\nseed = true'), "valid integer"),
-        (('title = "Small"', "title = "), "is not TOML.*line 3"),
+        (('title = "Small"', 'title = "Small"\nseed = true'), "whole number"),
+        (('title = "Small"', "title = "), "line 3 is not TOML"),
         (('title = "Small"', 'title = "Small"\ntexts.en.session.wellcome = "x"'), "wellcome"),
         (('title = "Small"', 'title = "Small"\ntexts.fr.session.rest = "{x}"'), "session.rest"),
         (
             ("[[tasks]]", '[[tasks]]\nprotocol = "magnitude_estimation"\n[[tasks]]'),
             "give it a label",
         ),
-        (("[[tasks]]", ASKED.format('"a", "a"') + "[[tasks]]"), "line 7, .*options: .*different"),
+        (("[[tasks]]", ASKED.format('"a", "a"') + "[[tasks]]"), "line 7, options of .*different"),
         (
             ("[[tasks]]", 2 * ASKED.format('"a", "b"') + "[[tasks]]"),
-            "line 9, about_you.2.name: there is a 'sex' already",
+            "line 9, name of item 2 of about_you: there is a 'sex' already",
         ),
     ],
 )

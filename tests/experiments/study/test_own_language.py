@@ -187,7 +187,7 @@ def test_a_file_that_is_none_is_refused_with_its_name(study, text, told):
     "change, told",
     [
         (('language = "de"', 'language = "tlh"'), "language: expected one of en, fr, de"),
-        (("{ de = ", "{ nl = "), "about_you.1.prompt: 'hand' has no prompt in 'de'"),
+        (("{ de = ", "{ nl = "), "prompt of item 1 of about_you: 'hand' has no prompt in 'de'"),
         (('["texts.de.toml"]', '["texts.de.toml", "texts.de.toml"]'), "is there already"),
         (('["texts.de.toml"]', '"texts.de.toml"'), "texts_files: expected a list"),
         (("texts.de.toml", "../texts.de.toml"), "a file beside the study's, without a folder"),

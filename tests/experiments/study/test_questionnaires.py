@@ -171,20 +171,38 @@ def test_an_item_is_asked_again_where_the_operator_wants(plan, laboratory):
 @pytest.mark.parametrize(
     "change, told",
     [
-        (('name = "likert"', 'name = "two words"'), "questionnaires.1.name: expected letters"),
+        (
+            ('name = "likert"', 'name = "two words"'),
+            "name of item 1 of questionnaires: expected letters",
+        ),
         (('name = "likert"', 'name = "magnitudeestimation"'), "there is a 'magnitudeestimation'"),
-        (('name = "effort"', 'name = "likert"'), "questionnaires.2.name: there is a 'likert'"),
-        (('name = "q02"', 'name = "q01"'), "items.2.name: there is a 'q01' already"),
-        (('name = "e1"', 'name = "q01"'), "questionnaires.2.items.1.name: there is a 'q01'"),
+        (
+            ('name = "effort"', 'name = "likert"'),
+            "name of item 2 of questionnaires: there is a 'likert'",
+        ),
+        (
+            ('name = "q02"', 'name = "q01"'),
+            "name of item 2 of items of item 1 of questionnaires: there is a 'q01' already",
+        ),
+        (
+            ('name = "e1"', 'name = "q01"'),
+            "name of item 1 of items of item 2 of questionnaires: there is a 'q01'",
+        ),
         (('name = "q02"', 'name = "session_id"'), "expected another code"),
         ((', fr = "tout à fait"', ""), "words for every code in the same languages"),
-        ((', fr = "Énoncé 2"', ""), "items.2.prompt: 'q02' has no prompt in 'fr'"),
-        ((', fr = "Vous"', ""), "questionnaires.1.title: there are no words in 'fr'"),
-        (('en = "You"', 'tlh = "You"'), "title: expected languages among en, fr"),
+        (
+            (', fr = "Énoncé 2"', ""),
+            "prompt of item 2 of items of item 1 of questionnaires: 'q02' has no prompt in 'fr'",
+        ),
+        ((', fr = "Vous"', ""), "title of item 1 of questionnaires: there are no words in 'fr'"),
+        (
+            ('en = "You"', 'tlh = "You"'),
+            "title of item 1 of questionnaires: expected languages among en, fr",
+        ),
         (('fr = "tout à fait"', 'fr = "moyennement"'), "options that are all different"),
-        (('options = ["easy", "hard"]', 'options = ["easy"]'), "at least 2 items"),
+        (('options = ["easy", "hard"]', 'options = ["easy"]'), "at least 2 of them"),
         (('when = "after"', 'when = "between"'), "'before' or 'after'"),
-        (('description = "Made up"', ""), "questionnaires.2.description: is missing"),
+        (('description = "Made up"', ""), "description of item 2 of questionnaires: is missing"),
     ],
 )
 def test_what_is_wrong_with_a_questionnaire_is_told_with_its_place(change, told):

@@ -92,13 +92,19 @@ def test_every_fault_of_the_textures_is_told_at_once():
     message = str(caught.value)
     for part in (
         "bad.toml has 7 faults",
-        "line 6, textures.1: texture 'ridges': depth_um_pp is 1.4, expected from 0 to the mean",
-        "textures.2: texture 'fast': a finger at 500 mm/s crosses 200 periods a second",
-        "textures.3.waveform: input should be 'sine', 'square', 'triangle' or 'sawtooth', got 'z",
-        "textures.4.finger_speed_mm_s: input should be greater than 0, got 0.0",
-        "textures.5.name: expected letters, digits and _",
-        "textures.5.wave_form: there is no such key",
-        "textures.6.finger_speed_mm_s: is missing",
+        (
+            "line 6, item 1 of textures: texture 'ridges': depth_um_pp is 1.4, expected "
+            "from 0 to the mean"
+        ),
+        "item 2 of textures: texture 'fast': a finger at 500 mm/s crosses 200 periods a second",
+        (
+            "waveform of item 3 of textures: expected 'sine', 'square', 'triangle' or "
+            "'sawtooth', got 'z"
+        ),
+        "finger_speed_mm_s of item 4 of textures: expected a number above 0, got 0.0",
+        "name of item 5 of textures: expected letters, digits and _",
+        "wave_form of item 5 of textures: there is no such key",
+        "finger_speed_mm_s of item 6 of textures: is missing",
     ):
         assert part in message
 
@@ -109,13 +115,17 @@ def test_every_fault_of_the_textures_is_told_at_once():
         (
             "mean_um_pp = 1.2",
             "mean_um_pp = 1.8",
-            r"textures\.1: 2\.6 is beyond the plate's 2\.5 µm",
+            r"item 1 of textures: 2\.6 is beyond the plate's 2\.5 µm",
         ),
-        ("[[tasks]]", f"{RIDGES}[[tasks]]", "textures.2.name: there is a 'ridges' already"),
+        (
+            "[[tasks]]",
+            f"{RIDGES}[[tasks]]",
+            "name of item 2 of textures: there is a 'ridges' already",
+        ),
         (
             '[[tasks]]\nprotocol = "magnitude_estimation"',
             "",
-            "line 6, textures.1: no task presents them",
+            "line 6, item 1 of textures: no task presents them",
         ),
     ],
 )

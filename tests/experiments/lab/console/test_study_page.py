@@ -52,9 +52,9 @@ def test_every_fault_is_told_at_its_line_and_nothing_is_saved(visitor, own_study
     for action in ("validate", "save"):
         status, said = visitor.ask(action, text=faulty, before=before)
         assert status == 409
-        assert re.findall(r"line (\d+), ([a-z.0-9]+)", said) == [
+        assert re.findall(r"line (\d+), ([a-z 0-9]+)", said) == [
             ("7", "seed"),
-            ("13", "tasks.1.series"),
+            ("13", "series of item 1 of tasks"),
         ]
     assert own_study.read_text() == text
 

@@ -1,0 +1,107 @@
+"""The parser of every command: usage errors in one sentence, options that all commands share."""
+
+from __future__ import annotations
+
+from argparse import SUPPRESS, Action, ArgumentError, ArgumentParser, _SubParsersAction
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, NoReturn
+
+from slipscale.faults import UserError
+from slipscale.faults.suggestions import did_you_mean, expected_one_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+EXPECTED: dict[object, str] = {int: "expected a whole number", float: "expected a number"}
+REQUIRED = "the following arguments are required: "
+UNKNOWN = "unrecognized arguments: "
+
+
+class Parser(ArgumentParser):
+    """A parser whose errors are one sentence with the command that helps.
+
+    Parsers of subcommands are of the same class. One with ``loads``, the names of a module and of
+    a command in its ``COMMANDS``, imports the module when it first has to parse.
+    """
+
+    loads: tuple[str, str] | None = None
+    _words: list[str]
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        # Its value is read by `slipscale.commands`, before anything is parsed.
+        self.add_argument(
+            "--verbose",
+            action="store_true",
+            default=SUPPRESS,
+            help="report on standard error what is read and chosen and how long it takes; show the "
+            "traceback of every error",
+        )
+
+    def load(self, words: Sequence[str] = ()) -> None:
+        """Import the command's module, and those of the subcommands that the words name."""
+        if self.loads:
+            (module, name), self.loads = self.loads, None
+            fill, call = import_module(module).COMMANDS[name]
+            fill(self)
+            self.set_defaults(call=call)
+        for action in self._actions:
+            if isinstance(action, _SubParsersAction) and words and words[0] in action.choices:
+                action.choices[words[0]].load(words[1:])
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None, **options: Any) -> Any:
+        """Parse as argparse does; load the command first, and reject misspelt options."""
+        self.load()
+        self._words = list(args or ())
+        found = super().parse_known_args(args, namespace, **options)
+        if found[1]:
+            self.error(UNKNOWN + " ".join(found[1]))
+        return found
+
+    def error(self, message: str) -> NoReturn:
+        """Raise `UserError` with argparse's message as one sentence."""
+        if message.startswith(REQUIRED):
+            # A misspelt option is the likeliest reason why another is missing.
+            message = self._misspelt() or self._missing(message.removeprefix(REQUIRED).split(", "))
+        elif message.startswith(UNKNOWN):
+            word = message.removeprefix(UNKNOWN).split(" ")[0]
+            message = self._misspelt() or f"'{word}' is one argument too many"
+        raise UserError(f"{message.removeprefix('argument ')}; for help: {self.prog} --help")
+
+    def _misspelt(self) -> str:
+        """Return the sentence about the first option that there is not, or an empty text."""
+        known = [*self._option_string_actions]
+        for option in (word.partition("=")[0] for word in self._words if word.startswith("--")):
+            if option != "--" and not any(each.startswith(option) for each in known):
+                return f"there is no option {option}{did_you_mean(option, known)}"
+        return ""
+
+    def _missing(self, names: list[str]) -> str:
+        """Return the sentence about arguments that were not given."""
+        for action in self._actions:
+            if isinstance(action, _SubParsersAction) and action.metavar in names:
+                return f"expected a subcommand: {', '.join(action.choices)}"
+        expected = []
+        for action in self._actions:
+            name = "/".join(action.option_strings) or str(action.metavar or action.dest)
+            if name in names:
+                value = f" {action.metavar or action.dest.upper()}" if action.option_strings else ""
+                meaning = f" ({action.help})" if action.help else ""
+                expected.append(f"{action.option_strings[0] if value else name}{value}{meaning}")
+        verb = "is" if len(names) == 1 else "are"
+        return f"{' and '.join(names)} {verb} missing; expected {', '.join(expected)}"
+
+    def _get_value(self, action: Action, arg_string: str) -> Any:
+        try:
+            return super()._get_value(action, arg_string)
+        except ArgumentError as error:
+            # A converter of our own says what it expected in its ValueError.
+            expected = EXPECTED.get(action.type) or str(error.__context__)
+            raise ArgumentError(action, f"'{arg_string}', {expected}") from None
+
+    def _check_value(self, action: Action, value: Any) -> None:
+        if action.choices is None or value in action.choices:
+            return
+        if isinstance(action, _SubParsersAction):
+            self.error(f"no subcommand '{value}', {expected_one_of(value, action.choices)}")
+        raise ArgumentError(action, f"'{value}', {expected_one_of(value, action.choices)}")

@@ -1,0 +1,47 @@
+"""Suggestions for misspelt words: "did you mean"."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+# Longer lists of what was expected are not read.
+MOST_LISTED = 24
+
+
+def nearest(word: object, known: Iterable[str]) -> str | None:
+    """Return the known word that is most like a misspelt one; None if none is like it.
+
+    >>> nearest("pilto", ["run", "pilot"]), nearest("zzz", ["run", "pilot"])
+    ('pilot', None)
+    """
+    from difflib import get_close_matches  # noqa: PLC0415 - only a mistake pays for it
+
+    spelt = {each.casefold(): each for each in known}
+    found = get_close_matches(str(word).casefold(), spelt, n=1)
+    return spelt[found[0]] if found else None
+
+
+def did_you_mean(word: object, known: Iterable[str], *, start: str = "") -> str:
+    """Return " (did you mean 'pilot'?)", or an empty text if no known word is like it.
+
+    ``start`` is written before the known word, such as the command that it belongs to.
+
+    >>> did_you_mean("pilto", ["run", "pilot"])
+    " (did you mean 'pilot'?)"
+    """
+    found = nearest(word, known)
+    return f" (did you mean '{start}{found}'?)" if found else ""
+
+
+def expected_one_of(word: object, known: Iterable[str]) -> str:
+    """Return which words were expected, and the one that was probably meant.
+
+    >>> expected_one_of("alice", ["bob", "alicia"])
+    "expected one of bob, alicia (did you mean 'alicia'?)"
+    """
+    listed = list(known)
+    words = ", ".join(listed[:MOST_LISTED]) + (", ..." if len(listed) > MOST_LISTED else "")
+    return f"expected one of {words}{did_you_mean(word, listed)}"

@@ -1,0 +1,183 @@
+"""What each command needs, checked before it starts to work: packages, programs, folders."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.lab.defaults import here
+from slipscale.faults import UserError
+from slipscale.faults.extras import how_to_install
+
+if TYPE_CHECKING:
+    from argparse import Namespace
+    from collections.abc import Callable, Iterable, Iterator
+
+ANALYSIS = ("pandas", "pingouin", "statsmodels", "psignifit", "choix", "joblib")
+
+
+@dataclass(frozen=True, slots=True)
+class Need:
+    """What a command needs, always or with one of its options.
+
+    ``command`` includes the subcommand, if there is one. ``option`` is the name of the parsed
+    argument, "" if the need does not depend on one; ``value`` is one of its values, or the driver
+    of a SPEC, "" if any value counts.
+    """
+
+    command: str
+    modules: tuple[str, ...] = ()
+    option: str = ""
+    value: str = ""
+    programs: tuple[str, ...] = ()
+
+    def applies(self, args: Namespace) -> bool:
+        """Return whether the parsed arguments lead to this need."""
+        given = getattr(args, self.option, None) if self.option else True
+        if not self.value:
+            return bool(given)
+        values = [given] if isinstance(given, str) else given
+        return isinstance(values, list | tuple) and any(
+            str(each).partition(":")[0] == self.value for each in values
+        )
+
+
+#: The driver of a plate's SPEC, and what it imports.
+DRIVERS = {"serial": "serial", "scpi": "pymeasure"}
+ON_A_PLATE = ("run", "check", "plate watch", "plate calibrate", "plate conform")
+
+NEEDS = (
+    *(
+        Need(name, ANALYSIS)
+        for name in ("analyse", "export", "pilot", "power", "reproduce", "study freeze")
+    ),
+    Need("analyse", ("numpyro", "jax"), "bayesian"),
+    Need("export", ("numpyro", "jax"), "bayesian"),
+    Need("export", ("docx",), "forms", "word"),
+    Need("export", ("weasyprint",), "forms", "pdf"),
+    Need("power", ("distributed",), "scheduler"),
+    Need("run", ("psychopy",)),
+    Need("run", ("pylsl",), "markers", "lsl"),
+    Need("run", ("serial",), "markers", "serial"),
+    Need("check", ("psychopy", "sounddevice")),
+    Need("next", ("psychopy",)),
+    Need("lab", ("starlette", "uvicorn")),
+    Need("plate list", ("serial",)),
+    Need("plate design", ("skfem",)),
+    Need("plate emulate", option="firmware", programs=("cc",)),
+    *(
+        Need(command, (module,), "plate", driver)
+        for command in ON_A_PLATE
+        for driver, module in DRIVERS.items()
+    ),
+)
+
+#: Command -> options that name what it writes: a folder, or a file.
+WRITES = {
+    "analyse": ("out",),
+    "export": ("out",),
+    "pilot": ("out",),
+    "power": ("out", "cache"),
+    "reconstruct": ("out", "html"),
+    "reproduce": ("out",),
+    "run": ("out", "backup"),
+    "data merge": ("out",),
+    "study freeze": ("out",),
+    "study show": ("figure",),
+    "study texts": ("out",),
+    "plate design": ("out",),
+}
+
+
+#: Command -> where it writes without --out.
+WITHOUT_OUT: dict[str, Callable[[Namespace], Path]] = {
+    "analyse": lambda args: _folder_of(Path(args.dataset)),
+    "pilot": lambda _: here().pilots,
+    "run": lambda args: here().out(pilot=args.pilot),
+}
+
+
+def _folder_of(dataset: Path) -> Path:
+    return dataset if dataset.is_dir() else dataset.parent
+
+
+def check(name: str, args: Namespace) -> None:
+    """Check what a command will need, before it starts to work.
+
+    Parameters
+    ----------
+    name : str
+        The command.
+    args : Namespace
+        Its parsed arguments; ``what`` is the subcommand.
+
+    Raises
+    ------
+    UserError
+        A package or a program is missing, or a folder cannot be written to; all that is wrong, in
+        one sentence.
+    """
+    what = getattr(args, "what", None)
+    command = f"{name} {what}" if what else name
+    needs = [need for need in NEEDS if need.command == command and need.applies(args)]
+    wrong = list(_missing_packages(module for need in needs for module in need.modules))
+    wrong += [
+        f"needs the program '{program}'; install it, or put its folder into PATH"
+        for need in needs
+        for program in need.programs
+        if shutil.which(program) is None
+    ]
+    for where, path in _written(command, args):
+        if fault := unwritable(path):
+            wrong.append(f"{where}: {fault}")
+    if wrong:
+        raise UserError("; ".join(wrong))
+
+
+def _written(command: str, args: Namespace) -> Iterator[tuple[str, Path]]:
+    """Yield each place that a command writes to, with its name for messages."""
+    for option in WRITES.get(command, ()):
+        if path := getattr(args, option, None):
+            yield f"--{option} {path}", Path(path)
+        elif option == "out" and command in WITHOUT_OUT:
+            path = WITHOUT_OUT[command](args)
+            yield str(path), path
+
+
+def _missing_packages(modules: Iterable[str]) -> list[str]:
+    """Return one sentence for each extra that is missing."""
+    sentences: dict[str, str] = {}
+    for module in modules:
+        if not is_installed(module):
+            sentence = how_to_install(module) or f"needs the package '{module}'"
+            sentences.setdefault(sentence.rpartition("; ")[2], sentence)
+    return list(sentences.values())
+
+
+def is_installed(module: str) -> bool:
+    """Return whether a module can be imported, without importing it."""
+    from importlib.util import find_spec  # noqa: PLC0415 - `--help` stays instant
+
+    return sys.modules.get(module) is not None or find_spec(module) is not None
+
+
+def unwritable(path: Path) -> str:
+    """Return why nothing can be written at a path, or an empty text.
+
+    Folders that do not exist yet are made; the nearest one that exists counts.
+    """
+    there = path
+    try:
+        while not there.exists() and there != there.parent:
+            there = there.parent
+    except OSError as error:
+        return f"cannot be reached ({error.strerror}); name another folder"
+    if there != path and not there.is_dir():
+        return f"{there} is a file; expected a folder, name another one"
+    if not os.access(there, os.W_OK):
+        return f"you may not write to {there}; name another folder"
+    return ""
