@@ -13,6 +13,7 @@
 PYTHON ?= python3
 BIN = .venv/bin
 ARGS ?=
+LINT = $(MAKE) --no-print-directory lint
 
 .PHONY: setup pilot test lint docs pictures torture fuzz soak reliability benchmarks coverage requirements sbom audit
 setup:
@@ -28,7 +29,7 @@ test: setup
 	@# tests start would compile every module again if Python kept no bytecode.
 	@mkdir -p build
 	@echo "Lint runs next to the tests; its output is in build/lint.txt."
-	@nice $(MAKE) --no-print-directory lint >build/lint.txt 2>&1 & lint=$$!; \
+	@nice $(LINT) >build/lint.txt 2>&1 & lint=$$!; \
 	env -u PYTHONDONTWRITEBYTECODE $(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS); tests=$$?; \
 	wait $$lint || { cat build/lint.txt; echo "Lint failed: see above."; exit 1; }; \
 	exit $$tests
