@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from argparse import Action
 from dataclasses import replace
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.result import Analysis
 
 
+LOG = logging.getLogger(__name__)
 #: What the columns of a foreign table mean: option -> its value's name, its help.
 COLUMN_OPTIONS = {
     "participant": ("COLUMN", "the column that tells who it is"),
@@ -164,7 +166,8 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     from slipscale.analysis.reading import mapping as mappings  # noqa: PLC0415
     from slipscale.analysis.reading.load import load  # noqa: PLC0415
 
-    progress(f"reading {args.dataset}")
+    progress("reading the data")
+    LOG.info("reading %s", args.dataset)
     mapping = mapping_from(args)
     data = load(args.dataset, mapping, task=args.task)
     if args.in_session:
