@@ -9,21 +9,24 @@
 # make benchmarks  each quick benchmark's ratio beside the recorded one
 # make soak     an eight-hour day in one process, in short: make soak ARGS="--hours 8"
 # make reliability  every line of docs/reliability.md
-# make setup   only the environment, in .venv
+# make setup   the environment of a laboratory's computer, in .venv: sessions and their analysis
 PYTHON ?= python3
 BIN = .venv/bin
 ARGS ?=
 LINT = $(MAKE) --no-print-directory lint
 
-.PHONY: setup pilot test lint docs pictures torture fuzz soak reliability benchmarks coverage requirements sbom audit
-setup:
-	@$(PYTHON) tools/setup.py
+.PHONY: set-pilot set-session set-test setup pilot test lint docs pictures torture fuzz soak reliability benchmarks coverage requirements sbom audit
+# Each set of packages contains the one before: pilot, session, test.
+set-pilot set-session set-test: set-%:
+	@$(PYTHON) tools/setup.py $*
 
-pilot: setup
+setup: set-session
 	@$(PYTHON) tools/system_packages.py --optional
+
+pilot: set-pilot
 	@$(BIN)/slipscale pilot $(ARGS)
 
-test: setup
+test: set-test
 	@$(PYTHON) tools/system_packages.py
 	@# Lint uses the time in which tests wait for a window, a board or a process. The processes that
 	@# tests start would compile every module again if Python kept no bytecode.
@@ -34,7 +37,7 @@ test: setup
 	wait $$lint || { cat build/lint.txt; echo "Lint failed: see above."; exit 1; }; \
 	exit $$tests
 
-lint: setup
+lint: set-test
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
@@ -44,47 +47,51 @@ lint: setup
 
 # Tracing makes Python 3.11 some 70 % slower: CI prints the figure of rooms whose tests are quick.
 COVERED = stimuli experiments/protocols experiments/study experiments/dataset experiments/journal
-coverage: setup
+coverage: set-test
 	$(BIN)/python -m pytest -q -n 2 --dist loadfile $(addprefix tests/,$(COVERED)) $(addprefix --cov=,$(COVERED)) --cov-report=term:skip-covered $(ARGS)
 
 # Warnings are errors. The tests build the site too.
-docs: setup
+docs: set-test
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --quiet --strict $(ARGS)
 
 # The pictures of the tutorial pages, made anew; needs a display.
-pictures: setup
+pictures: set-test
 	$(BIN)/python tools/tutorial_pictures.py $(ARGS)
 
 # Kills and disk faults; docs/reliability.md. 10,000 cases: make torture ARGS="--places 45 --write"
-torture: setup
+torture: set-test
 	$(BIN)/python -m tools.torture $(ARGS)
 
 # So many texts of each kind of file, each used or refused in a sentence; docs/reliability.md.
 TEXTS = 10000
-fuzz: setup
+fuzz: set-test
 	$(BIN)/python -m tools.fuzzing --texts $(TEXTS) $(ARGS)
 
 # Sessions over the emulated board, one after another in one process.
-soak: setup
+soak: set-test
 	$(BIN)/python -m tools.torture.soak $(ARGS)
 
 # Exit status 1 if a ratio is more than 30 % worse; new figures: make benchmarks ARGS=--write
-benchmarks: setup
+benchmarks: set-test
 	$(BIN)/python -m benchmarks.quick $(ARGS)
 
 # Every line of docs/reliability.md, by the command that stands there.
-reliability: setup
+reliability: set-test
 	$(BIN)/python -m tools.reliability $(ARGS)
 
-# Pins with hashes for every platform and Python; no index addresses in the file.
+# Pins with hashes for every platform and Python, a file per set; no index addresses in them. Versions
+# are those of the test set; what is left out is listed under [tool.uv] in pyproject.toml.
+COMPILE = uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-annotate --no-header --quiet pyproject.toml
 requirements:
-	uv pip compile --universal --python-version 3.11 --extra all --generate-hashes --no-emit-index-url --no-annotate --no-header --quiet pyproject.toml --group dev -o requirements.txt
+	$(COMPILE) --extra all --group dev -o requirements/test.txt
+	$(COMPILE) --extra all -c requirements/test.txt -o requirements/session.txt
+	$(COMPILE) --extra analysis -c requirements/test.txt -o requirements/pilot.txt
 
 # What the environment holds, versions and licences, in CycloneDX's form: build/sbom.json.
-sbom: setup
+sbom: set-test
 	@mkdir -p build
 	$(BIN)/cyclonedx-py environment --pyproject pyproject.toml --output-reproducible --output-file build/sbom.json .venv
 
 # Known vulnerabilities of the pinned versions; asks a public data base, so it needs a network.
 audit:
-	uvx pip-audit --requirement requirements.txt --require-hashes --disable-pip
+	uvx pip-audit --requirement requirements/test.txt --require-hashes --disable-pip

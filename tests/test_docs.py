@@ -17,7 +17,7 @@ ROOT = Path(__file__).parent.parent
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 DECISIONS = sorted((ROOT / "docs" / "decisions").glob("*.md"))
 # Options of other programs that the pages name.
-OF_OTHERS = {"--device-address"}
+OF_OTHERS = {"--device-address", "--no-deps"}
 
 
 @cache

@@ -1,6 +1,7 @@
-"""Build the environment in .venv, from nothing but Python and pip.
+"""Build the environment in .venv, from nothing but Python and pip: `setup.py pilot|session|test`.
 
-Standard library only: this is the program that runs before anything is installed.
+Each set of packages contains the one before, so .venv grows from one to the next. Standard library
+only: this is the program that runs before anything is installed.
 """
 
 from __future__ import annotations
@@ -14,20 +15,42 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
-STAMP = VENV / "ready"
 BOOTSTRAP = ROOT / ".setup"
-INPUTS = ("pyproject.toml", "requirements.txt", "tools/setup.py", "src/slipscale/__init__.py")
 #: A link that the editable installation makes; without it nothing can be imported.
 LINK = ROOT / "src" / "slipscale" / "analysis"
-OLDEST, NEWEST = (3, 11), (3, 13)
+OLDEST = (3, 11)
+#: Set: the newest Python that it works on (PsychoPy has no release for 3.13), its size.
+SETS = {
+    "pilot": ((3, 13), "450 MB, half a minute"),
+    "session": ((3, 12), "650 MB, a minute"),
+    "test": ((3, 12), "1.2 GB, a minute or two"),
+}
 
 
-def fingerprint() -> str:
-    """Return a digest of all that decides what the environment holds."""
+def pins(name: str) -> str:
+    """Return the file of a set's pinned packages, relative to the project's root."""
+    return f"requirements/{name}.txt"
+
+
+def stamp(name: str) -> Path:
+    """Return the file that holds the fingerprint of an installed set."""
+    return VENV / f"ready-{name}"
+
+
+def fingerprint(name: str) -> str:
+    """Return a digest of all that decides what a set's environment holds."""
     digest = hashlib.sha256(sys.version.encode())
-    for name in INPUTS:
-        digest.update((ROOT / name).read_bytes())
+    for path in ("pyproject.toml", pins(name), "tools/setup.py", "src/slipscale/__init__.py"):
+        digest.update((ROOT / path).read_bytes())
     return digest.hexdigest()
+
+
+def is_ready(name: str) -> bool:
+    """Return whether .venv holds a set, or a larger one, as pinned now."""
+    larger = list(SETS)[list(SETS).index(name) :]
+    return LINK.exists() and any(
+        stamp(each).exists() and stamp(each).read_text() == fingerprint(each) for each in larger
+    )
 
 
 def python_in(venv: Path) -> Path:
@@ -49,51 +72,49 @@ def find_uv() -> str | None:
     return str(own) if own.exists() else None
 
 
-def install_with_uv(uv: str) -> bool:
-    """Create .venv and fill it with uv; return whether that worked."""
-    venv = [uv, "venv", "--quiet", "--allow-existing", "--python", sys.executable, str(VENV)]
-    pip = [uv, "pip", "install", "--quiet", "--python", str(python_in(VENV))]
-    if sys.dont_write_bytecode:
-        # Python would compile PsychoPy and pandas anew at every start: once is enough.
-        pip.append("--compile-bytecode")
-    steps = (venv, [*pip, "-r", "requirements.txt"], [*pip, "--no-deps", "-e", "."])
+def install(name: str, uv: str | None) -> bool:
+    """Create .venv and install a set with uv, or with pip; return whether that worked."""
+    python = str(python_in(VENV))
+    if uv:
+        venv = [uv, "venv", "--quiet", "--allow-existing", "--python", sys.executable, str(VENV)]
+        pip = [uv, "pip", "install", "--quiet", "--python", python]
+    else:
+        venv = [sys.executable, "-m", "venv", str(VENV)]
+        pip = [python, "-m", "pip", "install", "--quiet", "--no-compile"]
+    # The pins are complete. They leave out packages that PsychoPy requires and Slipscale never
+    # imports, so the installer must not add a package's own requirements.
+    pip.append("--no-deps")
+    steps = (venv, [*pip, "-r", pins(name)], [*pip, "-e", "."])
     return all(subprocess.run(step, cwd=ROOT, check=False).returncode == 0 for step in steps)
 
 
-def install_with_pip() -> bool:
-    """Create .venv and fill it with pip, for places where uv cannot go; return success."""
-    pip = [str(python_in(VENV)), "-m", "pip", "install", "--quiet"]
-    steps = (
-        [sys.executable, "-m", "venv", str(VENV)],
-        [*pip, "-r", "requirements.txt"],
-        [*pip, "--no-deps", "-e", "."],
-    )
-    return all(subprocess.run(step, cwd=ROOT, check=False).returncode == 0 for step in steps)
-
-
-def main() -> int:
+def main(name: str = "session") -> int:
     """Build or refresh the environment; return the exit status."""
-    if not OLDEST <= sys.version_info[:2] <= NEWEST:
+    if name not in SETS:
+        print(f"{name!r} is not a set; expected one of: {', '.join(SETS)}.", file=sys.stderr)
+        return 1
+    newest, size = SETS[name]
+    if not OLDEST <= sys.version_info[:2] <= newest:
         print(
-            f"Slipscale needs Python 3.{OLDEST[1]} to 3.{NEWEST[1]}; "
-            f"this is {sys.version.split()[0]}. Name another with: make setup PYTHON=python3.12",
+            f"The {name} environment requires Python 3.{OLDEST[1]} to 3.{newest[1]}; "
+            f"this is {sys.version.split()[0]}. Name another, for example: make PYTHON=python3.12",
             file=sys.stderr,
         )
         return 1
-    if LINK.exists() and STAMP.exists() and STAMP.read_text() == fingerprint():
+    if is_ready(name):
         return 0
-    print("Setting up Slipscale in .venv (once; some 2 GB, a minute or two) ...", flush=True)
+    print(f"Setting up the {name} environment in .venv (once; {size}) ...", flush=True)
     uv = find_uv()
-    if not (uv and install_with_uv(uv)) and not install_with_pip():
+    if not (uv and install(name, uv)) and not install(name, None):
         print(
             "Set-up failed; the installer's own message is above. Behind a proxy, set HTTPS_PROXY. "
             "Without the venv module, install it (Debian: apt-get install python3-venv).",
             file=sys.stderr,
         )
         return 1
-    STAMP.write_text(fingerprint())
+    stamp(name).write_text(fingerprint(name))
     return 0
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(*sys.argv[1:]))
