@@ -1,6 +1,6 @@
 """The functions of ``import slipscale`` that combine several packages.
 
-`slipscale.load` and `slipscale.analyse` are `slipscale.analysis.reading.load.load` and
+`slipscale.load` and `slipscale.analyse` are `slipscale.analysis.load.load` and
 `slipscale.analysis.pipeline.analyse`.
 """
 

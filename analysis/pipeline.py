@@ -11,19 +11,21 @@ from dataclasses import replace
 from math import inf
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.load import load
 from slipscale.analysis.own.run import are_installed, own_analyses
 from slipscale.analysis.preprocessing import data_quality, data_warnings, normalisation, sessions
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.reading.dataset import Dataset
-from slipscale.analysis.reading.load import load
 from slipscale.analysis.result import Analysis
-from slipscale.analysis.statistics import descriptives, textures
-from slipscale.analysis.statistics.individuals import individuals
+from slipscale.analysis.statistics import descriptives
 from slipscale.analysis.statistics.measured_friction import measured_friction
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.robustness import robustness
-from slipscale.analysis.statistics.run_all import conclude
 from slipscale.analysis.statistics.sensitivity import sensitivity
+from slipscale.analysis.tasks.estimation import textures
+from slipscale.analysis.tasks.individuals import individuals
+from slipscale.analysis.tasks.run import conclude
+from slipscale.analysis.tasks.table import TRIALS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 
@@ -50,7 +52,7 @@ def analyse(
     Parameters
     ----------
     dataset : str, Path or Dataset
-        A data set's folder, a tidy table, or what `slipscale.analysis.reading.load.load` returned.
+        A data set's folder, a tidy table, or what `slipscale.analysis.load.load` returned.
     normalise : str, optional
         A rule of `slipscale.analysis.preprocessing.normalisation.RULES`, in place of the study's
         frozen one.
@@ -74,13 +76,8 @@ def analyse(
     else:
         tell("reading the data")
         data = load(dataset)
-    read = (
-        *(data.estimates, data.differences, data.forced_choices),
-        *(data.comparisons, data.matches),
-        *(data.ratings, data.ratios, data.productions),
-    )
-    if not any(map(len, read)) and not (data.others and are_installed()):
-        raise UserError(f"{data.name}: {data_warnings.nothing(data)}")
+    if not any(map(len, data.tasks)) and not (data.others and are_installed()):
+        raise UserError(f"{data.name}: {data_warnings.nothing(data, TRIALS)}")
     absences = data_warnings.absent(data)
     data, changes = _with_ratio(data, equivalence_ratio)
     tell("checking data quality")

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.statistics.measured_friction import MeasuredFriction
     from slipscale.analysis.statistics.robustness import SubsetSummary
-    from slipscale.analysis.statistics.run_all import Inference
     from slipscale.analysis.statistics.sensitivity import RuleSummary
+    from slipscale.analysis.statistics.statistic import Inference
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,17 +39,17 @@ class Analysis:
     table3, description : DataFrame
         See `slipscale.analysis.statistics.descriptives`.
     textures : DataFrame
-        See `slipscale.analysis.statistics.textures.describe`.
+        See `slipscale.analysis.tasks.estimation.textures.describe`.
     prepared : Prepared or None
         What the tests were computed from; None where there are no magnitude estimates.
     inference : Inference
-        One field a test, see `slipscale.analysis.statistics.run_all`.
+        One field a test, see `slipscale.analysis.tasks.run`.
     sensitivity : tuple of RuleSummary
         Means and spreads under every normalisation.
     robustness : tuple of SubsetSummary
         The chief results with and without flagged participants.
     individuals : DataFrame
-        See `slipscale.analysis.statistics.individuals`.
+        See `slipscale.analysis.tasks.individuals`.
     measures, flags : DataFrame
         Data quality of every participant read, see `slipscale.analysis.preprocessing.data_quality`.
     excluded : Mapping

@@ -22,8 +22,8 @@ from scipy import stats
 
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
-from slipscale.analysis.statistics.scaling.difference_scaling import difference_scale
-from slipscale.analysis.statistics.scaling.paired_comparison_scale import bradley_terry, thurstone
+from slipscale.analysis.tasks.scales.difference_scaling import difference_scale
+from slipscale.analysis.tasks.scales.paired_comparison_scale import bradley_terry, thurstone
 from slipscale.experiments.protocols.adaptive.batched import QuestPlusBatch
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 from slipscale.experiments.protocols.adaptive.quest_plus import LARGEST_GRID, QuestPlus

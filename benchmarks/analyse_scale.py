@@ -35,7 +35,7 @@ assert len(table) == rows, len(table)
 """
 
 FIGURES = """
-from slipscale.analysis.reading.load import load
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting import files
 analysis = analyse(folder)

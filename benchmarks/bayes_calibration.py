@@ -16,7 +16,12 @@ import time
 import numpy as np
 from scipy import stats
 
-from slipscale.analysis.statistics.hierarchical_sampler import LKJ, PRIOR_SD, Trials, sample
+from slipscale.analysis.tasks.estimation.growth.hierarchical_sampler import (
+    LKJ,
+    PRIOR_SD,
+    Trials,
+    sample,
+)
 
 PEOPLE, REPETITIONS = 8, 4
 AMPLITUDES = np.array([0.3, 0.5, 1.2, 2.3])

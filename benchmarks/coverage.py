@@ -19,26 +19,26 @@ import pandas as pd
 
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.statistics import omnibus
-from slipscale.analysis.statistics.descending_difference.probit import d_primes
-from slipscale.analysis.statistics.descending_difference.proportions import clustered_interval
-from slipscale.analysis.statistics.descending_difference.step_size_curve import psychometric
-from slipscale.analysis.statistics.descending_difference.yes_no import TRIALS_FOR_OWN
 from slipscale.analysis.statistics.descriptives import student_intervals, within_intervals
 from slipscale.analysis.statistics.effect_sizes import hedges_g
 from slipscale.analysis.statistics.equivalence import equivalence
-from slipscale.analysis.statistics.group_comparison import compare_groups
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
-from slipscale.analysis.statistics.mixed_model import MixedModel, mixed_model
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.order_effects import OrderEffects, order_effects
 from slipscale.analysis.statistics.pairwise import PairedT, pairwise
 from slipscale.analysis.statistics.power_law import PowerLaw, power_law
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
 from slipscale.analysis.statistics.reliability import Reliability, reliability
+from slipscale.analysis.tasks.difference.probit import d_primes
+from slipscale.analysis.tasks.difference.proportions import clustered_interval
+from slipscale.analysis.tasks.difference.step_size_curve import psychometric
+from slipscale.analysis.tasks.difference.yes_no import TRIALS_FOR_OWN
+from slipscale.analysis.tasks.estimation.mixed_model import MixedModel, mixed_model
+from slipscale.analysis.tasks.estimation.order_effects import OrderEffects, order_effects
+from slipscale.analysis.tasks.groups.statistics import compare_groups
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 if TYPE_CHECKING:
@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.statistics.descending_difference.step_size_curve import Measure
-    from slipscale.analysis.statistics.group_comparison import GroupComparison
+    from slipscale.analysis.tasks.difference.step_size_curve import Measure
+    from slipscale.analysis.tasks.groups.statistics import GroupComparison
 
     Array = NDArray[np.float64]
     #: One simulated study -> whether each covers or errs, or None where it is not computed.

@@ -21,9 +21,9 @@ from scipy.special import betaincinv, ndtr
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.productions import productions
-from slipscale.analysis.statistics.ratings import ratings
-from slipscale.analysis.statistics.ratio_judgements import ratios
+from slipscale.analysis.tasks.productions.statistics import productions
+from slipscale.analysis.tasks.ratings.statistics import ratings
+from slipscale.analysis.tasks.ratios.statistics import ratios
 from slipscale.experiments.participants.bare import bare_run
 from slipscale.experiments.participants.habits import Habits
 from slipscale.experiments.participants.population import Population, curves

@@ -27,9 +27,9 @@ import pandas as pd
 
 from benchmarks.analyse_scale import write_dataset
 from benchmarks.models import FILM, marched, own_assembly, stock_assembly
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.load import load
-from slipscale.analysis.reporting.csv_file import write_csv
+from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.experiments.participants.bare import bare_run
 from slipscale.experiments.participants.population import Population
 from slipscale.experiments.running.pilot import pilot_plans, run_simulated

@@ -27,7 +27,7 @@ from benchmarks.recovery_measures import (
     measure_scales,
     measure_thresholds,
 )
-from slipscale.analysis.reading.load import load
+from slipscale.analysis.load import load
 from slipscale.experiments.participants.habits import Habits
 from slipscale.experiments.participants.population import Population
 

@@ -9,22 +9,22 @@ import numpy as np
 
 from benchmarks import simulated_truths as truths
 from benchmarks.bare_dataset import label
-from slipscale.analysis.statistics.matching import matching
 from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.psychometrics.forced_choice import COMPARED, CURVE_OF
-from slipscale.analysis.statistics.psychometrics.population_threshold import (
-    population_threshold,
-    weber_fraction,
-)
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold_by_posterior
-from slipscale.analysis.statistics.scaling.difference_scaling import (
+from slipscale.analysis.tasks.matching.statistics import matching
+from slipscale.analysis.tasks.scales.difference_scaling import (
     difference_scale,
     triads_as_quadruples,
 )
-from slipscale.analysis.statistics.scaling.paired_comparison_scale import bradley_terry, thurstone
-from slipscale.analysis.statistics.scaling.task_scales import scales
+from slipscale.analysis.tasks.scales.paired_comparison_scale import bradley_terry, thurstone
+from slipscale.analysis.tasks.scales.statistics import scales
+from slipscale.analysis.tasks.thresholds.population_threshold import (
+    population_threshold,
+    weber_fraction,
+)
+from slipscale.analysis.tasks.thresholds.statistics import COMPARED, CURVE_OF
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -111,11 +111,11 @@ def compared(
 
 def measure_thresholds(data: Dataset, case: Case, runs: int) -> list[Row]:
     """Each participant is a run; the population's are of studies of `PEOPLE`."""
-    method = str(data.forced_choices["method"].iloc[0])
+    method = str(data.trials["forced_choices"]["method"].iloc[0])
     two_sided = method == COMPARED
     ours: list[PsychometricFunction | NotComputed] = []
     true = []
-    main = data.forced_choices[~data.forced_choices["catch"]]
+    main = data.trials["forced_choices"][~data.trials["forced_choices"]["catch"]]
     rows_of = dict(list(main.groupby("participant_id", observed=True)))
     for number in range(1, runs + 1):
         noise = truths.own_noise(case.people, SEED, label(number))
@@ -147,7 +147,7 @@ def measure_thresholds(data: Dataset, case: Case, runs: int) -> list[Row]:
     groups = [ours[first : first + PEOPLE] for first in range(0, runs - PEOPLE + 1, PEOPLE)]
     populations = (_population(group, typical, log=not two_sided) for group in groups)
     shown.append(row(f"{name}, {PEOPLE} people", unit, populations))
-    catches = data.forced_choices[data.forced_choices["catch"]]
+    catches = data.trials["forced_choices"][data.trials["forced_choices"]["catch"]]
     if len(catches):
         shown.append(_catches(catches, case, two_sided=two_sided))
     return shown
@@ -226,7 +226,7 @@ def _catches(catches: pd.DataFrame, case: Case, *, two_sided: bool) -> Row:
 def measure_scales(data: Dataset, case: Case, runs: int) -> list[Row]:
     """Scales of studies of `case.each` people; true is that of the population's proportions."""
     surfaces = [float(each) for each in _amplitudes(case.study)]
-    triads = bool((data.comparisons["stimulus3"] != "").any())
+    triads = bool((data.trials["comparisons"]["stimulus3"] != "").any())
     if triads:
         expected = _expected_differences(case.people, surfaces)
         models = {"differences": (expected[:-1], slice(1, -1))}
@@ -241,7 +241,7 @@ def measure_scales(data: Dataset, case: Case, runs: int) -> list[Row]:
             models[name] = (np.array(known.values), slice(None))
     found: dict[str, list[tuple[float, bool | None] | None]] = {name: [] for name in models}
     noises: list[tuple[float, bool | None] | None] = []
-    for own in _studies(data.comparisons, case.each, runs):
+    for own in _studies(data.trials["comparisons"], case.each, runs):
         tasks = scales(own)
         if isinstance(tasks, NotComputed):
             raise SystemExit(tasks.reason)
@@ -300,7 +300,7 @@ def measure_matching(data: Dataset, case: Case, runs: int) -> list[Row]:
         "direction_um_pp": ends[-1] - ends[1],
     }
     found: dict[str, list[tuple[float, bool | None] | None]] = {name: [] for name in true}
-    for own in _studies(data.matches, case.each, runs):
+    for own in _studies(data.trials["matches"], case.each, runs):
         tasks = matching(own)
         if isinstance(tasks, NotComputed):
             raise SystemExit(tasks.reason)

@@ -161,10 +161,10 @@ def add_mapping(parser: ArgumentParser) -> None:
 def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     """Read what the options name, under their mapping, and analyse it as they say."""
     from slipscale.analysis.cli.mapping_options import mapping_from  # noqa: PLC0415
+    from slipscale.analysis.load import load  # noqa: PLC0415
     from slipscale.analysis.pipeline import analyse  # noqa: PLC0415
     from slipscale.analysis.preprocessing.sessions import only_session  # noqa: PLC0415
     from slipscale.analysis.reading import mapping as mappings  # noqa: PLC0415
-    from slipscale.analysis.reading.load import load  # noqa: PLC0415
 
     progress("reading the data")
     LOG.info("reading %s", args.dataset)
@@ -188,12 +188,12 @@ def run_analyse(args: Namespace) -> int:
     """Analyse a data set; print Table III and where everything lies."""
     from slipscale.analysis.preregistration.bundle import read_bundle  # noqa: PLC0415
     from slipscale.analysis.reading.own_words import in_own_words, own_columns  # noqa: PLC0415
-    from slipscale.analysis.reporting.output_folder import default_folder  # noqa: PLC0415
     from slipscale.analysis.reporting.terminal import (  # noqa: PLC0415
         print_answers,
         print_own,
         print_table3,
     )
+    from slipscale.analysis.writing.output_folder import default_folder  # noqa: PLC0415
 
     say(here())
     bundle = read_bundle(args.plan) if args.plan else None

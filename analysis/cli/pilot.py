@@ -85,12 +85,12 @@ def run(args: Namespace) -> int:
             # Loaded while the bar is on the screen: pandas, SciPy and matplotlib take a moment.
             from slipscale.analysis.pipeline import analyse  # noqa: PLC0415
             from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
-            from slipscale.analysis.reporting.output_folder import default_folder  # noqa: PLC0415
             from slipscale.analysis.reporting.terminal import (  # noqa: PLC0415
                 print_answers,
                 print_own,
                 print_table3,
             )
+            from slipscale.analysis.writing.output_folder import default_folder  # noqa: PLC0415
 
             analysis = analyse(folder)
             report = write_analysis(analysis, default_folder(analysis.dataset, folder))

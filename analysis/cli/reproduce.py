@@ -29,9 +29,9 @@ def add_reproduce(parser: ArgumentParser) -> None:
 
 def run_reproduce(args: Namespace) -> int:
     """Compare ours with the paper; 1 on drift, or where a cell of Table III disagrees."""
-    from slipscale.analysis.reporting.output_folder import make_folder  # noqa: PLC0415
     from slipscale.analysis.reproduction.comparison import choose, compare, write_figures  # noqa: PLC0415
     from slipscale.analysis.reproduction.terminal import print_comparisons  # noqa: PLC0415
+    from slipscale.analysis.writing.output_folder import make_folder  # noqa: PLC0415
 
     choose(args.items)
     make_folder(Path(args.out))

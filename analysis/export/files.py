@@ -10,9 +10,9 @@ from slipscale.analysis.export.reported_numbers import reported_numbers, setting
 from slipscale.analysis.export.word import write_word
 from slipscale.analysis.reading.own_words import in_own_words, own_columns
 from slipscale.analysis.reporting import methods_text
-from slipscale.analysis.reporting.csv_file import write_csv
 from slipscale.analysis.reporting.files import software, write_analysis
 from slipscale.analysis.reporting.tables import tables
+from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

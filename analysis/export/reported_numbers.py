@@ -7,15 +7,19 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from slipscale.analysis import json_form
 from slipscale.analysis.reading.own_words import own_name
-from slipscale.analysis.reporting import json_form
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.estimation.statistics import PAGE_TREND
+from slipscale.analysis.tasks.matching.reading import TRIALS as MATCHING_TRIALS
+from slipscale.analysis.tasks.scales.reading import TRIALS as COMPARISON_TRIALS
+from slipscale.analysis.tasks.thresholds.reading import TRIALS as THRESHOLD_TRIALS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from slipscale.analysis.reporting.json_form import Json
+    from slipscale.analysis.json_form import Json
     from slipscale.analysis.result import Analysis
 
 #: What a name of inference.json says of the unit, which a script need not know.
@@ -39,7 +43,7 @@ def reported_numbers(analysis: Analysis) -> pd.DataFrame:
         "robustness": [_means_in_order(json_form.record(row)) for row in analysis.robustness],
         "individuals": _exponents(analysis),
     }
-    inference = json_form.record(analysis.inference)
+    inference = json_form.record(analysis.inference.results)
     found = [
         (LEVEL.sub("ci", UNIT.sub("", PER_UNIT.sub("per_unit", name))), value)
         for name, value in _numbers({**inference, **json_form.record(parts)})
@@ -83,7 +87,7 @@ def settings(analysis: Analysis) -> pd.DataFrame:
     """Return ``name value``: the choices, and what the columns of levels are called."""
     data, choices = analysis.dataset, analysis.dataset.choices
     plate = data.quantity.of_plate
-    page = analysis.inference.page_trend
+    page = analysis.inference[PAGE_TREND]
     found = {
         "level": own_name("amplitude_um_pp", data.quantity),
         "before": "amplitude_before_um_pp" if plate else own_name("amplitude_um_pp", data.quantity),
@@ -103,7 +107,7 @@ def task_trials(analysis: Analysis) -> dict[str, pd.DataFrame]:
     """Return the trials of thresholds, comparisons and matching as they were analysed, by name."""
     data = analysis.dataset
     return {
-        "choices": data.forced_choices,
-        "comparisons": data.comparisons,
-        "matches": data.matches,
+        "choices": data.of(THRESHOLD_TRIALS),
+        "comparisons": data.of(COMPARISON_TRIALS),
+        "matches": data.of(MATCHING_TRIALS),
     }

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
+from slipscale.analysis.json_form import record
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -144,6 +145,18 @@ class OwnFinding:
     version: str
     found: OwnResult | NotComputed = field(repr=False)
     failed: bool = False
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        keys: dict[str, object] = {
+            "title": self.title,
+            "package": self.package,
+            "version": self.version,
+        }
+        found = self.found
+        if isinstance(found, OwnResult):
+            return {**keys, "sentences": found.sentences, "numbers": found.numbers}
+        return {**keys, **record(found)}
 
 
 def _is_plain(value: object) -> bool:

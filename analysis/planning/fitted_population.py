@@ -16,6 +16,7 @@ import numpy as np
 from slipscale.analysis.preprocessing.data_quality import TRIALS_FOR_DRIFT
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.estimation.statistics import ORDER
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.participants.habits import ROUND_TO_PERCENT
 from slipscale.experiments.participants.population import Population
@@ -183,7 +184,7 @@ def _rounding(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> F
 
 
 def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
-    order = analysis.inference.order
+    order = analysis.inference[ORDER]
     each = trials.groupby(trials[PARTICIPANT].astype(str)).size()
     # Of few trials a slope is no habit, whatever its interval.
     if isinstance(order, NotComputed) or each.min() < TRIALS_FOR_DRIFT:

@@ -14,7 +14,7 @@ from slipscale.analysis.planning.answers import as_json, varying
 from slipscale.analysis.planning.grid import AXES
 from slipscale.analysis.planning.power_figures import catch_figure, power_figure, precision_figure
 from slipscale.analysis.planning.terminal import summary
-from slipscale.analysis.reporting import html
+from slipscale.analysis.writing import html
 from slipscale.faults import UserError
 from slipscale.figure_style import save, svg
 

@@ -13,9 +13,9 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.planning.protocol_studies import RATIO, minutes_of
-from slipscale.analysis.reading.forced_choice import told_choices
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.analysis.tasks.thresholds.reading import told_choices
 from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.dataset.schema import INTERVAL, MAIN
 from slipscale.experiments.journal.record import Record

@@ -23,8 +23,8 @@ from slipscale.analysis.planning.protocol_studies import EXPONENT, seed_of
 from slipscale.analysis.planning.shard import excluded
 from slipscale.analysis.planning.simulation import simulate_ratings
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
-from slipscale.analysis.statistics.psychometrics.forced_choice import COMPARED, CURVE_OF
 from slipscale.analysis.statistics.psychometrics.thresholds import threshold_values
+from slipscale.analysis.tasks.thresholds.statistics import COMPARED, CURVE_OF
 from slipscale.experiments.study.file import parse_study
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import tomlkit
 
-from slipscale.analysis.reading.forced_choice import COMPARISON, FORCED_CHOICE
+from slipscale.analysis.tasks.thresholds.reading import COMPARISON, FORCED_CHOICE
 from slipscale.experiments.participants.bare import bare_run
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from slipscale.experiments.protocols.registry import load_protocol

@@ -29,9 +29,9 @@ from slipscale.analysis.planning.simulated_dataset import place_of, simulated_da
 from slipscale.analysis.planning.simulation import simulate_ratings
 from slipscale.analysis.planning.yes_no_steps import precision, simulate_steps
 from slipscale.analysis.preprocessing import data_quality
-from slipscale.analysis.statistics.mixed_model import mixed_model
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.omnibus import page_trend
+from slipscale.analysis.tasks.estimation.mixed_model import mixed_model
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.planning.outcome import Sums
-from slipscale.analysis.statistics.descending_difference.probit import d_primes
-from slipscale.analysis.statistics.descending_difference.proportions import clustered_interval
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.difference.probit import d_primes
+from slipscale.analysis.tasks.difference.proportions import clustered_interval
 from slipscale.experiments.participants.population import curves
 
 if TYPE_CHECKING:

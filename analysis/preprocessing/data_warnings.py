@@ -9,10 +9,13 @@ from slipscale.analysis.wording import listed
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import pandas as pd
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.reading.labelled_tasks import TaskTrials
 
 #: Rules that multiply everybody by the same number; and how far apart scales may be under them.
 ONE_FACTOR, SCALES_APART = ("none", "grand_maximum"), 5.0
@@ -73,32 +76,16 @@ LEFT_OUT = {
     "textures": "of textures, which are described on the scale of plain surfaces",
     "unanswered": "without a usable answer",
     "difference_unanswered": "steps without a usable answer",
-    "choice_practice": "practice trials of forced choice",
-    "choice_voided": "voided trials of forced choice",
-    "choice_unanswered": "trials of forced choice without a usable answer",
-    **{
-        f"{task}_{reason}": words
-        for task in ("comparison", "matching", "rating", "ratio", "production")
-        for reason, words in (
-            ("practice", f"practice trials of {task}"),
-            ("voided", f"voided trials of {task}"),
-            ("unanswered", f"trials of {task} without a usable answer"),
-        )
-    },
 }
 
 
-TASKS = (
-    *("estimation", "difference", "choice", "comparison", "matching"),
-    *("rating", "ratio", "production"),
-)
-
-
-def nothing(data: Dataset) -> str:
+def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
     """Say why there is nothing to analyse."""
-    rows = sum(data.counts.get(f"{task}_rows", 0) for task in TASKS)
+    tasks = ("estimation", "difference", *(kind.counted for kind in kinds))
+    rows = sum(data.counts.get(f"{task}_rows", 0) for task in tasks)
+    left_out = LEFT_OUT | {key: words for kind in kinds for key, words in kind.left_out.items()}
     parts = [
-        f"{data.counts[key]} {words}" for key, words in LEFT_OUT.items() if data.counts.get(key)
+        f"{data.counts[key]} {words}" for key, words in left_out.items() if data.counts.get(key)
     ]
     why = f" ({rows} rows read: {', '.join(parts)})" if parts else f" ({rows} rows read)"
     first = f". {data.problems[0]}" if data.problems else ""

@@ -10,7 +10,7 @@ from markupsafe import Markup
 
 from slipscale.analysis.preregistration.manifest import STUDY
 from slipscale.analysis.preregistration.words import plan_blocks
-from slipscale.analysis.reporting import html
+from slipscale.analysis.writing import html
 from slipscale.experiments.running.study_commands import show
 
 if TYPE_CHECKING:

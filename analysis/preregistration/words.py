@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.preprocessing.data_quality import MEANINGS
-from slipscale.analysis.reporting import html, methods_text
+from slipscale.analysis.reporting import methods_text
 from slipscale.analysis.reporting.files import software
-from slipscale.analysis.reporting.primary import FAMILIES
-from slipscale.analysis.statistics.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.run_all import Inference
+from slipscale.analysis.tasks.estimation.primary import TITLES
+from slipscale.analysis.tasks.multiplicity import multiplicity
+from slipscale.analysis.tasks.table import STATISTICS
+from slipscale.analysis.writing import html
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -29,40 +30,14 @@ if TYPE_CHECKING:
         Thresholds,
     )
 
-#: A field of `Inference` -> what it is.
-TESTS: Mapping[str, str] = {
-    "rm_anova": "repeated-measures ANOVA of log estimates over amplitudes",
-    "friedman": "Friedman's test of ranks over amplitudes",
-    "page_trend": "Page's test of an ordered trend",
-    "linear_trend": "linear trend of log estimates with amplitude",
-    "pairwise": "each pair of amplitudes: Wilcoxon's test, paired t, equivalence, Bayes factor",
-    "mixed_model": "mixed model of log estimates on log amplitude",
-    "power_law": "exponent of the power function, the mean of participants' slopes",
-    "growth": "comparison of growth functions",
-    "bayesian_growth": "hierarchical Bayesian power function",
-    "order": "drift over a session, and carry-over from the surface before",
-    "reliability": "reliability of repeated estimates",
-    "sessions": "sessions: analysis of variance with session as a factor, changes, test-retest "
-    "agreement",
-    "groups": "comparison of groups of participants",
-    "difference": "descending difference: shares of “yes”, d′, curves, verbal reports",
-    "thresholds": "thresholds of forced choice",
-    "scales": "scales of paired comparison",
-    "matching": "bias and variability of matching",
-    "ratings": "ratings on a line: means, Friedman's test, ordered trend, pairs",
-    "ratios": "ratios to a standard, and their exponent",
-    "productions": "magnitude production: produced amplitudes, slope and exponent",
-    "exponent_and_weber": "whether exponent and Weber fraction agree (Ekman's law)",
-}
-#: What `Inference` holds beside tests.
-NO_TEST = ("normalisation",)
+#: A test's key -> what is computed.
+TESTS = {statistic.key: statistic.meaning for statistic in STATISTICS if statistic.test}
 
 
 def results_of(analysis: Analysis) -> dict[str, object]:
     """Return every test's result or `NotComputed`, in inference.json's order, outside ones last."""
-    fields = (name for name in Inference.__dataclass_fields__ if name not in NO_TEST)
     own = {f"own_analyses.{each.name}": each.found for each in analysis.own}
-    return {name: getattr(analysis.inference, name) for name in fields} | own
+    return {name: analysis.inference.results[name] for name in TESTS} | own
 
 
 def with_results(analysis: Analysis) -> tuple[str, ...]:
@@ -84,7 +59,7 @@ def plan_blocks(analysis: Analysis, software: Mapping[str, str]) -> list[Markup]
     if analysis.prepared is not None:
         rule = normalisation.RULES[analysis.rule]
         blocks += [
-            html.labelled("Primary analysis", f"{FAMILIES[choices.primary].title}."),
+            html.labelled("Primary analysis", f"{TITLES[choices.primary]}."),
             html.labelled("Normalisation", f"{analysis.rule}: {rule.formula}."),
         ]
     blocks += [

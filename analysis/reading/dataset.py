@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from slipscale.analysis.reading.comparing_and_matching import empty_comparisons, empty_matches
 from slipscale.analysis.reading.delimited import Source, digest
-from slipscale.analysis.reading.forced_choice import empty_choices
-from slipscale.analysis.reading.magnitude_modes import PRODUCTIONS, RATINGS, RATIOS, empty
 from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
@@ -20,12 +16,11 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
+    from slipscale.analysis.reading.labelled_tasks import TaskTrials
 
-#: The fields of `Dataset` that hold trials.
-TABLES = (
-    *("estimates", "answers", "differences", "textures"),
-    *("forced_choices", "comparisons", "matches", "ratings", "ratios", "productions"),
-)
+
+#: The fields of `Dataset` that hold trials of magnitude estimation and descending difference.
+TABLES = ("estimates", "answers", "differences", "textures")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,14 +43,9 @@ class Dataset:
         their ``texture``.
     differences : DataFrame
         Steps of the descending difference, answered ones.
-    forced_choices : DataFrame
-        Trials of forced choice, answered ones: see `slipscale.analysis.reading.forced_choice`.
-    comparisons, matches : DataFrame
-        Trials of paired comparison and of matching, answered ones: see
-        `slipscale.analysis.reading.comparing_and_matching`.
-    ratings, ratios, productions : DataFrame
-        Answered trials on a visual analogue scale, of ratio judgements, and of magnitude
-        production: see `slipscale.analysis.reading.magnitude_modes`.
+    trials : Mapping
+        Answered main trials of every other kind of task, by the name of its `TaskTrials`; `of`
+        looks them up. Kinds that were not run may be missing.
     others : Mapping
         Main trials of tasks that are read by no analysis of Slipscale's (a laboratory's own
         protocols), as `slipscale.analysis.reading.labelled_tasks.read_others` returns them, by task
@@ -101,33 +91,36 @@ class Dataset:
     folder: Path | None = None
     quantity: Quantity = PLATE_AMPLITUDE
     textures: pd.DataFrame = field(default_factory=pd.DataFrame)
-    forced_choices: pd.DataFrame = field(default_factory=empty_choices)
-    comparisons: pd.DataFrame = field(default_factory=empty_comparisons)
-    matches: pd.DataFrame = field(default_factory=empty_matches)
-    ratings: pd.DataFrame = field(default_factory=partial(empty, RATINGS))
-    ratios: pd.DataFrame = field(default_factory=partial(empty, RATIOS))
-    productions: pd.DataFrame = field(default_factory=partial(empty, PRODUCTIONS))
+    trials: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     others: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+
+    def of(self, kind: TaskTrials) -> pd.DataFrame:
+        """Return the trials of a kind of task; no row if it was not run."""
+        found = self.trials.get(kind.name)
+        return kind.empty() if found is None else found
 
     @property
     def tables(self) -> dict[str, pd.DataFrame]:
-        """All tables of trials, by their field; those of other tasks by their label."""
-        return {name: getattr(self, name) for name in TABLES} | dict(self.others)
+        """All tables of trials, by their field, kind or label."""
+        own = {name: getattr(self, name) for name in TABLES}
+        return {**own, **self.trials, **self.others}
 
     def with_tables(self, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Dataset:
         """Return the data with every table of trials changed alike."""
         changed: dict[str, Any] = {name: change(getattr(self, name)) for name in TABLES}
-        others = {task: change(rows) for task, rows in self.others.items()}
-        return replace(self, **changed, others=others)
+        for name in ("trials", "others"):
+            changed[name] = {key: change(rows) for key, rows in getattr(self, name).items()}
+        return replace(self, **changed)
+
+    @property
+    def tasks(self) -> list[pd.DataFrame]:
+        """The trials of every kind of task that the analysis reads."""
+        return [self.estimates, self.differences, *self.trials.values()]
 
     @property
     def people(self) -> set[str]:
         """Everybody who has trials of any task, answered or not."""
-        tasks = (
-            *(self.answers, self.differences, self.forced_choices),
-            *(self.comparisons, self.matches, self.ratings, self.ratios, self.productions),
-            *self.others.values(),
-        )
+        tasks = (self.answers, self.differences, *self.trials.values(), *self.others.values())
         return {str(who) for rows in tasks for who in rows[PARTICIPANT].unique()}
 
     def __repr__(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,12 +21,50 @@ from slipscale.experiments.dataset.schema import (
 
 if TYPE_CHECKING:
     import re
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
     from slipscale.analysis.reading.delimited import Problems, Source
 
     Entries = Sequence[tuple[Path, re.Match[str]]]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskTrials:
+    """Which tables hold the trials of a kind of task, and how they are read.
+
+    Parameters
+    ----------
+    name : str
+        Their name in `Dataset.trials`.
+    counted : str
+        Before what is counted of them: ``{counted}_rows``, ``{counted}_unanswered``.
+    title : str
+        What they are called after "trials of".
+    belongs : callable
+        Whether a table with these columns holds such trials.
+    read : callable
+        Returns the answered main trials of tables, and the files.
+    empty : callable
+        Returns the same columns without a row.
+    """
+
+    name: str
+    counted: str
+    title: str
+    belongs: Callable[[frozenset[str]], bool]
+    read: Callable[[Entries, Path, Problems, dict[str, int]], tuple[pd.DataFrame, list[Source]]]
+    empty: Callable[[], pd.DataFrame]
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """What rows that are not analysed are counted under, and what they are."""
+        return {
+            f"{self.counted}_practice": f"practice trials of {self.title}",
+            f"{self.counted}_voided": f"voided trials of {self.title}",
+            f"{self.counted}_unanswered": f"trials of {self.title} without a usable answer",
+        }
+
 
 #: Label of a file name's part: column that it fills.
 IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run"}
@@ -114,3 +153,9 @@ def read_others(
         tasks[task] = frame.drop(columns=["file", "line"])
         sources += read_sources
     return tasks, sources
+
+
+def with_people(rows: pd.DataFrame, columns: tuple[str, ...]) -> pd.DataFrame:
+    """Return rows under these columns, participants as categories."""
+    people = pd.Categorical(rows[PARTICIPANT].astype(str))
+    return rows.assign(**{PARTICIPANT: people})[list(columns)].reset_index(drop=True)

@@ -18,7 +18,7 @@ from slipscale.analysis.reconstruction.report import column_lines, printed_test_
 from slipscale.analysis.reconstruction.sampling import Sampler
 from slipscale.analysis.reconstruction_page.distributions import cumulative, histogram
 from slipscale.analysis.reconstruction_page.figures import cumulative_figure, histogram_figure
-from slipscale.analysis.reporting import html
+from slipscale.analysis.writing import html
 from slipscale.experiments.dataset.spreadsheet_cells import harmless_cell
 from slipscale.figure_style import svg
 

@@ -6,34 +6,22 @@ The same data and versions give the same bytes: no date, no path, no order by ch
 from __future__ import annotations
 
 import platform
-from dataclasses import fields
 from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 from slipscale import figure_style
-from slipscale.analysis.figures import (
-    estimates,
-    exponent_and_weber,
-    exponents,
-    growth,
-    magnitude_modes,
-    measured_friction,
-    scales,
-    thresholds,
-    yes_no,
-)
-from slipscale.analysis.figures.shared import with_tips
-from slipscale.analysis.preprocessing import normalisation
+from slipscale.analysis import json_form
 from slipscale.analysis.published import biet2007
 from slipscale.analysis.reading.own_words import own_columns, own_keys
-from slipscale.analysis.reporting import json_form, page
-from slipscale.analysis.reporting.csv_file import write_csv
+from slipscale.analysis.reporting import page
 from slipscale.analysis.reporting.latex import in_own_latex, latex_tables
-from slipscale.analysis.reporting.output_folder import make_folder
 from slipscale.analysis.reporting.tables import quality_table, tables
-from slipscale.analysis.statistics.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.run_all import Inference
+from slipscale.analysis.tasks.multiplicity import multiplicity
+from slipscale.analysis.tasks.table import KINDS
+from slipscale.analysis.writing.axes import with_tips
+from slipscale.analysis.writing.csv_file import write_csv
+from slipscale.analysis.writing.output_folder import make_folder
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -152,9 +140,8 @@ def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, obj
 
 def inference(analysis: Analysis) -> Mapping[str, object]:
     """Return what inference.json holds: every test, then outside analyses where there are any."""
-    tests = {each.name: getattr(analysis.inference, each.name) for each in fields(Inference)}
     own = {each.name: each for each in analysis.own}
-    return {**tests, **({"own_analyses": own} if own else {})}
+    return {**analysis.inference.results, **({"own_analyses": own} if own else {})}
 
 
 def derivative_description(analysis: Analysis) -> dict[str, object]:
@@ -170,89 +157,9 @@ def derivative_description(analysis: Analysis) -> dict[str, object]:
 def draw(analysis: Analysis) -> dict[str, Figure]:
     """Return the figures that the data allows, by file name."""
     found: dict[str, Figure] = {}
-    level = analysis.dataset.choices.confidence
-    if analysis.prepared is not None:
-        unit = normalisation.RULES[analysis.rule].unit
-        found["fig15"] = estimates.fig15(
-            analysis.cells,
-            analysis.prepared.logs,
-            unit=unit,
-            confidence=level,
-            quantity=analysis.dataset.quantity,
-        )
-        if not isinstance(analysis.inference.power_law, NotComputed):
-            found["growth"] = growth.growth(
-                analysis.prepared.logs,
-                analysis.inference.growth,
-                unit=unit,
-                confidence=level,
-                quantity=analysis.dataset.quantity,
-            )
-        if analysis.friction is not None and analysis.friction.trials:
-            found["rating_friction"] = measured_friction.rating_friction(
-                analysis.prepared, unit=unit
-            )
-        bayesian = analysis.inference.bayesian_growth
-        if not isinstance(bayesian, NotComputed) and bayesian.converged:
-            found["exponents"] = exponents.exponents(bayesian)
-        if not isinstance(analysis.inference.rm_anova, NotComputed):
-            found["residuals"] = estimates.residuals(
-                analysis.prepared.whole_logs, analysis.dataset.quantity
-            )
-    difference = analysis.inference.difference
-    if not isinstance(difference, NotComputed) and difference.steps:
-        found["difference"] = yes_no.difference(
-            difference,
-            analysis.dataset.differences,
-            confidence=level,
-            quantity=analysis.dataset.quantity,
-        )
-    found_thresholds = analysis.inference.thresholds
-    for task in () if isinstance(found_thresholds, NotComputed) else found_thresholds:
-        trials = analysis.dataset.forced_choices
-        trials = trials[trials["task"] == task.task]
-        found[f"thresholds_{task.task}"] = thresholds.functions(task, trials)
-        if trials["track"].notna().any():
-            found[f"tracks_{task.task}"] = thresholds.tracks(task, trials)
-    together = analysis.inference.exponent_and_weber
-    for one in () if isinstance(together, NotComputed) else together:
-        found[f"exponent_and_weber_{one.task}"] = exponent_and_weber.exponent_and_weber(one)
-    return found | _draw_scales(analysis) | _draw_magnitudes(analysis) | _own_figures(analysis)
-
-
-def _draw_scales(analysis: Analysis) -> dict[str, Figure]:
-    """Return the figures of paired comparison and of matching."""
-    found: dict[str, Figure] = {}
-    compared, matched = analysis.inference.scales, analysis.inference.matching
-    for scale in () if isinstance(compared, NotComputed) else compared:
-        if not (
-            isinstance(scale.bradley_terry, NotComputed)
-            and isinstance(scale.differences, NotComputed)
-        ):
-            found[f"scale_{scale.task}"] = scales.scale(scale)
-    rows = () if isinstance(matched, NotComputed) else matched
-    for task in sorted({each.task for each in rows}):
-        trials = analysis.dataset.matches
-        found[f"matching_{task}"] = scales.matches(
-            [each for each in rows if each.task == task], trials[trials["task"] == task]
-        )
-    return found
-
-
-def _draw_magnitudes(analysis: Analysis) -> dict[str, Figure]:
-    """Return the figures of ratings on a line, ratio judgements and production."""
-    found: dict[str, Figure] = {}
-    inference, data = analysis.inference, analysis.dataset
-    for rated in () if isinstance(inference.ratings, NotComputed) else inference.ratings:
-        trials = data.ratings[data.ratings["task"] == rated.task]
-        found[f"ratings_{rated.task}"] = magnitude_modes.ratings(rated, trials)
-    for judged in () if isinstance(inference.ratios, NotComputed) else inference.ratios:
-        trials = data.ratios[data.ratios["task"] == judged.task]
-        found[f"ratios_{judged.name}"] = magnitude_modes.ratios(judged, trials)
-    for made in () if isinstance(inference.productions, NotComputed) else inference.productions:
-        trials = data.productions[data.productions["task"] == made.task]
-        found[f"productions_{made.task}"] = magnitude_modes.productions(made, trials)
-    return found
+    for kind in KINDS:
+        found |= kind.figures(analysis)
+    return found | _own_figures(analysis)
 
 
 def _own_figures(analysis: Analysis) -> dict[str, Figure]:

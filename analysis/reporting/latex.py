@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from slipscale.analysis.reading.own_words import in_own_words
-from slipscale.analysis.reporting.numbers import p_value
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.estimation.statistics import PAIRWISE
+from slipscale.analysis.writing.numbers import p_value
 
 MICRO = r"$\mu$"
 
@@ -44,7 +45,7 @@ def latex_tables(analysis: Analysis) -> dict[str, str]:
             column_format="rrrrr",
         )
     }
-    pairs = analysis.inference.pairwise
+    pairs = analysis.inference[PAIRWISE]
     if not isinstance(pairs, NotComputed):
         rows = pd.DataFrame([_pair(pair) for pair in pairs])
         found["pairwise"] = rows.to_latex(

@@ -6,15 +6,17 @@ import re
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing import normalisation
-from slipscale.analysis.reporting.numbers import unit_number
-from slipscale.analysis.reporting.references import REFERENCES
-from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
+from slipscale.analysis.tasks.estimation.statistics import RM_ANOVA
+from slipscale.analysis.tasks.table import STATISTICS
+from slipscale.analysis.writing.numbers import unit_number
+from slipscale.analysis.writing.references import REFERENCES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.analysis.reporting.references import Reference
     from slipscale.analysis.result import Analysis
+    from slipscale.analysis.writing.references import Reference
     from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
 
 #: [[key]] in a sentence cites a reference.
@@ -33,31 +35,6 @@ PRIMARY: dict[Primary, str] = {
     "logarithms with Greenhouse and Geisser's correction [[greenhouse1959]], followed by paired t "
     "tests of each pair of amplitudes, with Holm's correction [[holm1979]].",
 }
-#: A test's field of `Inference` -> its sentence.
-TESTS = {
-    "rm_anova": "Log estimates were compared between amplitudes by a repeated-measures analysis "
-    "of variance with Greenhouse and Geisser's correction [[greenhouse1959]]; its effect size is "
-    "generalised eta squared [[olejnik2003]].",
-    "page_trend": "An ordered trend was tested by Page's test [[page1963]].",
-    "pairwise": "Whether two amplitudes were equal was tested by two one-sided tests of the ratio "
-    "of geometric means [[schuirmann1987]], with bounds of {bounds}, and by a Bayes factor with a "
-    "Cauchy prior of scale 0.707 [[rouder2009]].",
-    "sessions": "Sessions were compared by an analysis of variance of mean log estimates with "
-    "session and amplitude within participants, Greenhouse and Geisser's correction "
-    "[[greenhouse1959]], and by each participant's change from the first session, with Holm's "
-    "correction over all changes [[holm1979]]; agreement between sessions is the intraclass "
-    "correlation ICC(A,1) [[mcgraw1996]].",
-    "power_law": "Exponents are the means of participants' slopes of log estimates on log "
-    "amplitude [[stevens1957]], with Student's intervals over participants.",
-}
-DIFFERENCE = (
-    "Shares of “yes” have Clopper and Pearson's intervals, of as many answers as there would be "
-    "independent ones [[korn1998]]. “Yes” was related to the size of the step by a logistic "
-    "curve, fitted by generalised estimating equations with exchangeable answers of a participant "
-    "[[liang1986]] and errors for few participants [[mancl2001]]. Sensitivity, d′, comes from a "
-    "probit model with participants, with intervals of its profile likelihood; a participant's "
-    "own d′ and c have the log-linear correction [[hautus1995]]."
-)
 
 
 def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
@@ -74,10 +51,12 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
         bound = choices.equivalence_ratio
         bounds = f"{1 / bound:.3g} and {bound:.3g}"
         done = [
-            text.format(bounds=bounds)
-            for name, text in TESTS.items()
-            if not isinstance(getattr(analysis.inference, name), NotComputed)
-            and not (name == "rm_anova" and choices.primary == "logarithms")
+            each.methods.format(bounds=bounds)
+            for each in STATISTICS
+            if each.methods
+            and each is not DIFFERENCE
+            and analysis.inference.found(each) is not None
+            and not (each is RM_ANOVA and choices.primary == "logarithms")
         ]
         rule = normalisation.RULES[analysis.rule]
         texts += [
@@ -89,9 +68,9 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
             ),
             " ".join(done),
         ]
-    difference = analysis.inference.difference
-    if not isinstance(difference, NotComputed) and difference.steps:
-        texts.append(DIFFERENCE)
+    difference = analysis.inference.found(DIFFERENCE)
+    if difference is not None and difference.steps:
+        texts.append(DIFFERENCE.methods)
     level = unit_number(1 - choices.confidence, 3).rstrip("0")
     versions = {name: version for name, version in software.items() if name in CITED}
     used = ", ".join(f"{CITED[name]} {version}" for name, version in versions.items())

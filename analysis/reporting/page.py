@@ -10,36 +10,16 @@ import pandas as pd
 from markupsafe import Markup
 
 from slipscale.analysis.reading.own_words import in_own_words
-from slipscale.analysis.reporting import (
-    apa,
-    apa_difference,
-    apa_exponent_and_weber,
-    apa_groups,
-    apa_magnitude_modes,
-    apa_scales,
-    apa_sessions,
-    apa_thresholds,
-    html,
-)
-from slipscale.analysis.reporting.numbers import grouped
-from slipscale.analysis.reporting.sections import magnitude_modes
 from slipscale.analysis.reporting.sections.assumptions import assumptions
-from slipscale.analysis.reporting.sections.comparisons import comparisons
-from slipscale.analysis.reporting.sections.difference import difference
-from slipscale.analysis.reporting.sections.estimates import estimates
-from slipscale.analysis.reporting.sections.exponent_and_weber import exponent_and_weber
-from slipscale.analysis.reporting.sections.groups import groups
-from slipscale.analysis.reporting.sections.growth import growth
-from slipscale.analysis.reporting.sections.measured_friction import measured_friction
 from slipscale.analysis.reporting.sections.methods import methods, normalisations
 from slipscale.analysis.reporting.sections.multiplicity import tests_made
 from slipscale.analysis.reporting.sections.own import own_sections
 from slipscale.analysis.reporting.sections.plan import plan
 from slipscale.analysis.reporting.sections.quality import quality
-from slipscale.analysis.reporting.sections.scales import matching, scales
-from slipscale.analysis.reporting.sections.sessions import sessions
 from slipscale.analysis.reporting.sections.summary import summary
-from slipscale.analysis.reporting.sections.thresholds import thresholds
+from slipscale.analysis.tasks.table import KINDS
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.numbers import grouped
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -156,20 +136,7 @@ def sections(
         summary(analysis, svgs),
         plan(analysis),
         results(analysis),
-        estimates(analysis),
-        comparisons(analysis),
-        sessions(analysis),
-        groups(analysis),
-        growth(analysis, svgs),
-        measured_friction(analysis, svgs),
-        difference(analysis, svgs),
-        thresholds(analysis, svgs),
-        exponent_and_weber(analysis, svgs),
-        scales(analysis, svgs),
-        matching(analysis, svgs),
-        magnitude_modes.ratings(analysis, svgs),
-        magnitude_modes.ratios(analysis, svgs),
-        magnitude_modes.productions(analysis, svgs),
+        *(section(analysis, svgs) for kind in KINDS for section in kind.sections),
         *own_sections(analysis, svgs),
         tests_made(analysis),
         assumptions(analysis, svgs),
@@ -182,40 +149,9 @@ def sections(
 
 def conclusions(analysis: Analysis) -> dict[str, list[str]]:
     """Return the sentences that a results section is written from, by heading."""
-    choices = analysis.dataset.choices
-    texts_of: dict[str, list[str]] = {}
-    if analysis.prepared is not None:
-        asked = (analysis.inference, choices.primary, choices.confidence)
-        texts_of["Primary analysis"] = apa.primary_sentences(*asked)
-        texts_of["Secondary analyses"] = apa.secondary_sentences(*asked)
-    texts_of["Sessions"] = apa_sessions.session_sentences(
-        analysis.inference.sessions, choices.confidence
-    )
-    texts_of["Groups"] = apa_groups.group_sentences(analysis.inference.groups, choices.confidence)
-    texts_of["Descending difference"] = apa_difference.difference_sentences(
-        analysis.inference.difference,
-        choices.confidence,
-        of_plate=analysis.dataset.quantity.of_plate,
-    )
-    texts_of["Thresholds"] = apa_thresholds.sentences(
-        analysis.inference.thresholds, choices.confidence
-    )
-    texts_of["Exponent and Weber fraction"] = apa_exponent_and_weber.sentences(
-        analysis.inference.exponent_and_weber, choices.confidence
-    )
-    texts_of["Paired comparison"] = apa_scales.scale_sentences(analysis.inference.scales)
-    texts_of["Matching"] = apa_scales.matching_sentences(
-        analysis.inference.matching, choices.confidence
-    )
-    inference, level = analysis.inference, choices.confidence
-    texts_of["Visual analogue scale"] = apa_magnitude_modes.rating_sentences(
-        inference.ratings, level
-    )
-    texts_of["Ratio judgements"] = apa_magnitude_modes.ratio_sentences(inference.ratios, level)
-    texts_of["Magnitude production"] = apa_magnitude_modes.production_sentences(
-        inference.productions, level
-    )
-    return {title: texts for title, texts in texts_of.items() if texts}
+    return {
+        title: texts for kind in KINDS for title, texts in kind.sentences(analysis).items() if texts
+    }
 
 
 def results(analysis: Analysis) -> html.ReportSection:

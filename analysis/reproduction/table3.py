@@ -45,7 +45,7 @@ def cell(row: biet2007.TableRow, statistic: str, *, figure: bool = False) -> Out
 
 def draw_fig15() -> Figure:
     """Return Fig. 15 of the data set that Table III allows."""
-    from slipscale.analysis.figures import estimates  # noqa: PLC0415 - matplotlib takes a second to load
+    from slipscale.analysis.tasks.estimation import figures as estimates  # noqa: PLC0415 - matplotlib takes a second to load
 
     analysis = allowed()
     if analysis.prepared is None:

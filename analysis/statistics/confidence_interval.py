@@ -29,3 +29,12 @@ class ConfidenceInterval:
         """Give the lower and the upper bound."""
         yield self.low
         yield self.high
+
+    def json_form(self) -> tuple[float, float]:
+        """Return ``[low, high]``."""
+        return (self.low, self.high)
+
+
+def key_of(interval: ConfidenceInterval | None) -> str:
+    """Return an interval's key, which is "ci95" only for a level of 0.95."""
+    return "ci95" if interval is not None and interval.confidence == 0.95 else "ci"  # noqa: PLR2004

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.json_form import bounds, record, renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from slipscale.analysis.statistics.effect_sizes import eta_squared_interval
 from slipscale.analysis.statistics.mean_over_participants import (
@@ -22,6 +23,8 @@ from slipscale.analysis.statistics.mean_over_participants import (
 from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
@@ -77,6 +80,14 @@ class RmAnova:
     amplitudes_um_pp: tuple[float, ...]
     left_out_um_pp: tuple[float, ...]
 
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        keys = {"scale": "log", **renamed(self, eta2_generalised_interval="eta2_generalised_ci")}
+        keys["eta2_generalised_ci"] = bounds(self.eta2_generalised_interval)
+        if self.shapiro_p is None:
+            del keys["shapiro_w"], keys["shapiro_p"]
+        return keys
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Friedman:
@@ -116,6 +127,15 @@ class LinearTrend:
     log_slope_per_um_pp: MeanOverParticipants | NotComputed
     n: int
     n_incomplete: int
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return {
+            "unit": "natural logarithm per um_pp",
+            **record(self.log_slope_per_um_pp),
+            "n": self.n,
+            "n_incomplete": self.n_incomplete,
+        }
 
 
 def lacking(table: pd.DataFrame, conditions: int = 2) -> str | None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.json_form import bounds, renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.statistics.effect_sizes import d_z_interval
 from slipscale.analysis.statistics.equivalence import Equivalence, bayes_factor, equivalence
@@ -17,6 +18,8 @@ from slipscale.analysis.statistics.mean_over_participants import mean_over_parti
 from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     import pandas as pd
     from numpy.typing import NDArray
 
@@ -100,6 +103,42 @@ class PairComparison:
     n_logs: int
     logs: PairedT | NotComputed
     ranks: SignedRank
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        keys: dict[str, object] = {
+            "from_um_pp": self.from_um_pp,
+            "to_um_pp": self.to_um_pp,
+            "n": self.n,
+            "n_logs": self.n_logs,
+        }
+        equal: dict[str, object] = {}
+        logs = self.logs
+        if isinstance(logs, NotComputed):
+            keys |= {"reason": logs.reason, "p": None}
+            p_holm = None
+        else:
+            left_out = dict.fromkeys(
+                ("p_holm", "equivalence", "equivalence_p_holm", "bayes_factor"), ""
+            )
+            keys |= renamed(logs, ratio_interval="ratio_ci", d_z_interval="d_z_ci", **left_out)
+            keys["d_z_ci"] = bounds(logs.d_z_interval)
+            equal |= {
+                "equivalence_ratio": logs.equivalence.bound,
+                "equivalence_ci": logs.equivalence.interval,
+                "equivalence_p": logs.equivalence.p,
+                "equivalence_p_holm": logs.equivalence_p_holm,
+                "bayes_factor_10": logs.bayes_factor,
+            }
+            p_holm = logs.p_holm
+        return keys | {
+            "p_wilcoxon": self.ranks.p,
+            "up": self.ranks.up,
+            "down": self.ranks.down,
+            "p_holm": p_holm,
+            "p_wilcoxon_holm": self.ranks.p_holm,
+            **equal,
+        }
 
 
 def pairwise(data: Prepared) -> tuple[PairComparison, ...] | NotComputed:

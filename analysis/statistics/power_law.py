@@ -8,12 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.confidence_interval import key_of
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
@@ -41,6 +45,10 @@ class PowerLaw:
     sd: float
     n: int
     points: int
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, interval=key_of(self.interval))
 
 
 def exponents(logs: pd.DataFrame) -> pd.DataFrame:

@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
@@ -29,6 +32,10 @@ class IntraclassCorrelation:
 
     value: float
     interval: ConfidenceInterval | None
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, interval="ci")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.omnibus import friedman
 from slipscale.analysis.statistics.power_law import power_law
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.statistics.not_computed import NotComputed
     from slipscale.analysis.statistics.omnibus import Friedman
     from slipscale.analysis.statistics.power_law import PowerLaw
 
@@ -40,6 +40,20 @@ class SubsetSummary:
     power_law: PowerLaw | NotComputed
     friedman: Friedman | NotComputed
     means: Mapping[float, float]
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        exponent = None if isinstance(self.power_law, NotComputed) else self.power_law
+        friedman = None if isinstance(self.friedman, NotComputed) else self.friedman
+        return {
+            "participants": self.participants,
+            "n": self.n,
+            "exponent": exponent.exponent if exponent else None,
+            "exponent_ci": exponent.interval if exponent else None,
+            "friedman_chi2": friedman.chi2 if friedman else None,
+            "friedman_p": friedman.p if friedman else None,
+            "means": self.means,
+        }
 
 
 def robustness(everyone: Prepared, flagged: set[str]) -> tuple[SubsetSummary, ...]:

@@ -16,8 +16,8 @@ __version__ = "0.1.0"
 TYPE_CHECKING = False  # typing's own takes milliseconds to import
 if TYPE_CHECKING:
     from slipscale.analysis.api import open_plate, pilot, power, read_study, reconstruct
+    from slipscale.analysis.load import load
     from slipscale.analysis.pipeline import analyse
-    from slipscale.analysis.reading.load import load
 
 __all__ = [
     "__version__",
@@ -31,7 +31,7 @@ __all__ = [
 ]
 #: Function -> the module that defines it.
 FUNCTIONS = {
-    "load": "slipscale.analysis.reading.load",
+    "load": "slipscale.analysis.load",
     "analyse": "slipscale.analysis.pipeline",
     "pilot": "slipscale.analysis.api",
     "power": "slipscale.analysis.api",

@@ -5,11 +5,11 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.load import load
 from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.scaling.paired_comparison_scale import bradley_terry
+from slipscale.analysis.tasks.scales.paired_comparison_scale import bradley_terry
 
 FOREIGN = Path(__file__).parents[1] / "data" / "foreign"
 R = pd.read_csv(FOREIGN / "r_figures.csv", index_col="table", skipinitialspace=True)

@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.descending_difference.verbal_coding import (
-    OTHER,
-    SHIPPED,
-    load_codebook,
-)
+from slipscale.analysis.tasks.difference.verbal_coding import OTHER, SHIPPED, load_codebook
 from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file, characters
 from tools.fuzzing.kind import Case, Kind

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reading.load import load
+from slipscale.analysis.load import load
 from slipscale.analysis.reading.mapping import NAME
 from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file

@@ -11,7 +11,7 @@ from functools import cache
 from typing import TYPE_CHECKING
 from unittest import mock
 
-from slipscale.analysis.reading.load import load
+from slipscale.analysis.load import load
 from slipscale.experiments.dataset import verification
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.runs import read_runs

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reading.load import load
+from slipscale.analysis.load import load
 from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.faults import UserError
 from tools.fuzzing.kind import Case, Kind

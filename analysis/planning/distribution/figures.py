@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.figures.shared import amplitude_axis
 from slipscale.analysis.planning.distribution.distribution import cell_name
 from slipscale.analysis.published import biet2007
+from slipscale.analysis.writing.axes import amplitude_axis
 from slipscale.figure_style import BLUE, GREY, PALE, VERMILION, canvas, styled
 
 if TYPE_CHECKING:

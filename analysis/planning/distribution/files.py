@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 from markupsafe import Markup
 
+from slipscale.analysis import json_form
 from slipscale.analysis.planning.distribution.figures import (
     CURVES,
     PANELS,
@@ -18,8 +19,8 @@ from slipscale.analysis.planning.distribution.figures import (
     results_figure,
 )
 from slipscale.analysis.planning.distribution.terminal import percent, sentences, values
-from slipscale.analysis.reporting import html, json_form
-from slipscale.analysis.reporting.csv_file import write_csv
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.faults import UserError
 from slipscale.figure_style import save, svg
 

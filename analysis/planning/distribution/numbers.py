@@ -10,13 +10,13 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reporting import json_form
+from slipscale.analysis import json_form
 from slipscale.analysis.reporting.files import inference
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from slipscale.analysis.reporting.json_form import Json, JsonObject
+    from slipscale.analysis.json_form import Json, JsonObject
     from slipscale.analysis.result import Analysis
 
 TABLE3 = "table3"

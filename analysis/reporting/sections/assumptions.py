@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reporting import html
-from slipscale.analysis.reporting.apa import reliable
-from slipscale.analysis.reporting.html import ReportSection
-from slipscale.analysis.reporting.numbers import grouped, p_value
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.estimation.statistics import RM_ANOVA
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection
+from slipscale.analysis.writing.numbers import grouped, p_value, reliable
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     """Return what the tests assume and whether the data agree."""
     section = ReportSection("Assumptions")
-    anova = analysis.inference.rm_anova
+    anova = analysis.inference[RM_ANOVA]
     if isinstance(anova, NotComputed) or "residuals" not in svgs:
         return section
     texts = []

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reporting import html, methods_text
-from slipscale.analysis.reporting.html import ReportSection, TableColumn
-from slipscale.analysis.reporting.numbers import grouped
-from slipscale.analysis.reporting.primary import FAMILIES
+from slipscale.analysis.reporting import methods_text
+from slipscale.analysis.tasks.estimation.primary import TITLES
 from slipscale.analysis.wording import listed
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.numbers import grouped
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -127,7 +128,7 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
 def _of_estimates(choices: AnalysisChoices) -> list[tuple[str, str]]:
     """Return the choices that concern magnitude estimates only."""
     return [
-        ("Primary analysis", f"{choices.primary} ({FAMILIES[choices.primary].title})"),
+        ("Primary analysis", f"{choices.primary} ({TITLES[choices.primary]})"),
         ("Zero rule", choices.zero_rule),
         ("Standard deviation", choices.standard_deviation),
     ]

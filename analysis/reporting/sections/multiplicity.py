@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reporting import html
-from slipscale.analysis.reporting.html import ReportSection, TableColumn
-from slipscale.analysis.reporting.numbers import unit_number
-from slipscale.analysis.statistics.multiplicity import multiplicity
+from slipscale.analysis.tasks.multiplicity import multiplicity
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.numbers import unit_number
 
 if TYPE_CHECKING:
     from slipscale.analysis.result import Analysis

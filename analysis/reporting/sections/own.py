@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reporting import html
-from slipscale.analysis.reporting.html import ReportSection, TableColumn
-from slipscale.analysis.reporting.numbers import DASH, significant
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.numbers import DASH, significant
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reporting import html
+from slipscale.analysis.writing import html
 
 if TYPE_CHECKING:
     from slipscale.analysis.result import Analysis

@@ -7,16 +7,16 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import pandas as pd
 
 from slipscale.analysis.preprocessing import data_quality as quality_rules
-from slipscale.analysis.reporting import html
-from slipscale.analysis.reporting.html import ReportSection, TableColumn
-from slipscale.analysis.reporting.numbers import (
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.numbers import (
     DASH,
     SMALLEST_OF_TWO_DECIMALS,
     grouped,
     interval,
     significant,
 )
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -141,7 +141,7 @@ def _estimate(value: float) -> str:
     return significant(value) if 0 < value < SMALLEST_OF_TWO_DECIMALS else grouped(value, 1)
 
 
-#: TableColumn of `analysis.statistics.individuals` -> its heading, and how to write a row's cell.
+#: TableColumn of `analysis.tasks.individuals` -> its heading, and how to write a row's cell.
 OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
     "exponent": (TableColumn(title="Exponent"), lambda row: grouped(row["exponent"])),
     "estimate_at_1_um": (

@@ -11,14 +11,15 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from slipscale.analysis.json_form import bounds
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
-    from slipscale.analysis.statistics.not_computed import NotComputed
     from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Guess
 
 
@@ -173,3 +174,18 @@ class PsychometricFunction:
         z = curve.inverse(np.array([share, self.share]))
         u = curve.coordinate(self.threshold_um_pp.value) + (z[0] - z[1]) / self.slope_value
         return float(curve.level_um_pp(u))
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        slope = self.slope
+        return {
+            "estimator": self.estimator,
+            "threshold_um": self.threshold_um_pp.value,
+            "threshold_ci": self.threshold_um_pp.interval,
+            "slope": slope if isinstance(slope, NotComputed) else slope.value,
+            "slope_ci": bounds(None if isinstance(slope, NotComputed) else slope.interval),
+            "lapse": self.lapse,
+            "guess": self.guess,
+            "trials": self.trials,
+            "levels": self.levels,
+        }

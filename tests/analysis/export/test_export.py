@@ -17,7 +17,7 @@ from slipscale.analysis.export.files import FORMS, check_installed, write_export
 from slipscale.analysis.export.word import write_word
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting import methods_text
-from slipscale.analysis.reporting.references import REFERENCES
+from slipscale.analysis.writing.references import REFERENCES
 from slipscale.faults import UserError
 
 

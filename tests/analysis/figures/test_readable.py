@@ -6,13 +6,13 @@ import pytest
 from matplotlib.collections import PathCollection
 from matplotlib.figure import Figure
 
-from slipscale.analysis.figures.estimates import fig15
-from slipscale.analysis.figures.growth import growth
-from slipscale.analysis.figures.shared import apart, with_tips
-from slipscale.analysis.figures.yes_no import RING, difference
-from slipscale.analysis.statistics.descending_difference.verbal_coding import load_codebook
-from slipscale.analysis.statistics.descending_difference.yes_no import analyse_differences
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.difference.figures import RING, difference
+from slipscale.analysis.tasks.difference.verbal_coding import load_codebook
+from slipscale.analysis.tasks.difference.yes_no import analyse_differences
+from slipscale.analysis.tasks.estimation.figures import fig15
+from slipscale.analysis.tasks.estimation.growth.figures import growth
+from slipscale.analysis.writing.axes import apart, with_tips
 from slipscale.figure_style import svg
 
 AMPLITUDES = [0.0, 0.5, 1.2, 2.3]

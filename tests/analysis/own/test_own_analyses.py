@@ -8,15 +8,15 @@ import pandas as pd
 import pytest
 
 from slipscale import commands
+from slipscale.analysis.load import load
 from slipscale.analysis.own import run
 from slipscale.analysis.own.declaration import OwnAnalysis, OwnResult
 from slipscale.analysis.own.run import own_analyses
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.published.biet2007 import ALLOWED_DATASET
-from slipscale.analysis.reading.load import load
 from slipscale.analysis.reporting.files import inference, write_analysis
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.run_all import conclude
+from slipscale.analysis.tasks.run import conclude
 from slipscale.faults import UserError
 
 

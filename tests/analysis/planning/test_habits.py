@@ -11,8 +11,8 @@ from slipscale.analysis.preprocessing.data_quality import flags, measures
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.preprocessing.normalisation import normalise
 from slipscale.analysis.preprocessing.residuals import residuals
-from slipscale.analysis.statistics.order_effects import order_effects
 from slipscale.analysis.statistics.power_law import power_law
+from slipscale.analysis.tasks.estimation.order_effects import order_effects
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.participants.habits import Habits
 from slipscale.experiments.participants.population import Population

@@ -9,15 +9,15 @@ import pandas as pd
 import pytest
 
 from slipscale import commands
+from slipscale.analysis.load import load
 from slipscale.analysis.planning.protocol_answers import answers_of, read_answers
 from slipscale.analysis.planning.protocol_output import sentences
 from slipscale.analysis.planning.protocol_precision import protocol_precision, thresholds_of
 from slipscale.analysis.planning.protocol_studies import filling, protocol_study
-from slipscale.analysis.reading.load import load
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.psychometrics.forced_choice import CURVE_OF
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
+from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
 from slipscale.experiments.participants.population import Population
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.study.file import study_text
@@ -54,7 +54,7 @@ def test_thresholds_are_those_of_a_pilot_s_data_set(name, tmp_path):
     name = two_sided(tmp_path) if name == "two sided" else name
     plans = pilot_plans(name, participants=3, seed=4, language=None, population=PEOPLE)
     run_pilot(tmp_path / "pilot", plans, spec="mock", tell=lambda _: None)
-    rows = load(tmp_path / "pilot").forced_choices
+    rows = load(tmp_path / "pilot").trials["forced_choices"]
     expected = []
     for _, own in rows[~rows["catch"]].groupby("participant_id", observed=True):
         method = own["method"].iloc[0]

@@ -21,7 +21,7 @@ from slipscale.analysis.planning.yes_no_steps import (
     precision,
     simulate_steps,
 )
-from slipscale.analysis.statistics.descending_difference.proportions import exact_interval
+from slipscale.analysis.tasks.difference.proportions import exact_interval
 from slipscale.experiments.participants.bare import bare_run
 from slipscale.experiments.participants.habits import Habits
 from slipscale.experiments.participants.population import Population

@@ -1,17 +1,16 @@
 """Flags and exclusions: raised by their rule, counted, and never on their own."""
 
-from dataclasses import fields
 from typing import get_args
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing import data_quality
 from slipscale.analysis.preprocessing.log_transform import ZERO_RULES
-from slipscale.analysis.reading.load import load
-from slipscale.analysis.statistics.run_all import Inference
+from slipscale.analysis.tasks.table import STATISTICS
 from slipscale.experiments.study.analysis_choices import QualityFlag, Test, Thresholds, ZeroRule
 from slipscale.faults import UserError
 
@@ -25,7 +24,7 @@ def flags_of(dataset, label="02", **kwargs):
 
 def test_the_study_file_knows_exactly_the_flags_tests_and_zero_rules_there_are():
     assert set(get_args(QualityFlag)) == set(data_quality.DECISIONS) == set(data_quality.MEANINGS)
-    assert {*get_args(Test), "normalisation"} == {field.name for field in fields(Inference)}
+    assert set(get_args(Test)) == {each.key for each in STATISTICS if each.test}
     assert set(get_args(ZeroRule)) == set(ZERO_RULES)
 
 

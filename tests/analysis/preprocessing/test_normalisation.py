@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from slipscale.analysis.load import load
 from slipscale.analysis.preprocessing.normalisation import (
     RULES,
     cell_means,
@@ -17,7 +18,6 @@ from slipscale.analysis.preprocessing.normalisation import (
     normalise_by_all,
 )
 from slipscale.analysis.published.biet2007 import ALLOWED_DATASET
-from slipscale.analysis.reading.load import load
 from slipscale.experiments.study.analysis_choices import Normalisation
 from slipscale.faults import UserError
 

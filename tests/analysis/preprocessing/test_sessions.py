@@ -2,9 +2,9 @@
 
 import pytest
 
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.sessions import only_session, sessions_of
-from slipscale.analysis.reading.load import load
 from slipscale.commands import main
 from slipscale.faults import UserError
 

@@ -13,8 +13,7 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preregistration.bundle import read_bundle, write_bundle
 from slipscale.analysis.preregistration.freeze import Wanted, freeze
 from slipscale.analysis.preregistration.manifest import MANIFEST
-from slipscale.analysis.preregistration.words import NO_TEST, TESTS, plan_blocks
-from slipscale.analysis.statistics.run_all import Inference
+from slipscale.analysis.preregistration.words import plan_blocks
 from slipscale.experiments.participants.population import Population
 from slipscale.experiments.study.analysis_choices import AnalysisChoices, Thresholds
 
@@ -84,10 +83,6 @@ def test_the_page_says_tests_corrections_choices_and_versions(frozen):
     ):
         assert words in page
     assert "page_trend" not in page  # not chosen by the study
-
-
-def test_every_test_has_its_words():
-    assert TESTS.keys() == Inference.__dataclass_fields__.keys() - {*NO_TEST}
 
 
 def test_exclusions_are_said_with_their_limits(frozen):

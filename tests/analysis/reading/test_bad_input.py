@@ -6,14 +6,14 @@ import re
 import pytest
 
 from slipscale import commands
+from slipscale.analysis.json_form import record
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.load import load
-from slipscale.analysis.reporting import apa
-from slipscale.analysis.reporting.json_form import record
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-from slipscale.analysis.statistics.descending_difference.verbal_coding import load_codebook
 from slipscale.analysis.statistics.equivalence import Equivalence
 from slipscale.analysis.statistics.pairwise import PairComparison, PairedT, SignedRank
+from slipscale.analysis.tasks.difference.verbal_coding import load_codebook
+from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.faults import UserError
 
 TIDY = "participant_id,amplitude_um_pp,estimate\n"

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from slipscale.analysis.load import load
 from slipscale.analysis.reading import delimited
 from slipscale.analysis.reading.delimited import LISTED_PROBLEMS, Problems, read_tables
-from slipscale.analysis.reading.load import load
 from slipscale.faults import UserError
 
 HEADER = "participant_id,trial,amplitude_um_pp,estimate\n"

@@ -4,9 +4,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.dialect import decimal_of, in_points
-from slipscale.analysis.reading.load import load
 from slipscale.faults import UserError
 
 AMPLITUDES = ("0", "0,5", "1,2", "2,3")

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.load import load
 from slipscale.analysis.reading.mapping import beside, parse_mapping, write_mapping
 from slipscale.analysis.reading.units import factor
-from slipscale.analysis.statistics.descending_difference.yes_no import step_sizes
+from slipscale.analysis.tasks.difference.yes_no import step_sizes
 from slipscale.faults import UserError
 
 LEVELS = (20.0, 200.0, 2000.0, 20_000.0)

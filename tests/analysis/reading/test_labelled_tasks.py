@@ -7,8 +7,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.load import load
 from slipscale.analysis.reporting.files import write_analysis
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
@@ -104,7 +104,7 @@ def analysis(folder):
 
 
 def test_every_answered_main_trial_is_read_with_how_it_was_asked(folder):
-    rows = load(folder).forced_choices
+    rows = load(folder).trials["forced_choices"]
     methods = rows.groupby("task")["method"].unique().map(list).to_dict()
     assert methods == {
         "bothsides": ["comparison"],
@@ -128,7 +128,9 @@ def test_every_answered_main_trial_is_read_with_how_it_was_asked(folder):
 
 def test_pairs_triads_and_matches_are_read_as_the_tables_have_them(folder, analysis):
     data = load(folder)
-    assert data.comparisons.groupby("task")["stimulus3"].unique().map(len).to_dict().keys() == {
+    assert data.trials["comparisons"].groupby("task")["stimulus3"].unique().map(
+        len
+    ).to_dict().keys() == {
         "pairs",
         "triads",
     }
@@ -136,7 +138,7 @@ def test_pairs_triads_and_matches_are_read_as_the_tables_have_them(folder, analy
         folder / "sub-02/beh/sub-02_task-matching_run-01_beh.tsv", sep="\t", na_values="n/a"
     )
     table = table[table["phase"] == "main"]
-    own = data.matches[data.matches["participant_id"] == "sub-02"]
+    own = data.trials["matches"][data.trials["matches"]["participant_id"] == "sub-02"]
     for name in ("matched_um_pp", "catch", "felt_again"):
         assert own[name].tolist() == table[name].tolist()
     assert own["catch"].sum() == 1

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.delimited import read_tables
-from slipscale.analysis.reading.load import load
-from slipscale.analysis.statistics.descending_difference.verbal_coding import SHIPPED
+from slipscale.analysis.tasks.difference.verbal_coding import SHIPPED
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.faults import UserError

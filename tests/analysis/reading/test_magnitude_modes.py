@@ -7,8 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.load import load
 from slipscale.analysis.reporting.files import write_analysis
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.participants.population import Population, curves
@@ -109,19 +109,19 @@ def table(folder, task, participant="01"):
 def test_main_trials_are_read_as_the_tables_have_them(folder):
     data = load(folder)
     for rows, task, column in (
-        (data.ratings, "line", "rating"),
-        (data.ratios, "ratios", "ratio"),
-        (data.productions, "made", "produced_um_pp"),
+        (data.trials["ratings"], "line", "rating"),
+        (data.trials["ratios"], "ratios", "ratio"),
+        (data.trials["productions"], "made", "produced_um_pp"),
     ):
         written = table(folder, task)
         own = rows[rows["participant_id"] == "sub-01"]
         assert own[column].tolist() == written[column].tolist()
         assert own["catch"].tolist() == written["catch"].tolist()
         assert own["catch"].sum() == 1
-    assert set(data.ratings["surface"]) == {"0", "0.5", "1.2", "2", "ridges"}
-    assert (data.ratings["rating"] % 5 == 0).all()
-    texture = data.ratings["surface"] == "ridges"
-    assert data.ratings["amplitude_um_pp"].isna().tolist() == texture.tolist()
+    assert set(data.trials["ratings"]["surface"]) == {"0", "0.5", "1.2", "2", "ridges"}
+    assert (data.trials["ratings"]["rating"] % 5 == 0).all()
+    texture = data.trials["ratings"]["surface"] == "ridges"
+    assert data.trials["ratings"]["amplitude_um_pp"].isna().tolist() == texture.tolist()
     assert not len(data.estimates)
     assert data.people == {"sub-01", "sub-02", "sub-03"}
 
@@ -187,5 +187,9 @@ def test_an_answer_that_cannot_be_is_named_and_left_out(folder, tmp_path, case):
     rows.to_csv(target / name, sep="\t", index=False)
     data = load(tmp_path)
     assert any(said in problem for problem in data.problems)
-    (kept,) = (len(each) for each in (data.ratings, data.ratios, data.productions) if len(each))
+    (kept,) = (
+        len(each)
+        for each in (data.trials["ratings"], data.trials["ratios"], data.trials["productions"])
+        if len(each)
+    )
     assert kept == (rows["phase"] == "main").sum() - 1

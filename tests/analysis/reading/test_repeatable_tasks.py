@@ -2,8 +2,8 @@
 
 import pytest
 
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.load import load
 from slipscale.commands import main
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.faults import UserError

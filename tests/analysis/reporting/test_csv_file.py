@@ -5,7 +5,7 @@ import pandas as pd
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipscale.analysis.reporting.csv_file import write_csv
+from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.experiments.dataset.spreadsheet_cells import harmless_cell
 
 TEXTS = st.text(st.characters(exclude_categories=["Cs"]), max_size=8)

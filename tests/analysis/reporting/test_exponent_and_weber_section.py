@@ -5,11 +5,11 @@ import json
 import pytest
 
 from benchmarks.bare_dataset import write_dataset
+from slipscale.analysis import json_form
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reporting import json_form
 from slipscale.analysis.reporting.files import draw
 from slipscale.analysis.reporting.page import results
-from slipscale.analysis.reporting.sections.exponent_and_weber import exponent_and_weber
+from slipscale.analysis.tasks.exponent_and_weber.section import exponent_and_weber
 from slipscale.experiments.participants.population import Population
 
 STUDY = """

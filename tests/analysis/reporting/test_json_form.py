@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
+from slipscale.analysis.json_form import form, record, text
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reporting.json_form import form, record, text
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import PowerLaw

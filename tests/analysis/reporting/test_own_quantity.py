@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 
 from slipscale import commands
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.load import load
 from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.reading.own_words import in_own_words, own_name
 from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity

@@ -13,9 +13,10 @@ from scipy import stats
 
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.reporting import apa
-from slipscale.analysis.statistics.bayesian_growth import bayesian_growth
-from slipscale.analysis.statistics.hierarchical_sampler import (
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.estimation import sentences as apa
+from slipscale.analysis.tasks.estimation.growth.bayesian_growth import bayesian_growth
+from slipscale.analysis.tasks.estimation.growth.hierarchical_sampler import (
     LKJ,
     PRIOR_SD,
     Trials,
@@ -23,7 +24,6 @@ from slipscale.analysis.statistics.hierarchical_sampler import (
     own_lines,
     sums,
 )
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.commands import main
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
@@ -153,7 +153,7 @@ def test_numbers_of_chains_that_do_not_agree_are_not_reported(found):
 
 
 def test_the_figure_shows_everybody_twice(found):
-    from slipscale.analysis.figures.exponents import exponents  # noqa: PLC0415 - matplotlib takes a second
+    from slipscale.analysis.tasks.estimation.growth.exponents_figure import exponents  # noqa: PLC0415 - matplotlib takes a second
 
     (axes,) = exponents(found).axes
     assert [label.get_text() for label in axes.get_yticklabels()] == [

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from slipscale.analysis.load import load
 from slipscale.analysis.preprocessing.normalisation import cell_means
 from slipscale.analysis.published.biet2007 import (
     ALLOWED_DATASET,
@@ -12,7 +13,6 @@ from slipscale.analysis.published.biet2007 import (
     TABLE3,
     agrees,
 )
-from slipscale.analysis.reading.load import load
 from slipscale.analysis.statistics.descriptives import cousineau_morey, table3
 
 

@@ -11,14 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pingouin import bayesfactor_ttest
 
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.reading.load import load
 from slipscale.analysis.reading.mapping import parse_mapping
-from slipscale.analysis.reporting import apa
 from slipscale.analysis.statistics.equivalence import bayes_factor, equivalence
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.pairwise import pairwise
+from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
 

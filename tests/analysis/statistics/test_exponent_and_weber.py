@@ -7,15 +7,16 @@ import pandas as pd
 import pytest
 
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.reporting.apa_exponent_and_weber import sentences
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-from slipscale.analysis.statistics.exponent_and_weber import EKMAN, PUBLISHED, exponent_and_weber
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.psychometrics.forced_choice import (
-    ParticipantThreshold,
-    TaskThresholds,
-)
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
+from slipscale.analysis.tasks.exponent_and_weber.sentences import sentences
+from slipscale.analysis.tasks.exponent_and_weber.statistics import (
+    EKMAN,
+    PUBLISHED,
+    exponent_and_weber,
+)
+from slipscale.analysis.tasks.thresholds.statistics import ParticipantThreshold, TaskThresholds
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 AMPLITUDES = np.array([0.3, 0.6, 1.2, 2.3])

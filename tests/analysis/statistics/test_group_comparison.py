@@ -7,14 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.reading.load import load
 from slipscale.analysis.reading.mapping import parse_mapping
-from slipscale.analysis.reporting import apa_groups
-from slipscale.analysis.statistics.group_comparison import compare_groups
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.welch import welch
+from slipscale.analysis.tasks.groups import sentences as apa_groups
+from slipscale.analysis.tasks.groups.statistics import compare_groups
+from slipscale.analysis.tasks.groups.welch import welch
 from slipscale.commands import main
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError

@@ -9,8 +9,8 @@ from scipy import stats
 
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting.files import write_analysis
-from slipscale.analysis.statistics.individuals import individuals
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.individuals import individuals
 
 
 def test_every_participant_has_an_exponent_and_a_d_prime_of_their_own(dataset, page, tmp_path):

@@ -6,9 +6,9 @@ import pytest
 from scipy import stats
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.productions import Counterpart, productions
-from slipscale.analysis.statistics.ratings import ratings, start_effect
-from slipscale.analysis.statistics.ratio_judgements import ratios
+from slipscale.analysis.tasks.productions.statistics import Counterpart, productions
+from slipscale.analysis.tasks.ratings.statistics import ratings, start_effect
+from slipscale.analysis.tasks.ratios.statistics import ratios
 
 PEOPLE = 8
 

@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 from scipy import stats
 
-from slipscale.analysis.reporting.apa_scales import matching_sentences
-from slipscale.analysis.statistics.matching import matching
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.matching.sentences import matching_sentences
+from slipscale.analysis.tasks.matching.statistics import matching
 
 REFERENCES, BIAS = (0.8, 1.6), 0.1
 

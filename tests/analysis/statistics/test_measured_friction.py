@@ -11,9 +11,9 @@ from scipy import stats
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.reporting.files import write_analysis
-from slipscale.analysis.reporting.sections.measured_friction import sentence
 from slipscale.analysis.statistics.measured_friction import measured_friction
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.friction.section import sentence
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 COEFFICIENTS = [0.8, 0.75, 0.6, 0.4, 0.78, 0.62]

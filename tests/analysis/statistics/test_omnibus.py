@@ -10,16 +10,16 @@ import pytest
 from scipy import stats
 
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.reporting import apa
 from slipscale.analysis.statistics import omnibus, power_law
-from slipscale.analysis.statistics.descending_difference.proportions import exact_interval
 from slipscale.analysis.statistics.descriptives import cousineau_morey
-from slipscale.analysis.statistics.growth import growth
-from slipscale.analysis.statistics.mixed_model import mixed_model
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.order_effects import order_effects
 from slipscale.analysis.statistics.pairwise import pairwise, signed_rank_p
 from slipscale.analysis.statistics.reliability import reliability
+from slipscale.analysis.tasks.difference.proportions import exact_interval
+from slipscale.analysis.tasks.estimation import sentences as apa
+from slipscale.analysis.tasks.estimation.growth.statistics import growth
+from slipscale.analysis.tasks.estimation.mixed_model import mixed_model
+from slipscale.analysis.tasks.estimation.order_effects import order_effects
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 HERE = Path(__file__).parents[2] / "data" / "r_reference"

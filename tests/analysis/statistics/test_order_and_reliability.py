@@ -6,8 +6,8 @@ import pytest
 
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.order_effects import order_effects
 from slipscale.analysis.statistics.reliability import reliability
+from slipscale.analysis.tasks.estimation.order_effects import order_effects
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 AMPLITUDES = np.array([0.0, 0.5, 1.2, 2.3])

@@ -9,13 +9,14 @@ import pandas as pd
 import pytest
 
 from slipscale import commands
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.load import load
 from slipscale.analysis.reading.mapping import parse_mapping
-from slipscale.analysis.reporting.apa_sessions import session_sentences
-from slipscale.analysis.statistics.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.session_effects import agreement, session_effects
+from slipscale.analysis.tasks.multiplicity import multiplicity
+from slipscale.analysis.tasks.run import conclude
+from slipscale.analysis.tasks.sessions.sentences import session_sentences
+from slipscale.analysis.tasks.sessions.statistics import agreement
 from slipscale.experiments.participants.population import Population
 from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
 from slipscale.experiments.running.pilot import pilot_plans
@@ -142,7 +143,7 @@ def test_people_of_one_session_each_are_not_compared_within(table_by_hand):
     ],
 )
 def test_sessions_of_every_task_are_compared(sessions_of_pilot, study, measure):
-    found = session_effects(load(sessions_of_pilot(study)), None)
+    found = conclude(load(sessions_of_pilot(study)), None, None).sessions
     by_name = {each.name: each for each in found.measures}
     assert len(by_name[measure].means) == 2
     assert by_name[measure].n == 3
@@ -184,7 +185,7 @@ def test_a_study_that_does_not_choose_it_is_told_so(analysis):
 
 def test_zeros_that_are_refused_leave_the_other_tasks(analysis):
     prepared = replace(analysis.prepared, refused=True, zero_sentence="zeros")
-    found = session_effects(analysis.dataset, prepared)
+    found = conclude(analysis.dataset, prepared, None).sessions
     assert found.anova == NotComputed("zeros")
     assert found.measures == ()
 

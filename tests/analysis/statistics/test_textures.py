@@ -3,10 +3,10 @@
 import pandas as pd
 import pytest
 
+from slipscale.analysis.json_form import text
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.normalisation import RULES
-from slipscale.analysis.reading.load import load
-from slipscale.analysis.reporting.json_form import text
 from slipscale.analysis.reporting.tables import tables
 
 

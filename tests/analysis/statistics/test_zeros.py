@@ -5,10 +5,10 @@ import pandas as pd
 import pytest
 
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.reporting import apa
 from slipscale.analysis.statistics import omnibus
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.pairwise import pairwise
+from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 AMPLITUDES = (0.0, 0.5, 1.2, 2.3)

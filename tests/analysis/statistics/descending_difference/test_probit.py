@@ -6,14 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from slipscale.analysis.reporting.json_form import record
-from slipscale.analysis.statistics.descending_difference.probit import d_primes
-from slipscale.analysis.statistics.descending_difference.proportions import (
-    clustered_interval,
-    exact_interval,
-)
-from slipscale.analysis.statistics.descending_difference.yes_no import Sensitivity, _mean_of_own
+from slipscale.analysis.json_form import record
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.difference.probit import d_primes
+from slipscale.analysis.tasks.difference.proportions import clustered_interval, exact_interval
+from slipscale.analysis.tasks.difference.yes_no import Sensitivity, _mean_of_own
 
 
 def answers(rng, people, steps, catches, d):

@@ -8,18 +8,11 @@ from hypothesis import strategies as st
 from matplotlib.collections import PathCollection
 from scipy import optimize, special, stats
 
-from slipscale.analysis.reporting import apa_difference
-from slipscale.analysis.statistics.descending_difference.step_size_curve import (
-    curve,
-    psychometric,
-    separated,
-)
-from slipscale.analysis.statistics.descending_difference.verbal_coding import load_codebook
-from slipscale.analysis.statistics.descending_difference.yes_no import (
-    analyse_differences,
-    own_thresholds,
-)
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.difference import sentences as apa_difference
+from slipscale.analysis.tasks.difference.step_size_curve import curve, psychometric, separated
+from slipscale.analysis.tasks.difference.verbal_coding import load_codebook
+from slipscale.analysis.tasks.difference.yes_no import analyse_differences, own_thresholds
 
 STEPS = np.array([0.0, 0.5, 0.7, 1.1])
 
@@ -196,9 +189,7 @@ RING = 34.0
 
 
 def drawn(steps):
-    from slipscale.analysis.figures.yes_no import (  # noqa: PLC0415 - matplotlib takes a second to load
-        difference,
-    )
+    from slipscale.analysis.tasks.difference.figures import difference  # noqa: PLC0415 - matplotlib takes a second to load
 
     steps = steps.assign(
         catch=steps["amplitude_before_um_pp"] == steps["amplitude_um_pp"], verbal_report=""

@@ -6,17 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from slipscale.analysis.json_form import record
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.reading.load import load
-from slipscale.analysis.reporting.json_form import record
-from slipscale.analysis.statistics.descending_difference.coder_agreement import agreement
-from slipscale.analysis.statistics.descending_difference.verbal_coding import load_codebook
-from slipscale.analysis.statistics.descending_difference.verbal_reports import CategoryCount
-from slipscale.analysis.statistics.descending_difference.yes_no import (
-    CatchAnswers,
-    analyse_differences,
-    d_prime,
-)
+from slipscale.analysis.tasks.difference.coder_agreement import agreement
+from slipscale.analysis.tasks.difference.verbal_coding import load_codebook
+from slipscale.analysis.tasks.difference.verbal_reports import CategoryCount
+from slipscale.analysis.tasks.difference.yes_no import CatchAnswers, analyse_differences, d_prime
 from slipscale.faults import UserError
 
 BOOK = load_codebook()

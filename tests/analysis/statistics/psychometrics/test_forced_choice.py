@@ -4,9 +4,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from slipscale.analysis.reading.forced_choice import COLUMNS
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.psychometrics.forced_choice import thresholds
+from slipscale.analysis.tasks.thresholds.reading import COLUMNS
+from slipscale.analysis.tasks.thresholds.statistics import thresholds
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 
 LEVELS = (0.02, 0.05, 0.1, 0.2, 0.4)

@@ -13,14 +13,14 @@ from scipy import optimize, stats
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
 from slipscale.analysis.statistics.psychometrics.goodness_of_fit import goodness_of_fit
-from slipscale.analysis.statistics.psychometrics.population_threshold import (
-    population_threshold,
-    weber_fraction,
-)
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import (
     fit_threshold,
     fit_threshold_by_psignifit,
+)
+from slipscale.analysis.tasks.thresholds.population_threshold import (
+    population_threshold,
+    weber_fraction,
 )
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 from slipscale.faults import UserError

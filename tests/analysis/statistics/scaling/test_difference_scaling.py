@@ -8,7 +8,7 @@ import pytest
 import statsmodels.api as sm
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.scaling.difference_scaling import (
+from slipscale.analysis.tasks.scales.difference_scaling import (
     difference_scale,
     triads_as_quadruples,
 )

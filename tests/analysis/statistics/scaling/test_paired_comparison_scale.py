@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.scaling.paired_comparison_scale import bradley_terry, thurstone
-from slipscale.analysis.statistics.scaling.transitivity import (
+from slipscale.analysis.tasks.scales.paired_comparison_scale import bradley_terry, thurstone
+from slipscale.analysis.tasks.scales.transitivity import (
     circular_triads_by_chance,
     consistency,
     stochastic_transitivity,

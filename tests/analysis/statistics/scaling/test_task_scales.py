@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.scaling.task_scales import scales
+from slipscale.analysis.tasks.scales.statistics import scales
 
 VALUES = {"0.5": -1.0, "1.2": 0.0, "2.3": 0.8, "fine": 0.2}
 

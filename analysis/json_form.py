@@ -1,0 +1,86 @@
+"""Results as JSON: a class is written as its fields, under their names.
+
+A class whose keys differ has a method ``json_form`` that returns them in order. The rules for all:
+an amplitude as a key is written ``0.5``, NaN is null, and an array's scalar is a number.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import TYPE_CHECKING, Protocol, TypeAlias, runtime_checkable
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from _typeshed import DataclassInstance
+
+Json: TypeAlias = "dict[str, Json] | list[Json] | str | float | int | bool | None"
+JsonObject: TypeAlias = dict[str, Json]
+
+
+@runtime_checkable
+class HasJsonForm(Protocol):
+    """A result whose keys are not its fields' names."""
+
+    def json_form(self) -> object:
+        """Return what stands for the result; its parts may be results."""
+        ...
+
+
+def text(value: object) -> str:
+    """Return a result as the text of a JSON file."""
+    return json.dumps(form(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def form(value: object) -> Json:
+    """Return a value as JSON can hold it.
+
+    Raises
+    ------
+    TypeError
+        It is neither a result, a mapping, a sequence, a text, a number nor None.
+
+    Examples
+    --------
+    >>> form({0.5: (1.0, float("nan"))})
+    {'0.5': [1.0, None]}
+    """
+    if isinstance(value, HasJsonForm | np.generic):
+        return form(value.json_form() if isinstance(value, HasJsonForm) else value.item())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if value is None or isinstance(value, str | int | float):
+        return value
+    if isinstance(value, Mapping):
+        return {
+            f"{key:g}" if isinstance(key, float) else str(key): form(inner)
+            for key, inner in value.items()
+        }
+    if isinstance(value, list | tuple):
+        return [form(inner) for inner in value]
+    if is_dataclass(value) and not isinstance(value, type):
+        return form(renamed(value))
+    raise TypeError(f"{type(value).__name__}: not a result")
+
+
+def record(value: object) -> JsonObject:
+    """Return a result that has keys, with its keys."""
+    found = form(value)
+    if not isinstance(found, dict):
+        raise TypeError(f"{type(value).__name__}: has no keys")
+    return found
+
+
+def renamed(value: DataclassInstance, **names: str) -> dict[str, object]:
+    """Return a class's fields, some under another key; an empty key leaves the field out."""
+    found = {names.get(each.name, each.name): getattr(value, each.name) for each in fields(value)}
+    found.pop("", None)
+    return found
+
+
+def bounds(interval: object | None) -> object:
+    """Return an interval, or two nulls for one that is not defined."""
+    return (None, None) if interval is None else interval

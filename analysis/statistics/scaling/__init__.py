@@ -1,1 +1,0 @@
-"""Scales from comparisons: Bradley-Terry, Thurstone, difference scaling, transitivity."""

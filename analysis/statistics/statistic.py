@@ -1,0 +1,194 @@
+"""What a statistic declares, what it is computed from, and the results of all of them.
+
+One declaration holds everything that the report, its files, a pre-registration and a pilot need to
+know about a statistic. The rules:
+
+- a statistic that the study did not choose, or that the data do not allow, is a `NotComputed` with
+  its reason; no other code decides that;
+- results are looked up by their declaration, ``inference[FRIEDMAN]``, so that their type is known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Generic, TypeVar, cast
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    import pandas as pd
+
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.experiments.study.analysis_choices import Primary
+
+T = TypeVar("T")
+#: Covariant, so that statistics of several types make one list. Only results of a statistic are
+#: given to its callables, which keeps that sound.
+T_co = TypeVar("T_co", covariant=True)
+
+#: A measure of a session: name, unit, and values of participants (rows) by sessions (columns).
+SessionTable = tuple[str, str, "pd.DataFrame"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inputs:
+    """What statistics are computed from.
+
+    Parameters
+    ----------
+    data : Dataset
+        After exclusions.
+    prepared : Prepared or None
+        Magnitude estimates; None if there are none.
+    rule : str or None
+        How they were normalised; None without estimates.
+    bayesian : bool
+        Whether to sample the hierarchical Bayesian power function, which takes half a minute.
+    psignifit : bool
+        Whether to fit thresholds by psignifit too: one second per participant and task.
+    session_tables : callable
+        Returns each measure of a participant's session, of every kind of task.
+    found : Inference
+        The results of the statistics declared before this one.
+    """
+
+    data: Dataset
+    prepared: Prepared | None
+    rule: str | None
+    bayesian: bool = False
+    psignifit: bool = True
+    session_tables: Callable[[], Iterable[SessionTable]] = tuple
+    found: Inference
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Family(Generic[T_co]):
+    """Tests of one kind, which the list of all tests shows in one row.
+
+    Parameters
+    ----------
+    name : str
+        What is tested, and how.
+    read : callable
+        Returns the uncorrected p values of a result.
+    primary : {"ranks", "logarithms"}, optional
+        The primary analysis to which it belongs.
+    corrected : bool
+        Whether Holm's correction is over its tests.
+    """
+
+    name: str
+    read: Callable[[T_co], Sequence[float]]
+    primary: Primary | None = None
+    corrected: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sentence(Generic[T_co]):
+    """One sentence about a result.
+
+    Parameters
+    ----------
+    write : callable
+        Returns it from the result and the confidence level; None if there is nothing to report.
+    primary : {"ranks", "logarithms"}, optional
+        The primary analysis to which it belongs; elsewhere it is secondary.
+    """
+
+    write: Callable[[T_co, float], str | None]
+    primary: Primary | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Statistic(Generic[T_co]):
+    """One entry of ``inference.json``.
+
+    Parameters
+    ----------
+    key : str
+        Its key there, and its name in a study's ``tests``.
+    meaning : str
+        What is computed, for a pre-registration.
+    compute : callable
+        Returns the result, or why there is none.
+    test : bool
+        Whether a study can leave it out.
+    title : str
+        Its name in the list of tests that could not be computed; empty: it is not listed.
+    parts : callable, optional
+        Returns the parts of a result that may lack on their own, by title.
+    families : tuple of Family
+        The tests that the report judges by a p. Estimates with intervals have none.
+    sentences : tuple of Sentence
+        In the order of a results section.
+    methods : str
+        Its sentence in a methods section, with references as ``[[key]]``.
+    conclusions, headlines : Mapping
+        For many pilots: a pattern of names below its key -> words, of what is concluded and of the
+        numbers that are drawn. ``{0}`` is the pattern's first group.
+    """
+
+    key: str
+    meaning: str
+    compute: Callable[[Inputs], T_co | NotComputed]
+    test: bool = True
+    title: str = ""
+    parts: Callable[[T_co], Mapping[str, object]] | None = None
+    families: tuple[Family[T_co], ...] = ()
+    sentences: tuple[Sentence[T_co], ...] = ()
+    methods: str = ""
+    conclusions: Mapping[str, str] = field(default_factory=dict)
+    headlines: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Inference:
+    """The result of every statistic, or why there is none, in the order of ``inference.json``.
+
+    Examples
+    --------
+    Code looks a result up by its declaration, ``inference[FRIEDMAN]``; in a notebook the key is
+    shorter: ``analysis.inference.friedman``.
+    """
+
+    results: Mapping[str, object] = field(default_factory=dict)
+
+    def __getitem__(self, statistic: Statistic[T]) -> T | NotComputed:
+        """Return the result, or why there is none."""
+        return cast("T | NotComputed", self.results[statistic.key])
+
+    def found(self, statistic: Statistic[T]) -> T | None:
+        """Return the result; None if there is none."""
+        result = self[statistic]
+        return None if isinstance(result, NotComputed) else result
+
+    def __getattr__(self, key: str) -> object:
+        """Return a result by its key, for notebooks."""
+        try:
+            return self.results[key]
+        except KeyError:
+            raise AttributeError(f"no statistic has the key '{key}'") from None
+
+    def __dir__(self) -> Iterator[str]:
+        """List the keys, for completion."""
+        return iter([*object.__dir__(self), *self.results])
+
+    def with_result(self, key: str, result: object) -> Inference:
+        """Return the results with one more."""
+        return Inference({**self.results, key: result})
+
+
+def of_estimates(
+    test: Callable[[Prepared], T | NotComputed],
+) -> Callable[[Inputs], T | NotComputed]:
+    """Return what computes a test of magnitude estimates from all inputs."""
+
+    def compute(inputs: Inputs) -> T | NotComputed:
+        if inputs.prepared is None:
+            return NotComputed("no magnitude estimates")
+        return test(inputs.prepared)
+
+    return compute

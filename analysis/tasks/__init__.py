@@ -1,0 +1,1 @@
+"""One folder for each kind of task, and the table that lists them."""

@@ -1,0 +1,1 @@
+"""The descending difference: answers of yes and no, and verbal reports."""

@@ -1,0 +1,80 @@
+"""How well two human coders of verbal reports agree."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.json_form import renamed
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.not_computed import NotComputed
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import pandas as pd
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoderAgreement:
+    """Cohen's kappa of two coders.
+
+    Parameters
+    ----------
+    coders : tuple of 2 str
+        Their names.
+    reports : int
+        Coded by both.
+    kappa : float
+        With its 95 % ``interval``.
+    agreed : int
+        Reports with the same category from both.
+    """
+
+    coders: tuple[str, str]
+    reports: int
+    kappa: float
+    interval: ConfidenceInterval
+    agreed: int
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, interval="ci95")
+
+
+def agreement(codes: pd.DataFrame) -> CoderAgreement | NotComputed:
+    """Return Cohen's kappa of two coders.
+
+    Parameters
+    ----------
+    codes : DataFrame
+        ``verbal_report coder category``: the file ``code/verbal_codes.tsv`` of a data set.
+    """
+    from statsmodels.stats.inter_rater import cohens_kappa  # noqa: PLC0415 - a second's import
+
+    codes = codes.dropna(subset=["verbal_report", "coder", "category"])
+    coders = sorted(codes["coder"].astype(str).unique())
+    if len(coders) != 2:  # noqa: PLR2004
+        return NotComputed(f"{len(coders)} coders; agreement is between two")
+    wide = codes.assign(coder=codes["coder"].astype(str)).pivot_table(
+        index="verbal_report", columns="coder", values="category", aggfunc="first"
+    )
+    both = wide.dropna()
+    names = sorted(set(both.to_numpy().ravel()))
+    if len(both) < 2 or len(names) < 2:  # noqa: PLR2004
+        return NotComputed("two reports coded by both, with two categories, are needed")
+    table = np.zeros((len(names), len(names)))
+    for first, second in both.to_numpy():
+        table[names.index(first), names.index(second)] += 1
+    with np.errstate(invalid="ignore", divide="ignore"):
+        # Its test against 0 divides by a standard error that may be 0.
+        found = cohens_kappa(table)
+    return CoderAgreement(
+        coders=(coders[0], coders[1]),
+        reports=len(both),
+        kappa=float(found.kappa),
+        interval=ConfidenceInterval(float(found.kappa_low), float(found.kappa_upp)),
+        agreed=int(np.trace(table)),
+    )

@@ -1,0 +1,112 @@
+"""The descending difference, declared."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.difference import figures, section, sentences
+from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
+from slipscale.analysis.tasks.difference.table import answers_table
+from slipscale.analysis.tasks.flat_table import flat
+from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.tasks.session_tables import by_session
+from slipscale.analysis.writing.numbers import counted
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.statistic import SessionTable
+
+
+def _questions(analysis: Analysis) -> list[str]:
+    if analysis.inference.found(DIFFERENCE) is None:
+        return []
+    return ["Do participants feel a step down in amplitude, and what do they say of it?"]
+
+
+def _design(analysis: Analysis) -> list[str]:
+    found = analysis.inference.found(DIFFERENCE)
+    if found is None:
+        return []
+    steps = sum(step.n for step in found.steps)
+    return [
+        (
+            f"{counted(steps, 'step', 'steps')} down and "
+            f"{counted(found.catch.n, 'catch step', 'catch steps')}"
+        )
+    ]
+
+
+def _answers(analysis: Analysis) -> list[str]:
+    found = analysis.inference.found(DIFFERENCE)
+    if found is None:
+        return []
+    data = analysis.dataset
+    return sentences.answer(found, data.choices.confidence, of_plate=data.quantity.of_plate)
+
+
+def _doubts(analysis: Analysis) -> list[str]:
+    found = analysis.inference.found(DIFFERENCE)
+    if found is None or not isinstance(found.signal_detection, NotComputed):
+        return []
+    return [f"Sensitivity was not computed: {found.signal_detection.reason}."]
+
+
+def _sentences(analysis: Analysis) -> Mapping[str, list[str]]:
+    data = analysis.dataset
+    return {
+        "Descending difference": sentences.difference_sentences(
+            analysis.inference[DIFFERENCE],
+            data.choices.confidence,
+            of_plate=data.quantity.of_plate,
+        )
+    }
+
+
+def _figures(analysis: Analysis) -> Mapping[str, Figure]:
+    found, data = analysis.inference.found(DIFFERENCE), analysis.dataset
+    if found is None or not found.steps:
+        return {}
+    return {
+        "difference": figures.difference(
+            found, data.differences, confidence=data.choices.confidence, quantity=data.quantity
+        )
+    }
+
+
+def _tables(analysis: Analysis) -> Mapping[str, pd.DataFrame]:
+    found = analysis.inference.found(DIFFERENCE)
+    if found is None:
+        return {}
+    steps = {"difference": flat(found.steps)} if found.steps else {}
+    return {"answers": answers_table(analysis), **steps}
+
+
+def _session_tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
+    steps = data.differences
+    if len(steps):
+        changed = steps[~steps["catch"]]
+        table = by_session(changed.assign(value=changed["difference_felt"].astype(float)))
+        yield "descending difference, “yes” on changes", "share", table
+
+
+ANALYSIS = TaskAnalysis(
+    name="difference",
+    statistics=(DIFFERENCE,),
+    questions=_questions,
+    design=_design,
+    answers=_answers,
+    doubts=_doubts,
+    sentences=_sentences,
+    sections=(section.difference,),
+    figures=_figures,
+    tables=_tables,
+    session_tables=_session_tables,
+)

@@ -1,0 +1,220 @@
+"""Figure of the descending difference: each step, and "yes" against the size of the step."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import PercentFormatter
+
+from slipscale.analysis.reading.own_words import in_own_words
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.difference.step_size_curve import curve
+from slipscale.analysis.tasks.difference.yes_no import interval_of, step_sizes
+from slipscale.analysis.writing.axes import LINES_AT_MOST, tip
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve
+    from slipscale.analysis.tasks.difference.yes_no import DescendingDifference, StepAnswers
+
+#: Area of a ring for each participant, square points.
+RING = 34.0
+#: Height of a row of the upper panel and of the lower panel, inches.
+ROW, LOWER = 0.36, 2.9
+
+
+@styled
+def difference(
+    found: DescendingDifference,
+    steps: pd.DataFrame,
+    *,
+    confidence: float = 0.95,
+    quantity: Quantity = PLATE_AMPLITUDE,
+) -> Figure:
+    """Draw the share of "yes": of each step and of catch steps, and against the size of the step.
+
+    Parameters
+    ----------
+    found : DescendingDifference
+        `slipscale.analysis.tasks.difference.yes_no.analyse_differences`'s result.
+    steps : DataFrame
+        `slipscale.analysis.reading.dataset.Dataset.differences`, what it was computed from.
+    confidence : float
+        Of all intervals and of the curve's band.
+    quantity : Quantity
+        What the steps are steps of.
+    """
+    rows = len(found.steps) + (found.catch.n > 0)
+    upper = 0.9 + ROW * rows
+    sizes = step_sizes(steps)
+    if len(np.unique(sizes)) == 1:
+        figure = Figure(figsize=(6.8, upper), layout="constrained")
+        _each_step(figure.add_subplot(), found, confidence, quantity)
+        return figure
+    layout = ConstrainedLayoutEngine(hspace=0.08)
+    figure = Figure(figsize=(5.6, upper + LOWER), layout=layout)
+    top, bottom = figure.subplots(2, 1, height_ratios=[upper, LOWER])
+    _each_step(top, found, confidence, quantity)
+    top.set_title(in_own_words("Each step down", quantity))
+    _against_size(bottom, found.psychometric, steps.assign(size=sizes), confidence)
+    bottom.set_title(in_own_words("Against the size of the step", quantity))
+    if not quantity.of_plate:
+        above = ": above the reference" if steps["amplitude_um_pp"].any() else ""
+        bottom.set_xlabel(f"{quantity.axis}{above}")
+        bottom.set_ylabel("“Yes”")
+    # Outside: the data may lie anywhere.
+    figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    return figure
+
+
+def step_label(step: StepAnswers, quantity: Quantity) -> str:
+    """Return "2.3 → 1.2 µm"; of another quantity the stimulus, and its reference if any."""
+    if quantity.of_plate:
+        return f"{step.from_um_pp:g} → {quantity.value(step.to_um_pp)}"
+    stimulus = quantity.value(step.from_um_pp)
+    return f"{stimulus} against {step.to_um_pp:g}" if step.to_um_pp else stimulus
+
+
+def _each_step(
+    axes: Axes, found: DescendingDifference, confidence: float, quantity: Quantity
+) -> None:
+    labels = [step_label(step, quantity) for step in found.steps]
+    rows: list[tuple[int, int, ConfidenceInterval, str, str]] = [
+        (step.yes, step.n, step.interval, BLUE, "o") for step in found.steps
+    ]
+    if found.catch.interval is not None:
+        labels.append("catch: no change" if quantity.of_plate else "catch: at the reference")
+        rows.append((found.catch.yes, found.catch.n, found.catch.interval, VERMILION, "s"))
+    for place, (yes, n, (low, high), colour, marker) in enumerate(rows):
+        share = yes / n
+        axes.errorbar(
+            share,
+            place,
+            xerr=[[share - low], [high - share]],
+            color=colour,
+            marker=marker,
+            markersize=7,
+            capsize=4,
+            linewidth=1.8,
+            clip_on=False,
+            zorder=3,
+        )[0].set_gid(tip(f"{labels[place]}: {share:.0%}, interval {low:.0%} to {high:.0%}"))
+        axes.annotate(
+            f"{yes} of {n}",
+            (1.03, place),
+            xycoords=("axes fraction", "data"),
+            va="center",
+            fontsize=8.5,
+            color=GREY,
+            annotation_clip=False,
+        )
+    axes.set_yticks(range(len(rows)), labels)
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_xlim(0, 1)
+    axes.xaxis.set_major_formatter(PercentFormatter(1.0))
+    axes.grid(visible=True, axis="x")
+    axes.grid(visible=False, axis="y")
+    asked = "“Yes, I feel a difference”" if quantity.of_plate else "“Yes”"
+    axes.set_xlabel(f"{asked} ({100 * confidence:g} % intervals)")
+
+
+def _against_size(
+    axes: Axes, fit: PsychometricCurve | NotComputed, steps: pd.DataFrame, confidence: float
+) -> None:
+    level = f"{100 * confidence:g} %"
+    sizes = np.unique(steps["size"])
+    span = float(np.ptp(sizes))
+    if not isinstance(fit, NotComputed):
+        fine = np.linspace(sizes[0], sizes[-1], 200)
+        middle, low, high = curve(fit, fine, confidence)
+        axes.plot(fine, middle, color=BLUE, linewidth=1.8, label="logistic curve", zorder=2)
+        axes.fill_between(
+            fine, low, high, color="#CCE3F0", linewidth=0, label=f"its {level} band", zorder=0
+        )
+        if fit.half_yes is not None and fit.half_yes_interval is not None:
+            ends = fit.half_yes_interval
+            axes.errorbar(
+                fit.half_yes,
+                0.5,
+                xerr=[[fit.half_yes - ends.low], [ends.high - fit.half_yes]],
+                color=INK,
+                linestyle="none",
+                marker="|",
+                markersize=9,
+                capsize=3,
+                zorder=3,
+                label=f"half “yes”, {level} interval",
+            )
+    if 1 < steps[PARTICIPANT].nunique() <= LINES_AT_MOST:
+        _participants(axes, steps)
+    for size in sizes:
+        answers = steps[steps["size"] == size]
+        yes, n = int(answers["difference_felt"].sum()), len(answers)
+        changed = size != 0
+        below, above = interval_of(answers, confidence)
+        axes.errorbar(
+            size,
+            yes / n,
+            yerr=[[yes / n - below], [above - yes / n]],
+            color=BLUE if changed else VERMILION,
+            marker="o" if changed else "s",
+            markersize=7,
+            capsize=4,
+            linewidth=1.8,
+            clip_on=False,
+            zorder=4,
+            label=f"all answers, {level} interval" if size == sizes[-1] else None,
+        )
+    axes.set_xticks(sizes, ["0\n(catch)" if s == 0 else f"{s:g}" for s in sizes])
+    axes.set_xlim(sizes[0] - 0.06 * span, sizes[-1] + 0.06 * span)
+    axes.set_ylim(-0.09, 1.11)
+    axes.set_yticks(np.linspace(0, 1, 6))
+    axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+    axes.set_xlabel("Amplitude removed (µm, peak to peak)")
+    axes.set_ylabel("“Yes, I feel a difference”")
+
+
+def _participants(axes: Axes, steps: pd.DataFrame) -> None:
+    """Draw participants' shares where they are: a ring's area counts the people who share it.
+
+    Nothing is spread along an axis, which both are quantities.
+    """
+    own = (
+        steps.groupby(["size", steps[PARTICIPANT].astype(str)])["difference_felt"]
+        .mean()
+        .reset_index()
+    )
+    counted = own.groupby(["size", "difference_felt"]).size()
+    rows = counted.reset_index(name="people").to_numpy(float).tolist()
+    # In the legend one person's ring: the largest would hide other entries.
+    axes.plot(
+        [],
+        linestyle="none",
+        marker="o",
+        markersize=RING**0.5,
+        markerfacecolor="none",
+        markeredgecolor=PALE,
+        markeredgewidth=1.1,
+        label="participants (area: how many)",
+    )
+    for size, share, people in rows:
+        axes.scatter(
+            [size],
+            [share],
+            s=RING * people,
+            facecolors="none",
+            edgecolors=PALE,
+            linewidths=1.1,
+            clip_on=False,
+            zorder=3,
+            gid=tip(f"{people:g} participants: {share:.0%}"),
+        )

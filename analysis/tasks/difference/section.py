@@ -1,0 +1,107 @@
+"""The descending difference: its figure, the words, the coders."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.difference.figures import step_label
+from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.axes import LINES_AT_MOST
+from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.numbers import grouped, interval
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.difference.yes_no import DescendingDifference
+
+#: Of a category's reports, so many different wordings are shown.
+WORDINGS_SHOWN = 40
+
+
+def _caption(found: DescendingDifference) -> str:
+    fit = found.psychometric
+    intervals = (
+        "Share of “yes” at each step down, with Clopper and Pearson's intervals; where a "
+        "participant answered several times, of as many answers as there would be independent "
+        "ones (Korn and Graubard)."
+    )
+    texts = [intervals]
+    if not isinstance(fit, NotComputed):
+        texts.append(
+            "Curve: logistic, by generalised estimating equations that let a participant's answers "
+            "correlate; pointwise band, Mancl and DeRouen's errors, Student's with "
+            f"{fit.df} degrees of freedom."
+        )
+    if 1 < found.participants <= LINES_AT_MOST:
+        texts.append("Rings: participants' own shares; the area counts who has the same.")
+    return " ".join(texts)
+
+
+def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+    """Return the descending difference: figure, steps, words."""
+    section = ReportSection("Descending difference")
+    found = analysis.inference[DIFFERENCE]
+    if isinstance(found, NotComputed) or "difference" not in svgs:
+        return section
+    section.blocks.append(
+        html.figure(
+            svgs["difference"],
+            _caption(found),
+            "Share of “yes”: "
+            + ", ".join(
+                f"{step_label(step, analysis.dataset.quantity)} {step.yes} of {step.n}"
+                for step in found.steps
+            )
+            + f", no change {found.catch.yes} of {found.catch.n}",
+        )
+    )
+    if not analysis.dataset.quantity.of_plate:
+        # Nobody was asked what has been removed.
+        if (analysis.dataset.differences["amplitude_um_pp"] > 0).any():
+            section.blocks.append(
+                html.paragraph("Levels are those of the stimulus less its reference.", "note")
+            )
+        return section
+    words = found.verbal_reports
+    if isinstance(words, NotComputed):
+        section.blocks.append(html.paragraph(f"Verbal reports: {words.reason}.", "note"))
+        return section
+    section.blocks.append(
+        html.table(
+            [
+                TableColumn(title="Category", left=True),
+                TableColumn(title="Reports"),
+                TableColumn(title="In the participants' words", left=True),
+            ],
+            [
+                [
+                    name,
+                    str(entry.count),
+                    "; ".join(
+                        f"“{text}”" + (f" ×{count}" if count > 1 else "")
+                        for text, count in list(entry.words.items())[:WORDINGS_SHOWN]
+                    ),
+                ]
+                for name, entry in words.categories.items()
+            ],
+            f"“What has been removed?” {words.n} reports, coded by: {words.codebook}. A "
+            "report may have several categories. Read as less slippery: "
+            f"{words.meaning.get('less_slippery', 0)}; as more slippery: "
+            f"{words.meaning.get('more_slippery', 0)}; unclear: "
+            f"{words.meaning.get('unclear', 0)}.",
+        )
+    )
+    coders = found.coders
+    if coders and not isinstance(coders, NotComputed):
+        section.blocks.append(
+            html.paragraph(
+                f"Two coders ({' and '.join(coders.coders)}) agreed on {coders.agreed} of "
+                f"{coders.reports} reports, Cohen's κ = {grouped(coders.kappa)}, 95 % "
+                f"{interval(*coders.interval)}."
+            )
+        )
+    return section

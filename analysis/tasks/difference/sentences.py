@@ -1,0 +1,161 @@
+"""The sentences on the descending difference, in APA style (7th edition)."""
+
+from __future__ import annotations
+
+from math import isfinite
+from statistics import median
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.writing.numbers import (
+    bracketed,
+    level_of,
+    number,
+    of_size,
+    p_value,
+    reliable,
+)
+
+if TYPE_CHECKING:
+    from slipscale.analysis.tasks.difference.probit import DPrimeOfSize
+    from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve
+    from slipscale.analysis.tasks.difference.yes_no import (
+        DescendingDifference,
+        Finding,
+        SignalDetection,
+    )
+
+
+#: Measure of a step's size -> what "yes" depends on, per what, and how one of it is written.
+MEASURED = {
+    "removed_um_pp": ("the size of the step", "µm (peak to peak) removed", "{} µm"),
+    "weber_fraction": (
+        "the step's Weber fraction, of the amplitude before",
+        "unit",
+        "a Weber fraction of {}",
+    ),
+}
+
+
+def psychometric(found: PsychometricCurve | NotComputed, confidence: float) -> str:
+    """Return the sentence of the curve of "yes" against the size of the step."""
+    if isinstance(found, NotComputed):
+        return f"No curve of “yes” against the size of the step was fitted: {found.reason}."
+    verb = "depended" if reliable(found.p, confidence) else "did not depend reliably"
+    size, per, at = MEASURED[found.measure]
+    level = level_of(confidence)
+    write = of_size(found.log_odds_per_unit)
+    half = ""
+    if found.half_yes is not None and found.half_yes > 0:
+        own = of_size(found.half_yes)
+        bounds = (
+            "which the answers do not bound"
+            if found.half_yes_interval is None
+            else f"{level} CI {bracketed(found.half_yes_interval, own)}"
+        )
+        half = f"; half of the answers are “yes” at {at.format(own(found.half_yes))}, {bounds}"
+    return (
+        f"“Yes” {verb} on {size}, log odds {write(found.log_odds_per_unit)} per {per}, {level} CI "
+        f"{bracketed(found.interval, write)}, t({found.df}) = {number(found.t)}, "
+        f"{p_value(found.p)}{half} (logistic curve by generalised estimating equations, answers of "
+        f"a participant exchangeable, Fieller's interval; {found.answers} answers of {found.n} "
+        "participants)."
+    )
+
+
+def own_thresholds(found: DescendingDifference) -> list[str]:
+    """Return the sentence on participants' own thresholds; none where nobody has one."""
+    own = [one for one in found.thresholds.values() if not isinstance(one, NotComputed)]
+    if not own:
+        return []
+    values = sorted(one.threshold_um_pp.value for one in own)
+    text = (
+        f"Own thresholds of {len(own)} of {len(found.thresholds)} participants lie between "
+        f"{number(values[0])} and {number(values[-1])} µm, median {number(median(values))} µm "
+        "(logistic curve with own false alarms and lapses; each with its interval in "
+        "individuals.csv)."
+    )
+    return [text]
+
+
+def finding(found: Finding) -> str:
+    """Return the paper's finding: who felt a difference, and who said it was less slippery."""
+    n = found.n
+    if n == 1:
+        felt = "a difference" if found.felt_a_difference else "no difference"
+        said = "said" if found.said_less_slippery else "did not say"
+        return (
+            f"The one participant felt {felt} when the amplitude fell, and {said} that the surface "
+            "became less slippery."
+        )
+    everyone = f"All {n}" if found.all_felt_a_difference else f"{found.felt_a_difference} of {n}"
+    said = f"all {n}" if found.all_said_less_slippery else f"{found.said_less_slippery} of {n}"
+    return (
+        f"{everyone} participants felt a difference when the amplitude fell "
+        f"({found.felt_every_change} of {n} at every step), and {said} said that the surface "
+        "became less slippery."
+    )
+
+
+def answer(
+    found: DescendingDifference, confidence: float = 0.95, *, of_plate: bool = True
+) -> list[str]:
+    """Return what the task's question is answered with: of a plate the paper's finding."""
+    if not of_plate:
+        return [psychometric(found.psychometric, confidence)]
+    return [finding(found.finding)] if found.finding.n else []
+
+
+def difference_sentences(
+    found: DescendingDifference | NotComputed, confidence: float = 0.95, *, of_plate: bool = True
+) -> list[str]:
+    """Return the sentences on the descending difference; none where it was not run."""
+    if isinstance(found, NotComputed):
+        return []
+    texts = answer(found, confidence, of_plate=of_plate)
+    if of_plate:
+        texts.append(psychometric(found.psychometric, confidence))
+        if not isinstance(found.weber, NotComputed):
+            texts.append(psychometric(found.weber, confidence))
+    texts += own_thresholds(found)
+    detection = found.signal_detection
+    if isinstance(detection, NotComputed):
+        texts.append(f"Sensitivity was not computed: {detection.reason}.")
+        return texts
+    pooled = detection.pooled
+    texts.append(
+        f"“Yes” was said on {pooled.hits} of {pooled.changes} steps and on "
+        f"{pooled.false_alarms} of {pooled.catches} catch steps. "
+        f"{sensitivity(detection, confidence)}"
+    )
+    return texts
+
+
+def sensitivity(found: SignalDetection, confidence: float) -> str:
+    """Return the sentence on d', step size by step size."""
+    if isinstance(found.by_size, NotComputed):
+        return f"d′ was not computed: {found.by_size.reason}."
+    parts = [f"{_d_prime(each)} for steps of {each.removed_um_pp:g} µm" for each in found.by_size]
+    text = "; ".join(parts)
+    mean = found.mean_d_prime
+    own = (
+        ""
+        if isinstance(mean, NotComputed)
+        else f" Mean of participants' own d′ {number(mean.mean)}, {level_of(confidence)} CI "
+        f"{bracketed(mean.interval)}."
+    )
+    return (
+        f"Sensitivity by step size: {text} (probit model with participants, profile-likelihood "
+        f"intervals, {level_of(confidence)}).{own}"
+    )
+
+
+def _d_prime(found: DPrimeOfSize) -> str:
+    low, high = found.interval
+    if not isfinite(low) and not isfinite(high):
+        return "d′ not determined by so few answers"
+    if not isfinite(high):
+        return f"at ceiling, d′ ≥ {number(low)}"
+    if not isfinite(low):
+        return f"at floor, d′ ≤ {number(high)}"
+    return f"d′ = {number(found.d_prime)} {bracketed(found.interval)}"

@@ -1,0 +1,62 @@
+"""The descending difference of a data set, with its own code book and coders."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.reading.delimited import read_tables
+from slipscale.analysis.reading.trial_tables import STEP_AMPLITUDES
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.statistic import Family, Statistic
+from slipscale.analysis.tasks.difference.coder_agreement import agreement
+from slipscale.analysis.tasks.difference.verbal_coding import SHIPPED, load_codebook
+from slipscale.analysis.tasks.difference.yes_no import DescendingDifference, analyse_differences
+
+if TYPE_CHECKING:
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.statistics.statistic import Inputs
+
+
+def difference(data: Dataset) -> DescendingDifference | NotComputed:
+    """Return what the answers of yes and no show, with the data set's own code book and coders."""
+    folder, name = data.folder, data.choices.codebook
+    book = load_codebook(folder / name if folder and name else SHIPPED)
+    # Of a plate the amplitude before the step; elsewhere the reference of the stimulus.
+    base = STEP_AMPLITUDES[0 if data.quantity.of_plate else 1]
+    found = analyse_differences(data.differences, book, data.choices.confidence, base)
+    codes = folder / "code" / "verbal_codes.tsv" if folder else None
+    if isinstance(found, NotComputed) or codes is None or not codes.is_file():
+        return found
+    frame, _ = read_tables([codes], codes.parent, required=("verbal_report", "coder", "category"))
+    return replace(found, coders=agreement(frame))
+
+
+def _curves(found: DescendingDifference) -> list[float]:
+    return [one.p for one in (found.psychometric, found.weber) if not isinstance(one, NotComputed)]
+
+
+def _compute(inputs: Inputs) -> DescendingDifference | NotComputed:
+    return difference(inputs.data)
+
+
+DIFFERENCE: Statistic[DescendingDifference] = Statistic(
+    key="difference",
+    meaning="descending difference: shares of “yes”, d′, curves, verbal reports",
+    compute=_compute,
+    families=(Family(name="curves of “yes”, slope", read=_curves),),
+    methods="Shares of “yes” have Clopper and Pearson's intervals, of as many answers as there "
+    "would be independent ones [[korn1998]]. “Yes” was related to the size of the step by a "
+    "logistic curve, fitted by generalised estimating equations with exchangeable answers "
+    "of a participant [[liang1986]] and errors for few participants [[mancl2001]]. "
+    "Sensitivity, d′, comes from a probit model with participants, with intervals of its "
+    "profile likelihood; a participant's own d′ and c have the log-linear correction "
+    "[[hautus1995]].",
+    conclusions={
+        r"finding\.all_felt_a_difference": "everybody felt a difference at least once",
+        r"finding\.all_said_less_slippery": "everybody said “less slippery”",
+        r"psychometric\.p": "“yes” depends on what was removed",
+        r"weber\.p": "“yes” depends on the Weber fraction removed",
+    },
+    headlines={"d_prime": "d′ of the descending difference"},
+)

@@ -1,0 +1,239 @@
+"""The descending difference's "yes" against the size of the step: a curve for the population.
+
+The size is what was removed, in µm peak to peak, or its Weber fraction of the amplitude before.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.json_form import renamed
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+Measure = Literal["removed_um_pp", "weber_fraction"]
+#: Coefficients of the curve: intercept and slope.
+COEFFICIENTS = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PsychometricCurve:
+    """A logistic curve of "yes" on the size of the step.
+
+    Parameters
+    ----------
+    measure : {"removed_um_pp", "weber_fraction"}
+        What the size is: µm peak to peak, or a share of the amplitude before.
+    log_odds_per_unit, se : float
+        Slope per unit of the size, and its standard error.
+    interval : ConfidenceInterval
+        The slope's, Student's.
+    t, df, p : float, int, float
+        Test of the slope against 0.
+    intercept : float
+        Log odds of "yes" on a step of no size.
+    covariance : array-like, shape (2, 2)
+        Of intercept and slope.
+    half_yes : float or None
+        The size of step on which half would say yes; None where the curve does not rise.
+    half_yes_interval : ConfidenceInterval or None
+        Its, by Fieller's theorem; None where the slope is not reliably above 0: then no size is
+        ruled out.
+    correlation : float
+        Of a participant's answers.
+    n, answers : int
+        Participants and answered steps.
+    """
+
+    measure: Measure
+    log_odds_per_unit: float
+    se: float
+    interval: ConfidenceInterval
+    t: float
+    df: int
+    p: float
+    intercept: float
+    covariance: tuple[tuple[float, float], tuple[float, float]]
+    half_yes: float | None
+    half_yes_interval: ConfidenceInterval | None
+    correlation: float
+    n: int
+    answers: int
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        names = {"interval": "ci", "half_yes_interval": "half_yes_ci"}
+        if self.measure == "removed_um_pp":
+            names |= {"log_odds_per_unit": "log_odds_per_um", "half_yes": "half_yes_um"}
+        return renamed(self, **names)
+
+
+def psychometric(
+    steps: pd.DataFrame,
+    confidence: float = 0.95,
+    measure: Measure = "removed_um_pp",
+    base: str = "amplitude_before_um_pp",
+) -> PsychometricCurve | NotComputed:
+    """Fit a logistic curve of "yes" on the size of the step, catch steps at 0.
+
+    Generalised estimating equations (Liang and Zeger 1986, Biometrika 73, 13-22), answers of a
+    participant exchangeably correlated, by statsmodels; errors are Mancl and DeRouen's (2001,
+    Biometrics 57, 126-134), which suit few participants, the interval is Student's with n - 2.
+
+    Parameters
+    ----------
+    steps : DataFrame
+        `slipscale.analysis.reading.dataset.Dataset.differences`: answered steps, catch steps among
+        them.
+    measure : {"removed_um_pp", "weber_fraction"}
+        Of the size; a step from 0 has no Weber fraction and is left out of that curve.
+    base : str
+        The column that a Weber fraction is a fraction of.
+    """
+    if measure == "weber_fraction":
+        steps = steps[steps[base] > 0]
+    if not len(steps):
+        return NotComputed("every step begins at 0: there is no amplitude to be a fraction of")
+    removed = (steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]).to_numpy(float)
+    if measure == "weber_fraction":
+        removed = np.abs(removed) / steps[base].to_numpy(float)
+    felt = steps["difference_felt"].to_numpy(float)
+    people = steps[PARTICIPANT].astype(str).to_numpy()
+    n = len(np.unique(people))
+    if n < FEWEST:
+        return NotComputed(few("participants", n))
+    if why := separated(removed, felt):
+        return NotComputed(why)
+    frame = pd.DataFrame({"felt": felt, "removed": removed, "who": people})
+    return _fit(frame, n, confidence, measure)
+
+
+def curve(
+    found: PsychometricCurve, removed: NDArray[np.float64], confidence: float = 0.95
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Return the fitted share of "yes" and its pointwise band, Student's on log odds.
+
+    Parameters
+    ----------
+    found : PsychometricCurve
+        `psychometric`'s result.
+    removed : array, shape (k,)
+        Sizes of steps, µm peak to peak.
+
+    Returns
+    -------
+    tuple of arrays, each of shape (k,)
+        Share, lower bound, upper bound.
+    """
+    from scipy import special, stats  # noqa: PLC0415
+
+    design = np.stack([np.ones_like(removed), removed], axis=1)
+    log_odds = design @ [found.intercept, found.log_odds_per_unit]
+    variance = ((design @ np.array(found.covariance)) * design).sum(axis=1)
+    half = stats.t.ppf((1 + confidence) / 2, found.df) * np.sqrt(variance)
+    low, middle, high = (special.expit(log_odds + sign * half) for sign in (-1, 0, 1))
+    return middle, low, high
+
+
+def separated(removed: NDArray[np.float64], felt: NDArray[np.float64]) -> str | None:
+    """Say why no finite slope exists, or None.
+
+    >>> separated(np.array([0, 1.0, 2]), np.array([0, 1.0, 1]))[:19]
+    'complete separation'
+    """
+    yes, no = removed[felt == 1], removed[felt == 0]
+    if not len(yes) or not len(no):
+        return f"every answer is {'yes' if len(yes) else 'no'}: nothing for a curve to rise between"
+    if np.ptp(removed) == 0:
+        return "one size of step: a curve needs two"
+    if no.max() <= yes.min() or yes.max() <= no.min():
+        return (
+            "complete separation: the size of the step tells every yes from every no, so that the "
+            "likeliest curve is a jump without a finite slope"
+        )
+    return None
+
+
+def _fit(
+    frame: pd.DataFrame, n: int, confidence: float, measure: Measure
+) -> PsychometricCurve | NotComputed:
+    import statsmodels.api as sm  # noqa: PLC0415 - a second's import
+    import statsmodels.formula.api as smf  # noqa: PLC0415
+    from scipy import stats  # noqa: PLC0415
+    from statsmodels.tools.sm_exceptions import IterationLimitWarning  # noqa: PLC0415
+
+    model = smf.gee(
+        "felt ~ removed",
+        "who",
+        frame,
+        family=sm.families.Binomial(),
+        cov_struct=sm.cov_struct.Exchangeable(),
+    )
+    try:
+        # A fit that runs away ends in "did not converge", not in the libraries' warnings.
+        with np.errstate(all="ignore"), warnings.catch_warnings():
+            warnings.simplefilter("ignore", IterationLimitWarning)
+            fit = model.fit(cov_type="bias_reduced")
+    except (np.linalg.LinAlgError, ValueError) as error:
+        return NotComputed(f"the curve could not be fitted ({error})")
+    slope, se = float(fit.params["removed"]), float(fit.bse["removed"])
+    if not fit.converged or not np.isfinite([slope, se]).all():
+        return NotComputed("the fit did not converge")
+    df = n - COEFFICIENTS
+    quantile = float(stats.t.ppf((1 + confidence) / 2, df))
+    half = quantile * se
+    (a, b), (c, d) = fit.cov_params().to_numpy(float).tolist()
+    return PsychometricCurve(
+        measure=measure,
+        log_odds_per_unit=slope,
+        se=se,
+        interval=ConfidenceInterval(slope - half, slope + half, confidence),
+        t=slope / se,
+        df=df,
+        p=float(2 * stats.t.sf(abs(slope / se), df)),
+        intercept=float(fit.params["Intercept"]),
+        covariance=((a, b), (c, d)),
+        half_yes=-float(fit.params["Intercept"]) / slope if slope > 0 else None,
+        half_yes_interval=fieller(
+            (float(fit.params["Intercept"]), slope), ((a, b), (c, d)), quantile, confidence
+        ),
+        correlation=float(model.cov_struct.dep_params),
+        n=n,
+        answers=len(frame),
+    )
+
+
+def fieller(
+    coefficients: tuple[float, float],
+    covariance: tuple[tuple[float, float], tuple[float, float]],
+    quantile: float,
+    confidence: float,
+) -> ConfidenceInterval | None:
+    """Return the interval of where a line a + b x is 0; None where b is not reliably above 0.
+
+    Fieller (1954), J. R. Stat. Soc. B 16, 175-185: all x at which the line is less than
+    ``quantile`` standard errors from 0.
+
+    >>> low, high = fieller((-2.0, 4.0), ((0.04, 0.0), (0.0, 0.0)), 2.0, 0.95)
+    >>> round(low, 9), round(high, 9)
+    (0.4, 0.6)
+    """
+    (a, b), ((aa, ab), (_, bb)) = coefficients, covariance
+    square = b**2 - quantile**2 * bb
+    if b <= 0 or square <= 0:
+        return None
+    middle = a * b - quantile**2 * ab
+    root = float(np.sqrt(max(middle**2 - square * (a**2 - quantile**2 * aa), 0.0)))
+    return ConfidenceInterval((-middle - root) / square, (-middle + root) / square, confidence)

@@ -1,0 +1,42 @@
+"""The answers of yes and no as a table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from slipscale.analysis.result import Analysis
+
+#: Columns of a yes or no, where they hold anything.
+ANSWERS = (
+    *(PARTICIPANT, "session", "run", "series", "trial", "step"),
+    *("amplitude_before_um_pp", "amplitude_um_pp", "catch", "difference_felt"),
+    *("confidence", "response_time", "verbal_report"),
+)
+
+
+def answers_table(analysis: Analysis) -> pd.DataFrame:
+    """Return the analysed answers of yes and no: all that the difference task's numbers rest on.
+
+    Of another quantity than the plate's, the stimulus and its reference.
+    """
+    rows = analysis.dataset.differences
+    kept = [name for name in ANSWERS if name in rows and not _empty(rows[name])]
+    table = rows[kept].astype({"difference_felt": int})
+    if not analysis.dataset.quantity.of_plate:
+        return table.rename(
+            columns={
+                "amplitude_before_um_pp": "amplitude_um_pp",
+                "amplitude_um_pp": "reference",
+                "difference_felt": "yes",
+            }
+        )
+    return table
+
+
+def _empty(cells: pd.Series[Any]) -> bool:
+    return bool(cells.isna().all() or (cells.astype(str) == "").all())

@@ -1,0 +1,417 @@
+"""The descending difference: "yes" on steps and on catch steps, and what participants said.
+
+Without catch steps "yes" is confounded with bias, and d' does not exist.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.json_form import record, renamed
+from slipscale.analysis.preprocessing.sufficiency import few
+from slipscale.analysis.statistics.confidence_interval import key_of
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.psychometric_function import (
+    Answers,
+    PsychometricFunction,
+)
+from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
+from slipscale.analysis.tasks.difference.probit import d_primes
+from slipscale.analysis.tasks.difference.proportions import clustered_interval
+from slipscale.analysis.tasks.difference.step_size_curve import psychometric
+from slipscale.analysis.tasks.difference.verbal_reports import code_reports
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.tasks.difference.coder_agreement import CoderAgreement
+    from slipscale.analysis.tasks.difference.probit import DPrimeOfSize
+    from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve
+    from slipscale.analysis.tasks.difference.verbal_coding import Codebook
+    from slipscale.analysis.tasks.difference.verbal_reports import VerbalReports
+
+#: Of fewer steps of a kind a participant's own d' is mostly its correction.
+TRIALS_FOR_OWN = 20
+#: Steps that differ in size by less than this share of the largest level are of one size.
+SAME_SIZE = 1e-9
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepAnswers:
+    """Answers on one kind of step; the interval is of the share of "yes", see `proportions`."""
+
+    from_um_pp: float
+    to_um_pp: float
+    n: int
+    yes: int
+    interval: ConfidenceInterval
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, interval="" if self.interval is None else key_of(self.interval))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CatchAnswers:
+    """Answers on catch steps; no interval where there are none."""
+
+    n: int
+    yes: int
+    interval: ConfidenceInterval | None
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, interval="" if self.interval is None else key_of(self.interval))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sensitivity:
+    """Yes-no counts with d' and the criterion c, after the log-linear correction."""
+
+    hits: int
+    changes: int
+    false_alarms: int
+    catches: int
+    d_prime: float
+    criterion: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SignalDetection:
+    """Signal detection theory of the descending difference.
+
+    Parameters
+    ----------
+    pooled : Sensitivity
+        Of all answers.
+    by_size : tuple of DPrimeOfSize or NotComputed
+        d' of each size of step, by a probit model with participants.
+    all_sizes : DPrimeOfSize or NotComputed
+        The same, all sizes taken as one.
+    mean_d_prime : MeanOverParticipants or NotComputed
+        Of participants' own, where each has `TRIALS_FOR_OWN` of both kinds of step.
+    participants : Mapping
+        Participant -> their own.
+    """
+
+    pooled: Sensitivity
+    by_size: tuple[DPrimeOfSize, ...] | NotComputed
+    all_sizes: DPrimeOfSize | NotComputed
+    mean_d_prime: MeanOverParticipants | NotComputed
+    participants: Mapping[str, Sensitivity]
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        pooled = record(self.pooled)
+        return {
+            "pooled_d_prime": pooled.pop("d_prime"),
+            "pooled_criterion": pooled.pop("criterion"),
+            **pooled,
+            "by_size": self.by_size,
+            "all_sizes": self.all_sizes,
+            "mean_of_participants": self.mean_d_prime,
+            "participants": self.participants,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """The paper's finding, in numbers of participants.
+
+    Parameters
+    ----------
+    n : int
+        Participants.
+    felt_a_difference, felt_every_change : int
+        Who felt a change at least once, and always.
+    said_less_slippery : int
+        Who said that the surface became less slippery.
+    """
+
+    n: int
+    felt_a_difference: int
+    felt_every_change: int
+    said_less_slippery: int
+
+    @property
+    def all_felt_a_difference(self) -> bool:
+        """Whether every participant felt a change at least once."""
+        return self.n > 0 and self.felt_a_difference == self.n
+
+    @property
+    def all_said_less_slippery(self) -> bool:
+        """Whether every participant said that the surface became less slippery."""
+        return self.n > 0 and self.said_less_slippery == self.n
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self) | {
+            "all_felt_a_difference": self.all_felt_a_difference,
+            "all_said_less_slippery": self.all_said_less_slippery,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DescendingDifference:
+    """Everything about the descending difference.
+
+    Parameters
+    ----------
+    steps : tuple of StepAnswers
+        Steps on which the amplitude changed, from the largest amplitude down.
+    catch : CatchAnswers
+        Steps on which it did not.
+    signal_detection, psychometric, verbal_reports, finding
+        See their classes.
+    weber : PsychometricCurve or NotComputed
+        Of "yes" on the Weber fraction of the amplitude before.
+    thresholds : Mapping
+        Participant -> their own curve of "yes" on what was removed, half-way between their false
+        alarms and their "yes" on the largest steps; NotComputed with fewer than
+        `TRIALS_FOR_OWN` answers.
+    participants : int
+        Who answered.
+    answers_per_participant_and_step : float
+        Mean.
+    coders : CoderAgreement, NotComputed or None
+        None where the data set has no codes of human coders.
+    """
+
+    steps: tuple[StepAnswers, ...]
+    catch: CatchAnswers
+    signal_detection: SignalDetection | NotComputed
+    psychometric: PsychometricCurve | NotComputed
+    weber: PsychometricCurve | NotComputed
+    thresholds: Mapping[str, PsychometricFunction | NotComputed]
+    verbal_reports: VerbalReports | NotComputed
+    finding: Finding
+    participants: int
+    answers_per_participant_and_step: float
+    coders: CoderAgreement | NotComputed | None = None
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        detection = self.signal_detection
+        keys = renamed(self, coders="" if self.coders is None else "coders")
+        d_prime = detection if isinstance(detection, NotComputed) else detection.pooled.d_prime
+        return {"steps": keys.pop("steps"), "catch": keys.pop("catch"), "d_prime": d_prime, **keys}
+
+
+def d_prime(hits: float, signals: float, false_alarms: float, noises: float) -> tuple[float, float]:
+    """Return d' and the criterion c of a yes-no task, with the log-linear correction.
+
+    Half a response is added to hits and false alarms, one trial to each kind, always (Hautus
+    1995, Behav. Res. Methods Instrum. Comput. 27, 46-51), so that rates of 0 and 1 stay finite.
+
+    >>> d, c = d_prime(10, 20, 10, 20)
+    >>> round(d, 12), round(c, 12)
+    (0.0, 0.0)
+    """
+    from scipy.special import ndtri  # noqa: PLC0415
+
+    hit = float(ndtri((hits + 0.5) / (signals + 1)))
+    alarm = float(ndtri((false_alarms + 0.5) / (noises + 1)))
+    return hit - alarm, 0.0 - (hit + alarm) / 2
+
+
+def analyse_differences(
+    steps: pd.DataFrame,
+    book: Codebook,
+    confidence: float = 0.95,
+    base: str = "amplitude_before_um_pp",
+) -> DescendingDifference | NotComputed:
+    """Return everything about the descending difference but the coders' agreement.
+
+    Parameters
+    ----------
+    steps : DataFrame
+        `slipscale.analysis.reading.dataset.Dataset.differences`.
+    book : Codebook
+        Codes the verbal reports.
+    confidence : float
+        Of every interval.
+    base : str
+        The column that a Weber fraction is a fraction of.
+    """
+    if not len(steps):
+        return NotComputed("no answered steps of the descending difference")
+    changes = steps[~steps["catch"]]
+    catches = steps[steps["catch"]]
+    by_step = changes.groupby(["amplitude_before_um_pp", "amplitude_um_pp"])
+    rows = [
+        StepAnswers(
+            from_um_pp=float(own["amplitude_before_um_pp"].iloc[0]),
+            to_um_pp=float(own["amplitude_um_pp"].iloc[0]),
+            n=len(own),
+            yes=int(own["difference_felt"].sum()),
+            interval=interval_of(own, confidence),
+        )
+        for _, own in reversed(list(by_step))
+    ]
+    catch_n, catch_yes = len(catches), int(catches["difference_felt"].sum())
+    return DescendingDifference(
+        steps=tuple(rows),
+        catch=CatchAnswers(
+            n=catch_n,
+            yes=catch_yes,
+            interval=interval_of(catches, confidence) if catch_n else None,
+        ),
+        signal_detection=signal_detection(changes, catches, confidence),
+        psychometric=psychometric(steps, confidence),
+        weber=psychometric(steps, confidence, "weber_fraction", base),
+        thresholds=own_thresholds(steps, confidence),
+        verbal_reports=code_reports(changes, book),
+        finding=finding(changes, book),
+        participants=int(steps[PARTICIPANT].nunique()),
+        answers_per_participant_and_step=_repetitions(changes),
+    )
+
+
+def interval_of(answers: pd.DataFrame, confidence: float) -> ConfidenceInterval:
+    """Return the interval of the share of "yes", answers of a participant being alike."""
+    own = answers.groupby(answers[PARTICIPANT].astype(str))["difference_felt"].agg(["sum", "size"])
+    return clustered_interval(own["sum"].to_numpy(float), own["size"].to_numpy(float), confidence)
+
+
+def _repetitions(changes: pd.DataFrame) -> float:
+    cells = changes.groupby(
+        [PARTICIPANT, "amplitude_before_um_pp", "amplitude_um_pp"], observed=True
+    )
+    return float(cells.size().mean()) if len(changes) else 0.0
+
+
+def signal_detection(
+    changes: pd.DataFrame, catches: pd.DataFrame, confidence: float
+) -> SignalDetection | NotComputed:
+    """Return d' and c, pooled and of each participant who had both kinds of step."""
+    if not len(catches):
+        return NotComputed("no catch steps: 'yes' cannot be told from a readiness to say yes")
+    if not len(changes):
+        return NotComputed("no steps on which the amplitude changed")
+    signals = changes.groupby(changes[PARTICIPANT].astype(str))["difference_felt"].agg(
+        ["sum", "size"]
+    )
+    noises = catches.groupby(catches[PARTICIPANT].astype(str))["difference_felt"].agg(
+        ["sum", "size"]
+    )
+    both = signals.add_suffix("_signal").join(noises.add_suffix("_noise"), how="inner")
+    own = {
+        str(who): _sensitivity(*row)
+        for who, row in zip(both.index, both.to_numpy(int).tolist(), strict=True)
+    }
+    answers = pd.concat([catches, changes])
+    sizes = step_sizes(answers)
+    felt = answers["difference_felt"].to_numpy(float)
+    who = pd.factorize(answers[PARTICIPANT].astype(str))[0]
+    by_size = d_primes(sizes, felt, who, confidence)
+    together = d_primes((sizes != 0).astype(float), felt, who, confidence)
+    return SignalDetection(
+        pooled=_sensitivity(
+            int(changes["difference_felt"].sum()),
+            len(changes),
+            int(catches["difference_felt"].sum()),
+            len(catches),
+        ),
+        by_size=by_size,
+        all_sizes=together
+        if isinstance(together, NotComputed)
+        else replace(together[0], removed_um_pp=float("nan")),
+        mean_d_prime=_mean_of_own(own, confidence),
+        participants=own,
+    )
+
+
+def step_sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
+    """Return how much amplitude each step removed, µm peak to peak; rounding makes no new size.
+
+    >>> step_sizes(
+    ...     pd.DataFrame(
+    ...         {"amplitude_before_um_pp": [2.3, 3e-9], "amplitude_um_pp": [1.2, 1e-9]}
+    ...     )
+    ... ).tolist()
+    [1.1, 0.0]
+    """
+    levels = steps[["amplitude_before_um_pp", "amplitude_um_pp"]].to_numpy(float)
+    removed = levels[:, 0] - levels[:, 1]
+    largest = float(np.abs(levels).max(initial=0.0))
+    if not largest:
+        return np.zeros(len(levels))
+    decimals = -math.ceil(math.log10(largest * SAME_SIZE))
+    # Of numbers, decimal by decimal: NumPy's own rounding multiplies and divides, 1e-12 comes back
+    # as 1.0000000000000002e-12.
+    return np.array([round(size, decimals) + 0.0 for size in removed.tolist()])
+
+
+def own_thresholds(
+    steps: pd.DataFrame, confidence: float
+) -> dict[str, PsychometricFunction | NotComputed]:
+    """Return each participant's threshold, where there are answers enough for one."""
+    sizes = pd.Series(np.abs(step_sizes(steps)), index=steps.index)
+    found: dict[str, PsychometricFunction | NotComputed] = {}
+    for who, own in steps.groupby(steps[PARTICIPANT].astype(str)):
+        if len(own) < TRIALS_FOR_OWN:
+            found[str(who)] = NotComputed(few("answers for a threshold", len(own), TRIALS_FOR_OWN))
+            continue
+        felt = (own["difference_felt"] == 1).tolist()
+        found[str(who)] = fit_threshold(
+            Answers.of_trials(sizes[own.index].tolist(), felt),
+            method="yes_no",
+            curve="logistic",
+            confidence=confidence,
+        )
+    return found
+
+
+def _mean_of_own(
+    own: Mapping[str, Sensitivity], confidence: float
+) -> MeanOverParticipants | NotComputed:
+    """Return the mean of participants' own d', where their counts can tell one from another."""
+    fewest = min((min(each.changes, each.catches) for each in own.values()), default=0)
+    if fewest < TRIALS_FOR_OWN:
+        return NotComputed(
+            f"a participant's own d' of {fewest} steps of a kind is pressed towards 0 by the "
+            f"correction for counts of 0 (at least {TRIALS_FOR_OWN} are needed)"
+        )
+    return mean_over_participants(np.array([each.d_prime for each in own.values()]), confidence)
+
+
+def _sensitivity(hits: int, changes: int, false_alarms: int, catches: int) -> Sensitivity:
+    sensitivity, criterion = d_prime(hits, changes, false_alarms, catches)
+    return Sensitivity(
+        hits=hits,
+        changes=changes,
+        false_alarms=false_alarms,
+        catches=catches,
+        d_prime=sensitivity,
+        criterion=criterion,
+    )
+
+
+def finding(changes: pd.DataFrame, book: Codebook) -> Finding:
+    """Compute the paper's finding: all felt a difference, and slipperiness was what decreased.
+
+    "All of the subjects feel clearly the difference during the test, and they immediately say
+    that it is 'less slippery'" (Section IV-B).
+    """
+    felt = changes["difference_felt"].groupby(changes[PARTICIPANT].astype(str)).agg(["max", "min"])
+    n = len(felt)
+    said = changes[(changes["difference_felt"] == 1) & (changes["verbal_report"] != "")]
+    meanings = said["verbal_report"].astype(str).map(book.meaning)
+    less = said[PARTICIPANT].astype(str)[meanings == "less_slippery"].nunique()
+    return Finding(
+        n=n,
+        felt_a_difference=int((felt["max"] == 1).sum()),
+        felt_every_change=int((felt["min"] == 1).sum()),
+        said_less_slippery=less,
+    )

@@ -1,0 +1,154 @@
+"""Pairwise comparisons, and the tests that could not be computed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.equivalence import PRIOR_SCALE
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.estimation import sentences as apa
+from slipscale.analysis.tasks.estimation.statistics import PAIRWISE, STATISTICS
+from slipscale.analysis.tasks.groups.statistics import GROUPS
+from slipscale.analysis.tasks.sessions.statistics import SESSIONS
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.numbers import DASH, grouped, interval, level_of, p_value, reliable
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.pairwise import PairComparison, PairedT
+    from slipscale.analysis.statistics.statistic import Inference, Statistic
+
+#: Whether a pair differs reliably, and whether it is equal within the bound -> what follows.
+CONCLUSIONS = {
+    (True, False): "differ",
+    (True, True): "differ, by less than the bound",
+    (False, True): "equal within the bound",
+    (False, False): "undecided",
+}
+
+
+def _bare_p(p: float | None) -> str:
+    """Return a p for a column that is headed p: ".023", "< .001"."""
+    return p_value(p).removeprefix("p ").removeprefix("= ")
+
+
+def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
+    """Return pairwise comparisons, and which tests could not be computed."""
+    section = ReportSection("Comparisons")
+    if analysis.prepared is None:
+        return section
+    pairs = analysis.inference[PAIRWISE]
+    if not isinstance(pairs, NotComputed):
+        level = f"{100 * analysis.dataset.choices.confidence:g} %"
+        section.blocks.append(
+            html.table(
+                [
+                    TableColumn(title="From → to", unit="µm, p-p", left=True, whole=True),
+                    TableColumn(title="Ratio", unit="of geometric means"),
+                    TableColumn(title=f"{level} CI", unit="of the ratio"),
+                    TableColumn(title="t"),
+                    TableColumn(title="df"),
+                    TableColumn(title="p", unit="Holm"),
+                    TableColumn(title="d_z"),
+                    TableColumn(title=f"{level} CI", unit="of d_z"),
+                    TableColumn(title="Up / down", unit="participants"),
+                    TableColumn(title="n", unit="logs / ranks"),
+                    TableColumn(title="p Wilcoxon", unit="Holm"),
+                ],
+                [_row(pair) for pair in pairs],
+                "Paired comparisons of log estimates, of everybody with an estimate above zero at "
+                "both amplitudes, and Wilcoxon's test on the estimates themselves, of everybody. "
+                "d_z: mean difference over the standard deviation of the differences, with its "
+                "exact interval (non-central t).",
+            )
+        )
+        tested = [(pair, pair.logs) for pair in pairs if not isinstance(pair.logs, NotComputed)]
+        if tested:
+            section.blocks.append(_equivalence(tested, analysis.dataset.choices.confidence))
+    missing = [
+        f"{title}: {part.reason}."
+        for title, part in _parts(analysis.inference).items()
+        if isinstance(part, NotComputed)
+    ]
+    if missing:
+        section.blocks.append(html.heading("Not computed"))
+        section.blocks.append(html.bullets(missing, "note"))
+    return section
+
+
+def _equivalence(tested: Sequence[tuple[PairComparison, PairedT]], confidence: float) -> Markup:
+    """Return the table of equivalence tests and Bayes factors."""
+    bound = tested[0][1].equivalence.bound
+    return html.table(
+        [
+            TableColumn(title="From → to", unit="µm, p-p", left=True, whole=True),
+            TableColumn(title="Ratio", unit="of geometric means"),
+            TableColumn(title=f"{level_of(2 * confidence - 1)} CI", unit="of the ratio"),
+            TableColumn(title="p", unit="equivalence, Holm"),
+            TableColumn(title="p", unit="difference, Holm"),
+            TableColumn(title="BF₀₁", unit="none over some"),
+            TableColumn(title="n"),
+            TableColumn(title="Conclusion", left=True),
+        ],
+        [
+            [
+                f"{pair.from_um_pp:g} → {pair.to_um_pp:g}",
+                grouped(logs.ratio),
+                interval(*logs.equivalence.interval),
+                _bare_p(logs.equivalence_p_holm),
+                _bare_p(logs.p_holm),
+                apa.bayes_of_none(logs.bayes_factor).removeprefix("= "),
+                str(pair.n_logs),
+                CONCLUSIONS[
+                    reliable(logs.p_holm, confidence),
+                    reliable(logs.equivalence_p_holm, confidence),
+                ],
+            ]
+            for pair, logs in tested
+        ],
+        f"Equal or undecided: two one-sided paired t tests of log estimates. Two amplitudes are "
+        f"equal where the ratio of their geometric means lies between {1 / bound:.3g} and "
+        f"{bound:.3g}. BF₀₁: Bayes factor (Jeffreys, Zellner and Siow; Cauchy prior of scale "
+        f"{PRIOR_SCALE:g}) of no difference over a difference.",
+    )
+
+
+def _row(pair: PairComparison) -> list[str]:
+    logs, ranks = pair.logs, pair.ranks
+    tested = (
+        [DASH, DASH, DASH, DASH, _bare_p(None), DASH, DASH]
+        if isinstance(logs, NotComputed)
+        else [
+            grouped(logs.ratio),
+            interval(*logs.ratio_interval),
+            grouped(logs.t),
+            str(logs.df),
+            _bare_p(logs.p_holm),
+            grouped(logs.d_z),
+            interval(*(logs.d_z_interval or (None, None))),
+        ]
+    )
+    return [
+        f"{pair.from_um_pp:g} → {pair.to_um_pp:g}",
+        *tested,
+        f"{ranks.up} / {ranks.down}",
+        f"{pair.n_logs} / {pair.n}",
+        _bare_p(ranks.p_holm),
+    ]
+
+
+def _parts(inference: Inference) -> dict[str, object]:
+    """Return every test on magnitude estimates, and the parts of those that have parts."""
+    table: tuple[Statistic[object], ...] = (*STATISTICS, SESSIONS, GROUPS)
+    titled = [statistic for statistic in table if statistic.title]
+    parts: dict[str, object] = {each.title: inference[each] for each in titled}
+    for statistic in titled:
+        found = inference.found(statistic)
+        if found is not None and statistic.parts is not None:
+            parts |= statistic.parts(found)
+    return parts

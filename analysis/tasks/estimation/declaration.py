@@ -1,0 +1,152 @@
+"""Magnitude estimation, declared."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from slipscale.analysis.preprocessing import normalisation
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import exponents
+from slipscale.analysis.tasks.estimation import (
+    comparisons_section,
+    figures,
+    growth_section,
+    sentences,
+    table,
+)
+from slipscale.analysis.tasks.estimation import section as estimates_section
+from slipscale.analysis.tasks.estimation.growth import exponents_figure
+from slipscale.analysis.tasks.estimation.growth import figures as growth_figures
+from slipscale.analysis.tasks.estimation.primary import primary_sentences, secondary_sentences
+from slipscale.analysis.tasks.estimation.statistics import (
+    BAYESIAN_GROWTH,
+    GROWTH,
+    ORDER,
+    PAIRWISE,
+    POWER_LAW,
+    RM_ANOVA,
+    STATISTICS,
+)
+from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.tasks.sessions.anova import session_logs
+from slipscale.analysis.writing.numbers import counted, reliable
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from matplotlib.figure import Figure
+
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.statistics.statistic import SessionTable
+
+
+def _questions(analysis: Analysis) -> list[str]:
+    if analysis.prepared is None:
+        return []
+    return ["Does perceived slipperiness change with vibration amplitude, and how?"]
+
+
+def _design(analysis: Analysis) -> list[str]:
+    if analysis.prepared is None:
+        return []
+    amplitudes = ", ".join(f"{a:g}" for a in analysis.cells.columns)
+    trials = counted(len(analysis.estimates), "estimate", "estimates")
+    return [f"{trials} of {amplitudes} µm (peak to peak)"]
+
+
+def _answers(analysis: Analysis) -> list[str]:
+    if analysis.prepared is None:
+        return []
+    choices, inference = analysis.dataset.choices, analysis.inference
+    texts = primary_sentences(inference, choices.primary, choices.confidence)
+    texts += _equal(analysis)
+    if (found := inference.found(POWER_LAW)) is not None:
+        texts.append(sentences.power_law(found, choices.confidence))
+    return texts
+
+
+def _equal(analysis: Analysis) -> list[str]:
+    """Return the sentence on pairs that were shown to be equal, if there are any."""
+    level = analysis.dataset.choices.confidence
+    pairs = analysis.inference.found(PAIRWISE) or ()
+    if not any(
+        reliable(pair.logs.equivalence_p_holm, level)
+        for pair in pairs
+        if not isinstance(pair.logs, NotComputed)
+    ):
+        return []
+    text = sentences.equivalence(pairs, level)
+    return [text] if text else []
+
+
+def _doubts(analysis: Analysis) -> list[str]:
+    order = analysis.inference[ORDER]
+    if isinstance(order, NotComputed) and "not identifiable" in order.reason:
+        return [f"Effects of order are {order.reason}."]
+    return []
+
+
+def _sentences(analysis: Analysis) -> Mapping[str, list[str]]:
+    if analysis.prepared is None:
+        return {}
+    choices = analysis.dataset.choices
+    asked = (analysis.inference, choices.primary, choices.confidence)
+    return {
+        "Primary analysis": primary_sentences(*asked),
+        "Secondary analyses": secondary_sentences(*asked),
+    }
+
+
+def _figures(analysis: Analysis) -> Mapping[str, Figure]:
+    prepared, inference = analysis.prepared, analysis.inference
+    if prepared is None:
+        return {}
+    quantity, level = analysis.dataset.quantity, analysis.dataset.choices.confidence
+    unit = normalisation.RULES[analysis.rule].unit
+    drawn = {
+        "fig15": figures.fig15(
+            analysis.cells, prepared.logs, unit=unit, confidence=level, quantity=quantity
+        )
+    }
+    if inference.found(POWER_LAW) is not None:
+        drawn["growth"] = growth_figures.growth(
+            prepared.logs, inference[GROWTH], unit=unit, confidence=level, quantity=quantity
+        )
+    if (bayesian := inference.found(BAYESIAN_GROWTH)) is not None and bayesian.converged:
+        drawn["exponents"] = exponents_figure.exponents(bayesian)
+    if inference.found(RM_ANOVA) is not None:
+        drawn["residuals"] = figures.residuals(prepared.whole_logs, quantity)
+    return drawn
+
+
+def _session_tables(_data: Dataset, prepared: Prepared | None) -> Iterator[SessionTable]:
+    if prepared is None or prepared.refused:
+        return
+    logs = session_logs(prepared)
+    levels = {label: table.mean(axis=1, skipna=False) for label, table in logs.items()}
+    slopes = {label: exponents(table)["exponent"] for label, table in logs.items()}
+    yield "magnitude estimation, level", "mean natural logarithm", pd.DataFrame(levels)
+    yield "magnitude estimation, exponent", "exponent", pd.DataFrame(slopes)
+
+
+ANALYSIS = TaskAnalysis(
+    name="estimation",
+    statistics=STATISTICS,
+    questions=_questions,
+    design=_design,
+    answers=_answers,
+    doubts=_doubts,
+    sentences=_sentences,
+    sections=(
+        estimates_section.estimates,
+        comparisons_section.comparisons,
+        growth_section.growth,
+    ),
+    figures=_figures,
+    tables=table.tables,
+    session_tables=_session_tables,
+)

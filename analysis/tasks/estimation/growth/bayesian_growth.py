@@ -1,0 +1,275 @@
+"""A hierarchical Bayesian power function: individual exponents, drawn together by the group.
+
+Needs the extra ``slipscale[bayes]``; nothing of it is loaded before it is asked for.
+
+The model stands in `hierarchical_sampler`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.json_form import renamed
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.analysis.tasks.estimation.growth.hierarchical_sampler import SEED, Trials, sample
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.tasks.estimation.growth.hierarchical_sampler import Draws
+
+    Array = NDArray[np.float64]
+
+#: Chains that agree have a potential scale reduction below this (Vehtari et al. 2021, Bayesian
+#: Anal. 16, 667-718).
+LARGEST_R_HAT = 1.01
+#: More participants than this hardly draw each other, and take minutes.
+AT_MOST = 500
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IndividualExponent:
+    """A participant's exponent.
+
+    Parameters
+    ----------
+    participant : str
+        Who.
+    least_squares : float
+        Of their own trials alone; NaN where they have one amplitude.
+    exponent, interval
+        The posterior mean, drawn towards the group, and its credible interval.
+    """
+
+    participant: str
+    least_squares: float
+    exponent: float
+    interval: ConfidenceInterval
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, interval="ci")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PredictiveCheck:
+    """A statistic of the data beside what the model predicts for new data of the same people.
+
+    Parameters
+    ----------
+    observed, predicted : float
+        The statistic of the data, and its mean over predictions.
+    p : float
+        Share of predictions at least as large: near 0 or 1 the model misses this of the data.
+    """
+
+    observed: float
+    predicted: float
+    p: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BayesianGrowth:
+    """The posterior of the hierarchical power function.
+
+    Parameters
+    ----------
+    exponent, interval
+        Of the group, B: posterior mean and equal-tailed credible interval.
+    sd_exponent, sd_exponent_interval
+        Of participants' exponents, tb.
+    sd_residual : float
+        Of a single log estimate, s: posterior mean.
+    individuals : tuple of IndividualExponent
+        In the order of their names.
+    shrinkage : float
+        How far exponents are drawn from least squares to the group, 0 (not) to 1 (wholly): 1 less
+        the slope of the one on the other.
+    checks : Mapping
+        Name -> posterior predictive check: ``curvature`` (of log estimates on log stimuli, which
+        a power function has not), ``largest_residual`` and ``kurtosis`` (outliers),
+        ``spread_ratio`` (residuals' spread at the largest stimulus over that at the smallest).
+    r_hat : float
+        Largest potential scale reduction of any parameter.
+    effective_draws : int
+        Least effective number of any parameter.
+    divergences : int
+        Of the sampler.
+    n, trials : int
+        Participants and trials above 0.
+    """
+
+    exponent: float
+    interval: ConfidenceInterval
+    sd_exponent: float
+    sd_exponent_interval: ConfidenceInterval
+    sd_residual: float
+    individuals: tuple[IndividualExponent, ...]
+    shrinkage: float
+    checks: Mapping[str, PredictiveCheck]
+    r_hat: float
+    effective_draws: int
+    divergences: int
+    n: int
+    trials: int
+
+    @property
+    def converged(self) -> bool:
+        """Whether the chains agree and the sampler never lost its way."""
+        return self.r_hat < LARGEST_R_HAT and self.divergences == 0
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, interval="ci", sd_exponent_interval="sd_exponent_ci")
+
+
+def bayesian_growth(data: Prepared) -> BayesianGrowth | NotComputed:
+    """Sample the posterior of the hierarchical power function by NumPyro's No-U-Turn sampler.
+
+    Raises
+    ------
+    ModuleNotFoundError
+        The extra is not installed.
+    """
+    trials = _trials(data)
+    if isinstance(trials, NotComputed):
+        return trials
+    draws = sample(trials)
+    return _summary(trials, draws, data.choices.confidence)
+
+
+def _trials(data: Prepared) -> Trials | NotComputed:
+    if data.refused:
+        return NotComputed(data.zero_sentence)
+    rows = data.trials[(data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()]
+    people = rows[PARTICIPANT].astype("category").cat.remove_unused_categories()
+    log_x = np.log(rows["amplitude_um_pp"].to_numpy(float))
+    log_y = rows["log"].to_numpy(float)
+    names = tuple(str(name) for name in people.cat.categories)
+    reasons = {
+        few("participants", len(names)): len(names) < FEWEST,
+        few("amplitudes above 0", len(np.unique(log_x)), 2): len(np.unique(log_x)) < 2,  # noqa: PLR2004
+        f"{len(names)} participants: sampled up to {AT_MOST}": len(names) > AT_MOST,
+        "no more than two estimates above 0 µm a participant: no residual is left": len(rows)
+        <= 2 * len(names),
+    }
+    if why := next((text for text, holds in reasons.items() if holds), None):
+        return NotComputed(why)
+    return Trials(
+        log_y=log_y - log_y.mean(),
+        log_x=log_x - log_x.mean(),
+        who=np.asarray(people.cat.codes, np.int64),
+        names=names,
+    )
+
+
+def _summary(trials: Trials, draws: Draws, confidence: float) -> BayesianGrowth:
+    from numpyro import diagnostics  # noqa: PLC0415
+
+    values = draws.values
+    judged = [values[name] for name in ("A", "B", "ta", "tb", "s", "half_r", "own")]
+    r_hat = max(float(np.max(diagnostics.split_gelman_rubin(each))) for each in judged)
+    effective = min(float(np.min(diagnostics.effective_sample_size(each))) for each in judged)
+
+    def interval(drawn: Array) -> ConfidenceInterval:
+        tail = (1 - confidence) / 2
+        low, high = np.quantile(drawn, [tail, 1 - tail])
+        return ConfidenceInterval(float(low), float(high), confidence)
+
+    own = values["own"][..., 1].reshape(-1, len(trials.names))
+    alone = _least_squares(trials)
+    known = np.isfinite(alone)
+    kept = own.mean(axis=0)
+    return BayesianGrowth(
+        exponent=float(values["B"].mean()),
+        interval=interval(values["B"]),
+        sd_exponent=float(values["tb"].mean()),
+        sd_exponent_interval=interval(values["tb"]),
+        sd_residual=float(values["s"].mean()),
+        individuals=tuple(
+            IndividualExponent(
+                participant=name,
+                least_squares=float(alone[place]),
+                exponent=float(kept[place]),
+                interval=interval(own[:, place]),
+            )
+            for place, name in enumerate(trials.names)
+        ),
+        shrinkage=float(np.clip(1 - fit_lines(alone[known], kept[known]).slope, 0, 1)),
+        checks=predictive_checks(trials, draws),
+        r_hat=r_hat,
+        effective_draws=int(effective),
+        divergences=draws.divergences,
+        n=len(trials.names),
+        trials=len(trials.log_y),
+    )
+
+
+def _least_squares(trials: Trials) -> Array:
+    """Return each participant's exponent from their own trials."""
+    slopes = [
+        fit_lines(trials.log_x[trials.who == i], trials.log_y[trials.who == i]).slope
+        for i in range(len(trials.names))
+    ]
+    return np.array(slopes, float)
+
+
+def predictive_checks(
+    trials: Trials, draws: Draws, *, predictions: int = 400, seed: int = SEED
+) -> dict[str, PredictiveCheck]:
+    """Compare statistics of the residuals with those of data drawn from the posterior.
+
+    Residuals are from the participants' lines of the same draw (Gelman, Meng and Stern 1996,
+    Stat. Sinica 6, 733-807: realised discrepancies).
+    """
+    rng = np.random.default_rng(seed)
+    own = draws.values["own"].reshape(-1, len(trials.names), 2)
+    sd = draws.values["s"].reshape(-1)
+    chosen = rng.choice(len(sd), min(predictions, len(sd)), replace=False)
+    lines = own[chosen][:, trials.who, 0] + own[chosen][:, trials.who, 1] * trials.log_x
+    observed = (trials.log_y - lines) / sd[chosen, None]
+    predicted = rng.standard_normal(observed.shape)
+    found = {}
+    for name, statistic in STATISTICS.items():
+        seen, drawn = statistic(observed, trials.log_x), statistic(predicted, trials.log_x)
+        found[name] = PredictiveCheck(
+            observed=float(seen.mean()),
+            predicted=float(drawn.mean()),
+            p=float((drawn >= seen).mean()),
+        )
+    return found
+
+
+def _curvature(z: Array, log_x: Array) -> Array:
+    """Return the coefficient of the part of log x squared that no line has."""
+    design = np.stack([np.ones_like(log_x), log_x], axis=1)
+    square = log_x**2
+    bend = square - design @ np.linalg.lstsq(design, square, rcond=None)[0]
+    size = (bend**2).sum()
+    # Of two stimuli every curve is a line.
+    return np.asarray(z @ bend / size if size > len(bend) * 1e-12 else np.zeros(len(z)))
+
+
+def _spread_ratio(z: Array, log_x: Array) -> Array:
+    return np.asarray(
+        z[:, log_x == log_x.max()].std(axis=1) / z[:, log_x == log_x.min()].std(axis=1)
+    )
+
+
+#: Posterior predictive checks: statistics of standardised residuals, shape (draws, trials).
+STATISTICS = {
+    "curvature": _curvature,
+    "largest_residual": lambda z, _: np.abs(z).max(axis=1),
+    "kurtosis": lambda z, _: (z**4).mean(axis=1),
+    "spread_ratio": _spread_ratio,
+}

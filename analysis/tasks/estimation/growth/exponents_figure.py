@@ -1,0 +1,78 @@
+"""Figure of individual exponents, before and after they are drawn to the group."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from slipscale.analysis.writing.axes import tip
+from slipscale.figure_style import BLUE, GREY, INK, PALE, styled
+
+if TYPE_CHECKING:
+    from slipscale.analysis.tasks.estimation.growth.bayesian_growth import BayesianGrowth
+
+#: More participants than this cannot be told apart by name.
+NAMED_AT_MOST = 40
+#: Height of a participant's row, and of what is around them, inches.
+ROW, AROUND = 0.2, 1.3
+
+
+@styled
+def exponents(found: BayesianGrowth) -> Figure:
+    """Draw each participant's exponent by least squares and as the group draws it, with interval.
+
+    Parameters
+    ----------
+    found : BayesianGrowth
+        `slipscale.analysis.tasks.estimation.growth.bayesian_growth.bayesian_growth`'s result.
+    """
+    people = sorted(found.individuals, key=lambda one: one.exponent)
+    rows = np.arange(len(people))
+    figure = Figure(
+        figsize=(4.8, AROUND + ROW * min(len(people), NAMED_AT_MOST)), layout="constrained"
+    )
+    axes = figure.add_subplot()
+    axes.axvspan(*found.interval, color="#CCE3F0", linewidth=0, zorder=0)
+    axes.axvline(found.exponent, color=BLUE, linewidth=1.2, zorder=1, label="group, with interval")
+    alone, drawn = (
+        np.array([getattr(one, name) for one in people]) for name in ("least_squares", "exponent")
+    )
+    axes.hlines(rows, alone, drawn, color=PALE, linewidth=1.0, zorder=2)
+    axes.plot(
+        alone,
+        rows,
+        linestyle="none",
+        marker="o",
+        markerfacecolor="white",
+        color=GREY,
+        markersize=5,
+        zorder=5,
+        label="own trials alone",
+    )
+    for row, one in enumerate(people):
+        low, high = one.interval
+        axes.errorbar(
+            one.exponent,
+            row,
+            xerr=[[one.exponent - low], [high - one.exponent]],
+            color=INK,
+            marker="o",
+            markersize=5,
+            elinewidth=1.2,
+            zorder=4,
+            label="drawn to the group, with interval" if row == 0 else None,
+        )[0].set_gid(
+            tip(f"{one.participant}: {one.least_squares:.2f} alone, {one.exponent:.2f} drawn")
+        )
+    if len(people) <= NAMED_AT_MOST:
+        axes.set_yticks(rows, [one.participant for one in people], fontsize=8)
+    else:
+        axes.set_yticks([])
+        axes.set_ylabel(f"{len(people)} participants")
+    axes.set_ylim(-0.7, len(people) - 0.3)
+    axes.grid(visible=False, axis="y")
+    axes.set_xlabel("Exponent of the power function")
+    figure.legend(loc="outside lower center", ncols=1)
+    return figure

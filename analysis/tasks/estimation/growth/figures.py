@@ -1,0 +1,117 @@
+"""Figure of the growth of sensation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from slipscale.analysis.reading.own_words import in_own_words
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.analysis.statistics.descriptives import student_intervals
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.analysis.tasks.estimation.growth.growth_models import MODELS
+from slipscale.analysis.writing.axes import LINES_AT_MOST, apart
+from slipscale.figure_style import BLUE, GREEN, GREY, INK, ORANGE, PALE, PURPLE, VERMILION, styled
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    from slipscale.analysis.tasks.estimation.growth.statistics import Growth
+
+    Array = NDArray[np.float64]
+
+
+@styled
+def growth(
+    logs: pd.DataFrame,
+    found: Growth | NotComputed,
+    *,
+    unit: str = "% of the scale",
+    confidence: float = 0.95,
+    quantity: Quantity = PLATE_AMPLITUDE,
+) -> Figure:
+    """Draw the growth of sensation: models on linear axes, power functions on logarithmic ones.
+
+    Parameters
+    ----------
+    logs : DataFrame, shape (participants, amplitudes)
+        Mean natural logarithms of normalised estimates; 0 µm is left out.
+    found : Growth or NotComputed
+        `slipscale.analysis.tasks.estimation.growth.statistics.growth`'s result.
+    unit : str
+        Of the estimates.
+    confidence : float
+        Of Student's intervals around the geometric means.
+    quantity : Quantity
+        What the amplitudes are.
+    """
+    figure = Figure(figsize=(4.8, 6.8), layout="constrained")
+    # One above the other: side by side they cannot be read on a telephone.
+    left, right = figure.subplots(2, 1)
+    above = logs.loc[:, logs.columns.to_numpy(float) > 0]
+    amplitudes = above.columns.to_numpy(float)
+    centre = above.mean().to_numpy(float)
+    low, high = student_intervals(above, confidence)
+    low, high = (np.where(np.isfinite(bound), bound, centre) for bound in (low, high))
+    fine = np.linspace(amplitudes.min(), amplitudes.max(), 200)
+    models = {} if isinstance(found, NotComputed) else found.amplitude.models
+    for (name, model), colour, dash in zip(
+        models.items(),
+        (BLUE, GREEN, ORANGE, PURPLE, GREY, VERMILION),
+        ("-", (0, (1, 1.2)), (0, (5, 2)), "-.", (0, (3, 1, 1, 1, 1, 1)), (0, (8, 2))),
+        strict=False,
+    ):
+        theta = MODELS[name].theta(model.fit.parameters)
+        curve, points = (MODELS[name].log_f(x, theta) for x in (fine, amplitudes))
+        left.plot(
+            fine,
+            np.exp(curve + (centre - points).mean()),
+            color=colour,
+            linestyle=dash,
+            linewidth=1.8,
+            label=name.replace("_", "-")
+            + (f", ΔAICc {model.delta_aicc:.1f}" if model.delta_aicc is not None else ""),
+            zorder=2,
+        )
+    for axes in (left, right):
+        axes.errorbar(
+            amplitudes,
+            np.exp(centre),
+            yerr=[np.exp(centre) - np.exp(low), np.exp(high) - np.exp(centre)],
+            color=INK,
+            linestyle="none",
+            marker="o",
+            markersize=5.5,
+            elinewidth=1.5,
+            capsize=3,
+            zorder=4,
+        )
+        axes.set_xlabel("Amplitude (µm, peak to peak)" if quantity.of_plate else quantity.axis)
+    left.set_ylabel(in_own_words(f"Geometric mean slipperiness\n({unit})", quantity))
+    left.set_xlim(left=0)
+    left.set_ylim(bottom=0)
+    left.set_title("Growth functions")
+    if models:
+        left.legend(loc="lower right")
+    for row in np.exp(above.to_numpy(float))[:LINES_AT_MOST]:
+        right.plot(amplitudes, row, color=PALE, linewidth=0.8, alpha=0.75, zorder=1)
+    line = fit_lines(np.log(amplitudes), centre)
+    right.plot(
+        amplitudes,
+        np.exp(line.intercept + line.slope * np.log(amplitudes)),
+        color=BLUE,
+        linewidth=2,
+        zorder=3,
+    )
+    right.set_xscale("log")
+    right.set_yscale("log")
+    ticks = apart(right, amplitudes)
+    right.set_xticks(ticks, [f"{value:g}" for value in ticks])
+    right.minorticks_off()
+    right.yaxis.set_major_formatter("{x:g}")
+    right.set_title(in_own_words("Logarithmic axes (0 µm omitted)", quantity))
+    return figure

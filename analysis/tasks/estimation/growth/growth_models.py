@@ -1,0 +1,347 @@
+"""Growth functions of sensation: Stevens's power law and five others, fitted and compared.
+
+All models are of the logarithm of an estimate: log y = a_i + log f(x; θ) + error, with an own
+factor exp(a_i) for each participant, so that the error is proportional and the normalisation
+does not matter. Fitted by least squares on participants' mean logarithms at amplitudes above 0,
+where every model is defined, so that information criteria compare like with like.
+
+============  ==================  ==================================================
+model         f(x; θ)             source
+============  ==================  ==================================================
+power         x^β                 Stevens (1957), Psychol. Rev. 64, 153-181
+threshold     (x - x0)^β          Stevens (1975), Psychophysics, ch. 1
+linear        x + c               a line with an intercept
+fechner       log(x / x0)         Fechner (1860); sensation 0 at threshold x0
+ekman         1 + (x / x1)^β      Ekman (1959), J. Psychol. 47, 343-352; a constant
+                                  sensation, which the stimulus x1 doubles
+naka_rushton  x^β / (x^β + xs^β)  Naka and Rushton (1966), J. Physiol. 185, 587-599;
+                                  half of the largest sensation at xs
+============  ==================  ==================================================
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.json_form import record, renamed
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.not_computed import NotComputed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GrowthFunction:
+    """A growth function: its logarithm, and starting points within bounds for its parameters.
+
+    ``log_f(x, θ)`` takes stimuli above 0; ``starts(x)`` gives several θ to start from, and
+    ``bounds(x)`` the lower and upper limits. The ``logarithmic`` parameters are logarithms in θ
+    and stimuli in what is reported.
+    """
+
+    parameters: tuple[str, ...]
+    log_f: Callable[[Array, Array], Array]
+    starts: Callable[[Array], list[list[float]]]
+    bounds: Callable[[Array], tuple[list[float], list[float]]]
+    logarithmic: tuple[str, ...] = ()
+
+    def theta(self, parameters: Mapping[str, float]) -> Array:
+        """Return what ``log_f`` takes from what is reported."""
+        return np.array(
+            [
+                np.log(parameters[name]) if name in self.logarithmic else parameters[name]
+                for name in self.parameters
+            ]
+        )
+
+    def reported(self, theta: Array) -> dict[str, float]:
+        """Return parameters by name, stimuli in their unit."""
+        return {
+            name: float(np.exp(value) if name in self.logarithmic else value)
+            for name, value in zip(self.parameters, theta, strict=True)
+        }
+
+
+#: Models of AICc closer than this to the least are not told apart (Burnham and Anderson 2002,
+#: Model Selection and Multimodel Inference, p. 70).
+UNDECIDED = 2.0
+#: A parameter this close to its limit, as a share of the range, is at it.
+AT_BOUND = 1e-3
+#: A stimulus that a function has as its parameter is searched this far outside those presented,
+#: as a natural logarithm: a factor of 1,000.
+OUTSIDE = 7.0
+
+
+def _log(x: Array, place: float) -> float:
+    """Return the logarithm of a stimulus between the least (0) and the largest (1) presented."""
+    low, high = float(np.log(x.min())), float(np.log(x.max()))
+    return low + place * (high - low)
+
+
+def _just_below(x: Array) -> float:
+    return float(x.min()) * (1 - 1e-6)
+
+
+MODELS: dict[str, GrowthFunction] = {
+    "power": GrowthFunction(
+        parameters=("exponent",),
+        log_f=lambda x, theta: theta[0] * np.log(x),
+        starts=lambda _: [[1.0]],
+        bounds=lambda _: ([-20.0], [20.0]),
+    ),
+    "threshold": GrowthFunction(
+        parameters=("exponent", "threshold"),
+        log_f=lambda x, theta: theta[0] * np.log(x - theta[1]),
+        starts=lambda x: [[1.0, 0.0], [0.5, 0.5 * x.min()], [0.3, 0.95 * x.min()]],
+        bounds=lambda x: ([-20.0, -10.0 * float(x.max())], [20.0, _just_below(x)]),
+    ),
+    "linear": GrowthFunction(
+        parameters=("offset",),
+        log_f=lambda x, theta: np.log(x + theta[0]),
+        starts=lambda x: [[0.0], [-0.5 * x.min()], [2.0 * x.max()]],
+        bounds=lambda x: ([-_just_below(x)], [1000.0 * float(x.max())]),
+    ),
+    "fechner": GrowthFunction(
+        parameters=("threshold",),
+        log_f=lambda x, theta: np.log(np.log(x) - theta[0]),
+        starts=lambda x: [[float(np.log(x.min())) - 0.1], [float(np.log(x.min())) - 2.0]],
+        bounds=lambda x: ([float(np.log(x.min())) - 50.0], [float(np.log(x.min())) - 1e-6]),
+        logarithmic=("threshold",),
+    ),
+    "ekman": GrowthFunction(
+        parameters=("exponent", "doubling_stimulus"),
+        log_f=lambda x, theta: np.logaddexp(0.0, theta[0] * (np.log(x) - theta[1])),
+        starts=lambda x: [[0.5, _log(x, 0.0)], [2.0, _log(x, 1.0)]],
+        bounds=lambda x: ([0.0, _log(x, 0.0) - OUTSIDE], [20.0, _log(x, 1.0) + OUTSIDE]),
+        logarithmic=("doubling_stimulus",),
+    ),
+    "naka_rushton": GrowthFunction(
+        parameters=("exponent", "half_saturation"),
+        log_f=lambda x, theta: -np.logaddexp(0.0, theta[0] * (theta[1] - np.log(x))),
+        starts=lambda x: [[0.5, _log(x, 1.0)], [2.0, _log(x, 0.0)]],
+        bounds=lambda x: ([0.0, _log(x, 0.0) - OUTSIDE], [20.0, _log(x, 1.0) + OUTSIDE]),
+        logarithmic=("half_saturation",),
+    ),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GrowthFit:
+    """A growth function fitted to one or more participants.
+
+    Parameters
+    ----------
+    parameters : Mapping
+        Name -> value; thresholds and offsets in the stimulus' unit.
+    sd : float
+        Of residuals, natural logarithm.
+    log_likelihood, aic, bic : float
+        Of independent normal residuals.
+    aicc : float or None
+        The corrected Akaike criterion; None where the points do not suffice.
+    points : int
+        Mean logarithms fitted.
+    estimated : int
+        How many numbers were fitted.
+    at_bound : tuple of str
+        Parameters at the limit of the search: the data do not determine them.
+    """
+
+    parameters: Mapping[str, float]
+    sd: float
+    log_likelihood: float
+    aic: float
+    aicc: float | None
+    bic: float
+    points: int
+    estimated: int
+    at_bound: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RankedFit:
+    """A fit among others.
+
+    Parameters
+    ----------
+    fit : GrowthFit
+        Of one growth function.
+    delta_aicc : float or None
+        Its criterion less the least one; None where it has none.
+    weight : float
+        Akaike weight; 0 where it has no criterion.
+    """
+
+    fit: GrowthFit
+    delta_aicc: float | None
+    weight: float
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return {**record(self.fit), **renamed(self, fit="")}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GrowthComparison:
+    """Growth functions fitted to the same participants.
+
+    Parameters
+    ----------
+    models : Mapping
+        A key of `MODELS` -> its fit.
+    best : str
+        The model of least AICc.
+    n : int
+        Participants.
+    """
+
+    models: Mapping[str, RankedFit]
+    best: str
+    n: int
+
+    @property
+    def undecided(self) -> tuple[str, ...]:
+        """Other models within `UNDECIDED` of the best: the data do not tell them from it."""
+        return tuple(
+            name
+            for name, model in self.models.items()
+            if name != self.best and model.delta_aicc is not None and model.delta_aicc < UNDECIDED
+        )
+
+
+def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
+    """Fit one growth function to one or more participants, each with an own factor.
+
+    Parameters
+    ----------
+    name : str
+        A key of `MODELS`.
+    stimuli : array, shape (k,)
+        Above 0.
+    logs : array, shape (n, k)
+        Mean natural logarithms of estimates; NaN where missing.
+    """
+    from scipy import optimize  # noqa: PLC0415
+
+    model = MODELS[name]
+    here = ~np.isnan(logs)
+    centred = logs - np.nanmean(logs, axis=1, keepdims=True)
+    # Who has the same stimuli has the same shape: least squares need their mean and number only.
+    patterns, whose, people_of = np.unique(here, axis=0, return_inverse=True, return_counts=True)
+    means = np.array([centred[whose == place].mean(axis=0) for place in range(len(patterns))])
+    weights = np.sqrt(people_of)[:, None]
+    around = float(np.nansum((centred - means[whose]) ** 2))
+
+    def residuals(theta: Array) -> Array:
+        shape = np.where(patterns, model.log_f(stimuli, theta), np.nan)
+        shape -= np.nanmean(shape, axis=1, keepdims=True)
+        return np.asarray((weights * (means - shape))[patterns])
+
+    fits = [
+        optimize.least_squares(residuals, start, bounds=model.bounds(stimuli), x_scale="jac")
+        for start in model.starts(stimuli)
+    ]
+    best = min(fits, key=lambda found: found.cost)
+    points, people = int(here.sum()), len(logs)
+    squares = max(2 * float(best.cost) + around, 1e-300)
+    estimated = len(model.parameters) + people + 1
+    log_likelihood = -points / 2 * (np.log(2 * np.pi * squares / points) + 1)
+    spare = points - estimated - 1
+    aic = 2 * estimated - 2 * log_likelihood
+    return GrowthFit(
+        parameters=model.reported(best.x),
+        sd=float(np.sqrt(squares / max(points - estimated + 1, 1))),
+        log_likelihood=float(log_likelihood),
+        aic=float(aic),
+        aicc=float(aic + 2 * estimated * (estimated + 1) / spare) if spare > 0 else None,
+        bic=float(estimated * np.log(points) - 2 * log_likelihood),
+        points=points,
+        estimated=estimated,
+        at_bound=tuple(
+            parameter
+            for parameter, value, low, high in zip(
+                model.parameters, best.x, *model.bounds(stimuli), strict=True
+            )
+            if min(value - low, high - value) <= AT_BOUND * (high - low)
+        ),
+    )
+
+
+def compare(logs: pd.DataFrame) -> GrowthComparison | NotComputed:
+    """Fit every growth function to the group and rank them by the corrected Akaike criterion.
+
+    Parameters
+    ----------
+    logs : DataFrame, shape (participants, stimuli)
+        Mean natural logarithms of estimates; columns not above 0 are left out.
+    """
+    usable = logs.loc[:, logs.columns.to_numpy(float) > 0]
+    usable = usable[usable.notna().sum(axis=1) >= 2]  # noqa: PLR2004
+    stimuli = usable.columns.to_numpy(float)
+    if len(stimuli) < 3:  # noqa: PLR2004 - the largest model has two numbers of shape
+        return NotComputed(few("amplitudes above 0", len(stimuli), 3))
+    if len(usable) < FEWEST:
+        return NotComputed(
+            few("participants with estimates above zero at two amplitudes", len(usable))
+        )
+    if (np.nanmax(usable, axis=1) - np.nanmin(usable, axis=1) <= TINY).all():
+        return NotComputed("every participant's estimates are all the same")
+    fits = {name: fit(name, stimuli, usable.to_numpy(float)) for name in MODELS}
+    scores = {name: found.aicc for name, found in fits.items() if found.aicc is not None}
+    if not scores:
+        return NotComputed("too few points for the corrected Akaike criterion")
+    least = min(scores.values())
+    weights = {name: np.exp(-(score - least) / 2) for name, score in scores.items()}
+    return GrowthComparison(
+        models={
+            name: RankedFit(
+                fit=found,
+                delta_aicc=float(scores[name] - least) if name in scores else None,
+                weight=float(weights.get(name, 0.0) / sum(weights.values())),
+            )
+            for name, found in fits.items()
+        },
+        best=min(scores, key=lambda name: scores[name]),
+        n=len(usable),
+    )
+
+
+def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
+    """Return the growth function of least AICc for each participant, from single trials.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        ``participant_id amplitude_um_pp log``; amplitudes of 0 and missing logarithms are left
+        out.
+
+    Returns
+    -------
+    dict
+        Participant -> model, or None where too few trials tell models apart, or the two best
+        are within `UNDECIDED`.
+    """
+    usable = trials[(trials["amplitude_um_pp"] > 0) & trials["log"].notna()]
+    winners: dict[str, str | None] = {}
+    for who, own in usable.groupby("participant_id", observed=True):
+        stimuli, logs = own["amplitude_um_pp"].to_numpy(float), own["log"].to_numpy(float)[None, :]
+        scores: dict[str, float] = {}
+        # The largest model has four numbers to estimate; AICc needs six points for that.
+        if len(stimuli) >= 6 and len(np.unique(stimuli)) >= 3:  # noqa: PLR2004
+            found = {name: fit(name, stimuli, logs).aicc for name in MODELS}
+            scores = {name: aicc for name, aicc in found.items() if aicc is not None}
+        ranked = sorted(scores, key=lambda name: scores[name])
+        clear = len(ranked) == 1 or (
+            len(ranked) > 1 and scores[ranked[1]] - scores[ranked[0]] >= UNDECIDED
+        )
+        winners[str(who)] = ranked[0] if clear else None
+    return winners

@@ -1,0 +1,160 @@
+"""Which growth function is favoured: against amplitude, against friction, in each participant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.json_form import record, renamed
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import exponents
+from slipscale.analysis.tasks.estimation.growth.growth_models import (
+    MODELS,
+    compare,
+    individual_winners,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import pandas as pd
+
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.tasks.estimation.growth.growth_models import GrowthComparison
+
+#: A predicted reduction of friction below this is the rounding of none.
+NO_REDUCTION = 1e-9
+#: µm peak to peak: beyond this a prediction is not even tried; it exceeds 1 from some 8 µm on.
+LARGEST_UM_PP = 20.0
+#: Individual model comparisons are listed for studies up to this many participants.
+INDIVIDUALS_AT_MOST = 200
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrictionGrowth:
+    """Growth against the reduction of friction that the film predicts.
+
+    Parameters
+    ----------
+    comparison : GrowthComparison
+        Of growth functions of the reduction.
+    exponent : MeanOverParticipants or NotComputed
+        Of participants' power functions of the reduction.
+    reduction : Mapping
+        Amplitude (µm peak to peak) -> predicted reduction of friction, 0 to 1.
+    """
+
+    comparison: GrowthComparison
+    exponent: MeanOverParticipants | NotComputed
+    reduction: Mapping[float, float]
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return {**record(self.comparison), **renamed(self, comparison="")}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class IndividualGrowth:
+    """Growth functions favoured in single participants' trials.
+
+    Parameters
+    ----------
+    best : Mapping
+        Model -> how many participants it is favoured for.
+    undecided : int
+        Participants whose trials do not tell models apart.
+    participants : Mapping
+        Participant -> model, or None.
+    """
+
+    best: Mapping[str, int]
+    undecided: int
+    participants: Mapping[str, str | None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Growth:
+    """Growth functions against amplitude, against predicted friction, and for participants."""
+
+    amplitude: GrowthComparison
+    friction: FrictionGrowth | NotComputed
+    individual: IndividualGrowth | NotComputed
+
+
+def growth(data: Prepared, *, film: bool = True) -> Growth | NotComputed:
+    """Compare growth functions against amplitude and predicted friction, and for participants.
+
+    ``film``: whether the stimuli are the plate's amplitudes, for which a film predicts friction.
+    """
+    if data.refused:
+        return NotComputed(data.zero_sentence)
+    found = compare(data.logs)
+    if isinstance(found, NotComputed):
+        return found
+    return Growth(
+        amplitude=found,
+        friction=against_friction(data.logs, data.choices.confidence)
+        if film
+        else NotComputed("no amplitudes of a plate, for which a film would predict friction"),
+        individual=_individual(data),
+    )
+
+
+def _individual(data: Prepared) -> IndividualGrowth | NotComputed:
+    if len(data.logs) > INDIVIDUALS_AT_MOST:
+        return NotComputed(f"listed for studies of up to {INDIVIDUALS_AT_MOST} participants")
+    winners = individual_winners(data.trials)
+    return IndividualGrowth(
+        best={name: sum(w == name for w in winners.values()) for name in MODELS},
+        undecided=sum(w is None for w in winners.values()),
+        participants=winners,
+    )
+
+
+def predicted_reduction(amplitude_um_pp: float) -> float:
+    """Return the reduction of friction, 1 - µ'/µ, that the film predicts for an amplitude.
+
+    Reynolds' equation (3) in full and eq. (15), at the working point of the paper's Section IV
+    (h_r = 0.6 µm, 30.5 kHz) and 0.5 N; see `VirtualSurface.predicted_relative_friction`.
+    """
+    from slipscale.stimuli.surface import VirtualSurface  # noqa: PLC0415
+
+    return 1.0 - VirtualSurface(amplitude_um_pp=amplitude_um_pp).predicted_relative_friction()
+
+
+def against_friction(logs: pd.DataFrame, confidence: float = 0.95) -> FrictionGrowth | NotComputed:
+    """Compare growth functions against the reduction of friction that the film predicts.
+
+    Parameters
+    ----------
+    logs : DataFrame, shape (participants, amplitudes)
+        Mean natural logarithms of estimates; amplitudes whose prediction is no reduction are
+        left out.
+    confidence : float
+        Of the exponent's interval.
+    """
+    amplitudes = logs.columns.to_numpy(float)
+    sensible = bool((amplitudes <= LARGEST_UM_PP).all())
+    reductions = np.array([predicted_reduction(float(a)) for a in amplitudes if sensible])
+    if not sensible or (reductions > 1).any():
+        return NotComputed(
+            f"amplitudes up to {amplitudes.max():g} µm are beyond the film's model: it would "
+            "predict a reduction of friction above 1, which there cannot be"
+        )
+    above = reductions > NO_REDUCTION
+    if len(np.unique(reductions[above])) < above.sum():
+        return NotComputed("two amplitudes have the same predicted friction")
+    table = logs.loc[:, above].set_axis(reductions[above], axis=1)
+    found = compare(table)
+    if isinstance(found, NotComputed):
+        return found
+    slopes = exponents(table)["exponent"].to_numpy(float)
+    return FrictionGrowth(
+        comparison=found,
+        exponent=mean_over_participants(slopes, confidence),
+        reduction={float(a): float(r) for a, r in zip(amplitudes, reductions, strict=True)},
+    )

@@ -1,0 +1,116 @@
+"""The growth of sensation: its figure and the models compared."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.estimation.sentences import MODEL_NAMES
+from slipscale.analysis.tasks.estimation.statistics import GROWTH
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.numbers import grouped
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.estimation.growth.growth_models import GrowthComparison
+
+
+def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+    """Return the growth of sensation: figure and models."""
+    section = ReportSection("Growth of sensation")
+    if "growth" not in svgs:
+        return section
+    found = analysis.inference[GROWTH]
+    section.blocks.append(
+        html.figure(
+            svgs["growth"],
+            "Above: growth functions fitted to all participants at once, each participant with an "
+            "own factor. Below: the same geometric means on logarithmic axes; the slope is the "
+            "exponent. Bars: Student's intervals over participants. 0 µm has no place on a "
+            "logarithmic axis and takes no part.",
+            "Two charts of geometric means against amplitude: with fitted growth functions, and on "
+            "logarithmic axes with the power function",
+        )
+    )
+    if isinstance(found, NotComputed):
+        section.blocks.append(html.paragraph(f"Growth functions: {found.reason}.", "note"))
+        return section
+    section.blocks.append(
+        _models(found.amplitude, "Against amplitude (µm, peak to peak)", unit=" µm")
+    )
+    if not isinstance(found.friction, NotComputed):
+        title = (
+            "Against the reduction of friction that the film predicts, 1 − µ′/µ (Reynolds' "
+            "equation, h_r 0.6 µm, 30.5 kHz, 0.5 N)"
+        )
+        section.blocks.append(_models(found.friction.comparison, title))
+    if "exponents" in svgs:
+        section.blocks.append(_exponents(analysis, svgs["exponents"]))
+    own = found.individual
+    if not isinstance(own, NotComputed):
+        best = ", ".join(f"{MODEL_NAMES[name]} {count}" for name, count in own.best.items())
+        section.blocks.append(
+            html.paragraph(
+                "Single participants' trials do not tell growth functions apart; their "
+                "exponents are descriptive."
+                if own.undecided == len(own.participants)
+                else f"Favoured in single participants' trials: {best}; undecided (too few "
+                f"trials, or ΔAICc below 2) {own.undecided}. With so few amplitudes a "
+                "participant's exponent is descriptive.",
+                "note",
+            )
+        )
+    return section
+
+
+def _exponents(analysis: Analysis, svg: str) -> Markup:
+    level = f"{100 * analysis.dataset.choices.confidence:g} %"
+    return html.figure(
+        svg,
+        "Individual exponents before and after shrinkage. Rings: least squares on a participant's "
+        f"own trials. Dots: the hierarchical Bayesian power function, with {level} credible "
+        "intervals. Line and band: the group.",
+        "Chart of participants' exponents: of their own trials, and drawn to the group",
+    )
+
+
+def _models(found: GrowthComparison, title: str, unit: str = "") -> Markup:
+    rows = []
+    for name, model in found.models.items():
+        parameters = ", ".join(
+            f"{key} {value:.3g}".replace("-", "−").replace("_", " ")
+            + ("" if key == "exponent" else unit)
+            for key, value in model.fit.parameters.items()
+        )
+        rows.append(
+            [
+                MODEL_NAMES[name][0].upper() + MODEL_NAMES[name][1:],
+                parameters,
+                grouped(model.fit.sd, 3),
+                grouped(model.fit.log_likelihood, 2),
+                grouped(model.delta_aicc, 2),
+                grouped(model.weight, 2),
+                grouped(model.fit.bic, 1),
+            ]
+        )
+    return html.table(
+        [
+            TableColumn(title="Model", left=True),
+            TableColumn(title="Parameters", left=True),
+            TableColumn(title="Residual SD", unit="log"),
+            TableColumn(title="Log-likelihood"),
+            TableColumn(title="ΔAICc"),
+            TableColumn(title="Weight"),
+            TableColumn(title="BIC"),
+        ],
+        rows,
+        f"{title}: growth functions of {found.n} participants' mean log estimates, compared by "
+        "the corrected Akaike criterion."
+        + (" None is marked: the best is not 2 below the next." if found.undecided else ""),
+        marked=None if found.undecided else list(found.models).index(found.best),
+    )

@@ -1,0 +1,184 @@
+"""The linear mixed model of the exponent, and whether its fit can be believed."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.json_form import renamed
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from statsmodels.regression.mixed_linear_model import MixedLMResults
+
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+
+#: A mixed model of more participants takes minutes and says what the slopes' t interval says.
+AT_MOST = 200
+#: statsmodels' optimisers, all tried: each alone fails on some data, or says that it converged
+#: where another finds a better fit (on the R reference lbfgs stops short of lme4's maximum).
+OPTIMISERS = ("bfgs", "lbfgs", "powell")
+#: Log-likelihoods closer than this are the same maximum.
+SAME_MAXIMUM = 1e-3
+#: What statsmodels' warnings have in common where a variance or correlation is at its bound.
+AT_ITS_BOUND = ("boundary", "not positive definite", "singular")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MixedModel:
+    """Log estimate on log amplitude, with random intercepts and slopes.
+
+    Parameters
+    ----------
+    intercept, exponent : float
+        Fixed effects: natural logarithm of the normalised estimate at 1 µm peak to peak, and the
+        power function's exponent.
+    se : float
+        The exponent's standard error.
+    interval : ConfidenceInterval
+        The exponent's, Student's with n - 1 degrees of freedom.
+    sd_intercept, sd_exponent, sd_residual : float
+        Standard deviations of the random effects and of the residual.
+    log_likelihood_reml : float
+        Restricted.
+    converged : bool
+        An optimiser ended there by its own rule.
+    at_bound : bool
+        A variance or correlation cannot go further.
+    optimiser : str
+        The one whose fit this is.
+    warnings : tuple of str
+        statsmodels' of that fit.
+    n, trials : int
+        Participants and trials above 0 µm.
+    """
+
+    intercept: float
+    exponent: float
+    se: float
+    interval: ConfidenceInterval
+    sd_intercept: float
+    sd_exponent: float
+    sd_residual: float
+    log_likelihood_reml: float
+    converged: bool
+    at_bound: bool
+    optimiser: str
+    warnings: tuple[str, ...]
+    n: int
+    trials: int
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, interval="ci")
+
+
+def mixed_model(data: Prepared) -> MixedModel | NotComputed:
+    """Linear mixed model of log estimate on log amplitude, random intercepts and slopes (REML).
+
+    Fitted by statsmodels on trials above 0 µm. The interval of the slope is Student's with n - 1
+    degrees of freedom: statsmodels' own is the normal's, too short for a dozen people. Variances
+    are given without errors: those of statsmodels are not usable. The fit is the
+    likeliest of `OPTIMISERS`'.
+    """
+    from scipy import stats  # noqa: PLC0415
+
+    frame, why = _frame(data)
+    if why:
+        return NotComputed(why)
+    try:
+        fit, optimiser, said = _fit(frame)
+    except (np.linalg.LinAlgError, ValueError) as error:
+        return NotComputed(f"the model could not be fitted ({error})")
+    se = float(fit.bse_fe["lx"])
+    centre = _centre(frame)
+    spread = fit.cov_re.to_numpy(float)
+    at_one_um = np.array([1.0, -centre])
+    if not np.isfinite(se):
+        return NotComputed("the model could not be fitted (no standard error)")
+    n = frame["who"].nunique()
+    slope = float(fit.fe_params["lx"])
+    half = float(stats.t.ppf((1 + data.choices.confidence) / 2, n - 1)) * se
+    return MixedModel(
+        intercept=float(fit.fe_params["Intercept"]) - centre * slope,
+        exponent=slope,
+        se=se,
+        interval=ConfidenceInterval(slope - half, slope + half, data.choices.confidence),
+        sd_intercept=float(np.sqrt(max(at_one_um @ spread @ at_one_um, 0.0))),
+        sd_exponent=float(np.sqrt(max(spread[1, 1], 0.0))),
+        sd_residual=float(np.sqrt(fit.scale)),
+        log_likelihood_reml=float(fit.llf),
+        converged=bool(fit.converged),
+        at_bound=any(mark in text for text in said for mark in AT_ITS_BOUND),
+        optimiser=optimiser,
+        warnings=tuple(said),
+        n=n,
+        trials=len(frame),
+    )
+
+
+def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
+    """Return log estimates and log amplitudes above 0, and why they allow no model."""
+    trials = data.trials[(data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()]
+    frame = pd.DataFrame(
+        {
+            "ly": trials["log"],
+            "lx": np.log(trials["amplitude_um_pp"]),
+            "who": trials[PARTICIPANT],
+        }
+    )
+    n = frame["who"].nunique()
+    around = frame["ly"] - frame.groupby("who", observed=True)["ly"].transform("mean")
+    reasons: dict[str, bool] = {
+        data.zero_sentence: data.refused,
+        few("participants", n): n < FEWEST,
+        few("amplitudes above 0", frame["lx"].nunique(), 2): frame["lx"].nunique() < 2,  # noqa: PLR2004
+        f"{n} participants: fitted up to {AT_MOST}; with more, the t interval of participants' "
+        "exponents (power_law) is the same estimate": n > AT_MOST,
+        "no more than two estimates above 0 µm a participant: no residual is left": len(frame)
+        <= 2 * n,
+        "every participant's estimates are all the same": len(frame) > 0
+        and float(np.ptp(around)) <= TINY,
+    }
+    return frame, next((text for text, holds in reasons.items() if holds), None)
+
+
+def _centre(frame: pd.DataFrame) -> float:
+    return float(frame["lx"].mean())
+
+
+def _fit(frame: pd.DataFrame) -> tuple[MixedLMResults, str, list[str]]:
+    """Return the likeliest fit, its optimiser, and what statsmodels warned of in that attempt."""
+    import statsmodels.formula.api as smf  # noqa: PLC0415
+
+    # Far from 0, such as logarithms of nanometres, intercept and slope are so correlated that an
+    # optimiser stops short and says that it converged. The likelihood is the same.
+    centred = frame.assign(lx=frame["lx"] - _centre(frame))
+    model = smf.mixedlm("ly ~ lx", centred, groups="who", re_formula="~lx")
+    attempts = []
+    for optimiser in OPTIMISERS:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            try:
+                fit = model.fit(reml=True, method=[optimiser])
+                fit.bse_fe  # noqa: B018 - computed on first use, and it warns
+            except np.linalg.LinAlgError:
+                continue  # this optimiser's end has no standard error; another's may have
+        # An optimiser that diverged leaves no likelihood.
+        if np.isfinite(fit.llf):
+            said = sorted({str(w.message).splitlines()[0] for w in caught})
+            attempts.append((fit, optimiser, said))
+    if not attempts:
+        raise ValueError("no optimiser found a likelihood")
+    highest = max(float(fit.llf) for fit, _, _ in attempts)
+    there = [attempt for attempt in attempts if attempt[0].llf > highest - SAME_MAXIMUM]
+    return next((attempt for attempt in there if attempt[0].converged), there[0])

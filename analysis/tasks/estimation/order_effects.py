@@ -1,0 +1,165 @@
+"""Effects of order: drift over the trials and carry-over, fitted jointly."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.json_form import record
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.jackknife import jackknife
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+
+    Array = NDArray[np.float64]
+
+#: A column of which the others leave less than this share of its variance is not identifiable.
+IDENTIFIABLE = 1e-6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OrderEffects:
+    """Slopes of log estimates on the order, each with amplitude and the other held constant.
+
+    Parameters
+    ----------
+    log_slope_per_trial : MeanOverParticipants or NotComputed
+        On the trial's position: drift.
+    log_slope_per_um_pp_before : MeanOverParticipants or NotComputed
+        On the amplitude of the surface before, µm peak to peak: carry-over.
+    """
+
+    log_slope_per_trial: MeanOverParticipants | NotComputed
+    log_slope_per_um_pp_before: MeanOverParticipants | NotComputed
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return {
+            "position": {
+                "unit": "natural logarithm per trial",
+                **record(self.log_slope_per_trial),
+            },
+            "carry_over": {
+                "unit": "natural logarithm per um_pp",
+                **record(self.log_slope_per_um_pp_before),
+            },
+        }
+
+
+def order_effects(data: Prepared) -> OrderEffects | NotComputed:
+    """Test whether estimates drift with the trial's position, or follow the surface before.
+
+    One least-squares model of all log estimates: a mean for each participant, one for each
+    amplitude, a slope on the position and one on the amplitude before (trials without one, the
+    first and those after a texture, take no part). Fitted apart, carry-over shows as drift,
+    because a participant's positions and the surfaces before are correlated. Errors are a
+    jackknife's over participants, with Student's n - 1 degrees of freedom.
+    """
+    if data.refused:
+        return NotComputed(data.zero_sentence)
+    if why := not_identifiable(data.trials):
+        return NotComputed(why)
+    trials = data.trials
+    before = trials.groupby([PARTICIPANT, "session", "run"], observed=True)[
+        "amplitude_um_pp"
+    ].shift()
+    if "after_texture" in trials:
+        before = before.mask(trials["after_texture"])
+    here = (before.notna() & trials["log"].notna()).to_numpy()
+    who, _ = pd.factorize(trials.loc[here, PARTICIPANT])
+    people = int(who.max()) + 1 if len(who) else 0
+    if people < FEWEST:
+        why = few("participants", people)
+        return OrderEffects(
+            log_slope_per_trial=NotComputed(why), log_slope_per_um_pp_before=NotComputed(why)
+        )
+    shown = trials.loc[here, "amplitude_um_pp"].to_numpy(float)
+    columns = [
+        *(shown == amplitude for amplitude in np.unique(shown)[1:]),
+        trials.loc[here, "position"].to_numpy(float),
+        before[here].to_numpy(float),
+        trials.loc[here, "log"].to_numpy(float),
+    ]
+    products = _products([_within(column, who, people) for column in columns], who, people)
+    slopes = [_slope(products, place, data) for place in (-3, -2)]
+    return OrderEffects(log_slope_per_trial=slopes[0], log_slope_per_um_pp_before=slopes[1])
+
+
+def not_identifiable(trials: pd.DataFrame) -> str | None:
+    """Say why the order cannot be told from the amplitude, or None."""
+    who, _ = pd.factorize(trials[PARTICIPANT])
+    in_turn = np.argsort(who, kind="stable")
+    amplitudes, who = trials["amplitude_um_pp"].to_numpy(float)[in_turn], who[in_turn]
+    counts = np.bincount(who)
+    people = len(counts)
+    inside = who[1:] == who[:-1]
+    steps, whose = np.diff(amplitudes)[inside], who[1:][inside]
+    rising = np.bincount(whose, steps < 0, people) == 0
+    falling = np.bincount(whose, steps > 0, people) == 0
+    if (rising & falling).all():
+        return few("amplitudes", min(people, 1), 2)
+    if (rising | falling).all():
+        return (
+            "not identifiable: every participant's rows are sorted by amplitude, so that the order "
+            "cannot be told from the amplitude (was the table sorted?)"
+        )
+    alike = people > 1 and (counts == counts[0]).all()
+    if alike and (amplitudes.reshape(people, -1) == amplitudes[: counts[0]]).all():
+        return (
+            "not identifiable: every participant had the same order, so that it cannot be told "
+            "from the amplitude"
+        )
+    return None
+
+
+def _within(column: Array, who: NDArray[np.intp], people: int) -> Array:
+    """Return a column less each participant's mean."""
+    means = np.bincount(who, column, people) / np.bincount(who, minlength=people)
+    return np.asarray(column - means[who])
+
+
+def _products(design: Sequence[Array], who: NDArray[np.intp], people: int) -> Array:
+    """Return each participant's sums of products of columns: leaving one out is a subtraction."""
+    width = len(design)
+    products = np.empty((people, width, width))
+    for row in range(width):
+        for column in range(row, width):
+            sums = np.bincount(who, design[row] * design[column], people)
+            products[:, row, column] = products[:, column, row] = sums
+    return products
+
+
+def _slope(products: Array, place: int, data: Prepared) -> MeanOverParticipants | NotComputed:
+    """Return the slope on one column of the design; its last column is the log estimate."""
+    width = products.shape[1]
+    total = products.sum(axis=0)
+    target = width + place
+    others = [column for column in range(width - 1) if column != target]
+    own = total[target, target]
+    left = (
+        own
+        - total[target, others]
+        @ np.linalg.pinv(total[np.ix_(others, others)])
+        @ (total[others, target])
+    )
+    if not left > IDENTIFIABLE * max(own, np.finfo(float).tiny):
+        return NotComputed("not identifiable: it goes with the amplitude in everybody's order")
+
+    def solve(sums: Array) -> Array:
+        inverse = np.linalg.pinv(sums[..., :-1, :-1], rcond=1e-10, hermitian=True)
+        return np.asarray((inverse @ sums[..., :-1, -1:])[..., target, 0])
+
+    return jackknife(
+        float(solve(total)), solve(total - products), confidence=data.choices.confidence
+    )

@@ -1,0 +1,55 @@
+"""The sentences of the primary analysis, which the study declares, and of the others."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.estimation.statistics import STATISTICS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from slipscale.analysis.statistics.statistic import Inference
+    from slipscale.experiments.study.analysis_choices import Primary
+
+#: Primary analysis -> what it is called in a plan.
+TITLES: dict[Primary, str] = {
+    "ranks": "Friedman's test, and Wilcoxon's test of each pair of amplitudes, Holm-corrected",
+    "logarithms": "repeated-measures ANOVA of log estimates (Greenhouse-Geisser), and paired t of "
+    "each pair of amplitudes, Holm-corrected",
+}
+
+
+def _written(
+    inference: Inference, primary: Primary, confidence: float, *, of_primary: bool
+) -> Iterator[str | NotComputed]:
+    """Yield the sentences of one part, or why one is missing."""
+    for statistic in STATISTICS:
+        found = inference[statistic]
+        for sentence in statistic.sentences:
+            if (sentence.primary == primary) is not of_primary:
+                continue
+            if isinstance(found, NotComputed):
+                yield found
+            elif (text := sentence.write(found, confidence)) is not None:
+                yield text
+
+
+def primary_sentences(
+    inference: Inference, primary: Primary = "ranks", confidence: float = 0.95
+) -> list[str]:
+    """Return the sentences of the primary analysis, or why there is none."""
+    found = list(_written(inference, primary, confidence, of_primary=True))
+    if texts := [each for each in found if isinstance(each, str)]:
+        return texts
+    reasons = {each.reason for each in found if isinstance(each, NotComputed)}
+    return [f"The primary analysis was not computed: {'; '.join(sorted(reasons))}."]
+
+
+def secondary_sentences(
+    inference: Inference, primary: Primary = "ranks", confidence: float = 0.95
+) -> list[str]:
+    """Return the sentences of every other test on magnitude estimates."""
+    found = _written(inference, primary, confidence, of_primary=False)
+    return [each for each in found if isinstance(each, str)]

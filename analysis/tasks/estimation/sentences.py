@@ -1,0 +1,358 @@
+"""The sentences a results section needs, numbers filled in, in APA style (7th edition).
+
+Each writer takes a result and returns its sentence.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.writing.numbers import (
+    bracketed,
+    level_of,
+    number,
+    of_size,
+    p_value,
+    reliable,
+    unit_number,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
+    from slipscale.analysis.statistics.pairwise import PairComparison, PairedT
+    from slipscale.analysis.statistics.power_law import PowerLaw
+    from slipscale.analysis.statistics.reliability import Reliability
+    from slipscale.analysis.tasks.estimation.growth.bayesian_growth import BayesianGrowth
+    from slipscale.analysis.tasks.estimation.growth.statistics import Growth
+    from slipscale.analysis.tasks.estimation.mixed_model import MixedModel
+    from slipscale.analysis.tasks.estimation.order_effects import OrderEffects
+
+#: What `slipscale.analysis.tasks.estimation.growth.growth_models.MODELS` are called in a sentence.
+MODEL_NAMES = {
+    "power": "Stevens's power law",
+    "threshold": "the power law with a threshold",
+    "linear": "the straight line",
+    "fechner": "Fechner's law",
+    "ekman": "Ekman's function",
+    "naka_rushton": "Naka and Rushton's function",
+}
+
+
+#: Bayes factors beyond this, and below one over it, are not told more closely.
+MOST_DECISIVE = 100.0
+
+
+#: Posterior predictive checks, in words.
+CHECKS = {
+    "curvature": "the curvature on logarithmic axes",
+    "largest_residual": "the largest residual",
+    "kurtosis": "the residuals' tails",
+    "spread_ratio": "the residuals' spread at the largest over that at the least amplitude",
+}
+#: A posterior predictive p this near 0 or 1 says that the model misses something.
+UNLIKELY = 0.025
+
+
+def _ci(
+    bounds: ConfidenceInterval | None,
+    confidence: float,
+    write: Callable[[float], str] = number,
+) -> str:
+    """Return ", 95% CI [low, high]", or nothing where it is not defined."""
+    return "" if bounds is None else f", {level_of(confidence)} CI {bracketed(bounds, write)}"
+
+
+def _degrees(df: float, epsilon: float) -> str:
+    corrected = df * epsilon
+    return f"{corrected:.2f}" if epsilon < 1 else f"{df:g}"
+
+
+def rm_anova(found: RmAnova, confidence: float) -> str:
+    """Return the sentence of the repeated-measures ANOVA, always Greenhouse and Geisser's."""
+    epsilon = found.epsilon_gg
+    verb = "differed" if reliable(found.p_gg, confidence) else "did not differ reliably"
+    ci = _ci(found.eta2_generalised_interval, confidence, unit_number)
+    correction = f"; Greenhouse-Geisser ε = {unit_number(epsilon)}" if found.df1 > 1 else ""
+    which = "amplitudes"
+    if found.left_out_um_pp:
+        left = ", ".join(f"{amplitude:g}" for amplitude in found.left_out_um_pp)
+        which = f"amplitudes (without {left} µm, where every estimate is zero)"
+    return (
+        f"Log-transformed estimates {verb} between {which}, "
+        f"F({_degrees(found.df1, epsilon)}, {_degrees(found.df2, epsilon)}) = "
+        f"{number(found.F)}, {p_value(found.p_gg)}, generalised η² = "
+        f"{unit_number(found.eta2_generalised)}{ci} ({_of(found.n, found.n_incomplete)}"
+        f"{correction})."
+    )
+
+
+def friedman(found: Friedman, confidence: float) -> str:
+    """Return the sentence of Friedman's test."""
+    verb = "differed" if reliable(found.p, confidence) else "did not differ reliably"
+    return (
+        f"Estimates {verb} between amplitudes (Friedman's test on ranks, χ²({found.df}, "
+        f"n = {found.n}) = {number(found.chi2)}, {p_value(found.p)}, Kendall's W = "
+        f"{unit_number(found.kendalls_w)})."
+    )
+
+
+def page_trend(found: PageTrend, confidence: float) -> str:
+    """Return the sentence of Page's test."""
+    verb = "grew" if reliable(found.p, confidence) else "did not grow reliably"
+    return (
+        f"Estimates {verb} with amplitude (Page's L = {found.L:g}, {p_value(found.p)}, one-sided, "
+        f"n = {found.n})."
+    )
+
+
+def linear_trend(found: LinearTrend, confidence: float) -> str | None:
+    """Return the sentence of the linear contrast; None where its slope was not tested."""
+    slope = found.log_slope_per_um_pp
+    if isinstance(slope, NotComputed):
+        return None
+    write = of_size(slope.mean)
+    return (
+        f"The linear trend of log estimates was {write(slope.mean)} per µm (peak to peak), "
+        f"{level_of(confidence)} CI {bracketed(slope.interval, write)}, t({slope.df}) = "
+        f"{number(slope.t)}, {p_value(slope.p)} (n = {found.n})."
+    )
+
+
+def power_law(found: PowerLaw, confidence: float) -> str:
+    """Return the sentence of the exponent."""
+    return (
+        f"The exponents of participants' power functions of amplitude averaged "
+        f"{number(found.exponent)}, {level_of(confidence)} CI "
+        f"{bracketed(found.interval)} (n = {found.n}; {found.points} "
+        "amplitudes above 0 µm; Student's interval over participants)."
+    )
+
+
+def pairwise_logs(pairs: Sequence[PairComparison], confidence: float) -> str | None:
+    """Return one sentence on all pairs, paired t of logarithms."""
+    tested = [(pair, pair.logs) for pair in pairs if not isinstance(pair.logs, NotComputed)]
+    if len(pairs) == len(tested) == 1:
+        only = tested[0][1]
+        verb = "differed" if reliable(only.p, confidence) else "did not differ reliably"
+        return (
+            f"The two amplitudes {verb}, t({only.df}) = {number(only.t)}, {p_value(only.p)}, "
+            f"d_z = {number(only.d_z)}{_ci(only.d_z_interval, confidence)} (log estimates)."
+        )
+    untested = "; ".join(
+        f"{_pair(pair)} ({pair.logs.reason})"
+        for pair in pairs
+        if isinstance(pair.logs, NotComputed)
+    )
+    behind = f" Not tested on logarithms: {untested}." if untested else ""
+    if not tested:
+        return behind.strip()
+    rows = [(pair, found.p_holm, pair.n_logs) for pair, found in tested]
+    return _all_pairs(rows, "paired t of log estimates", confidence) + behind
+
+
+def equivalence(pairs: Sequence[PairComparison], confidence: float) -> str | None:
+    """Return what is known of pairs that paired t did not tell apart: equal within, or undecided.
+
+    None where all pairs were told apart.
+    """
+    apart = [
+        (pair, pair.logs)
+        for pair in pairs
+        if not isinstance(pair.logs, NotComputed) and not reliable(pair.logs.p_holm, confidence)
+    ]
+    if not apart:
+        return None
+    equal, undecided = (
+        "; ".join(
+            _equivalence(pair, logs)
+            for pair, logs in apart
+            if reliable(logs.equivalence_p_holm, confidence) == wanted
+        )
+        for wanted in (True, False)
+    )
+    how = (
+        f"two one-sided paired t tests of log estimates within a ratio of "
+        f"{apart[0][1].equivalence.bound:g}"
+        + (", Holm-corrected" if len(pairs) > 1 else "")
+        + "; BF₀₁: Bayes factor of no difference over a difference"
+    )
+    parts = [f"Of the pairs that were not told apart, equal: {equal or 'none'}"]
+    parts += [f"neither different nor equal, undecided: {undecided}"] if undecided else []
+    return f"{'; '.join(parts)} ({how})."
+
+
+def _equivalence(pair: PairComparison, logs: PairedT) -> str:
+    bounds = logs.equivalence.interval
+    return (
+        f"{_pair(pair)}, ratio {number(logs.ratio)}, {level_of(bounds.confidence)} CI "
+        f"{bracketed(bounds)}, {p_value(logs.equivalence_p_holm)}, "
+        f"BF₀₁ {bayes_of_none(logs.bayes_factor)} (n = {pair.n_logs})"
+    )
+
+
+def bayes_of_none(for_a_difference: float) -> str:
+    """Return the Bayes factor of no difference, as "= 4.23", "< 0.01" or "> 100".
+
+    >>> bayes_of_none(0.236), bayes_of_none(float("inf")), bayes_of_none(0.0001)
+    ('= 4.24', '< 0.01', '> 100')
+    """
+    if for_a_difference > MOST_DECISIVE:
+        return f"< {1 / MOST_DECISIVE:g}"
+    if for_a_difference * MOST_DECISIVE < 1:
+        return f"> {MOST_DECISIVE:g}"
+    return f"= {number(1 / for_a_difference)}"
+
+
+def pairwise_ranks(pairs: Sequence[PairComparison], confidence: float) -> str | None:
+    """Return one sentence on all pairs, Wilcoxon's test of estimates, zeros among them."""
+    if len(pairs) == 1:
+        pair, ranks = pairs[0], pairs[0].ranks
+        verb = "differed" if reliable(ranks.p, confidence) else "did not differ reliably"
+        return (
+            f"The two amplitudes {verb} (Wilcoxon's test, {p_value(ranks.p)}; {ranks.up} of "
+            f"{pair.n} participants up, {ranks.down} down)."
+        )
+    rows = [(pair, pair.ranks.p_holm, pair.n) for pair in pairs]
+    return _all_pairs(rows, "Wilcoxon's test", confidence)
+
+
+def _pair(pair: PairComparison) -> str:
+    return f"{pair.from_um_pp:g} and {pair.to_um_pp:g} µm"
+
+
+def _of(n: int, incomplete: int) -> str:
+    """Return "n = 12", and of how many where some are left out."""
+    return f"n = {n}" + (f" of {n + incomplete}" if incomplete else "")
+
+
+def _all_pairs(
+    rows: Sequence[tuple[PairComparison, float, int]], test: str, confidence: float
+) -> str:
+    """Return the sentence on pairs, each with its corrected p and number of participants."""
+    doubtful = [row for row in rows if not reliable(row[1], confidence)]
+    counts = sorted({n for _, _, n in rows})
+    people = f"n = {counts[0]}" + (f" to {counts[-1]}" if len(counts) > 1 else "")
+    how = f"{test}, Holm-corrected, {people}"
+    if not doubtful:
+        largest = p_value(max(p for _, p, _ in rows)).replace("=", "≤")
+        many = f"All {len(rows)} pairs" if len(rows) > 1 else "One pair"
+        return f"{many} of amplitudes differed ({how}, every {largest})."
+    told = len(rows) - len(doubtful)
+    listed = "; ".join(f"{_pair(pair)}, {p_value(p)} (n = {n})" for pair, p, n in doubtful)
+    return (
+        f"{told or 'None'} of {len(rows)} pairs of amplitudes differed ({how}); not told apart: "
+        f"{listed}."
+    )
+
+
+def growth(found: Growth, _confidence: float) -> str:
+    """Return the sentence of the model comparison: favoured, or undecided."""
+    compared = found.amplitude
+    models, best = compared.models, compared.best
+    others = sorted(
+        (model.delta_aicc, name)
+        for name, model in models.items()
+        if name != best and model.delta_aicc is not None
+    )
+    listed = ", ".join(f"{MODEL_NAMES[name]} ΔAICc = {number(delta, 1)}" for delta, name in others)
+    bounds = "; ".join(
+        f"the {parameter.replace('_', ' ')} of {MODEL_NAMES[name]} lies at the limit of the search"
+        for name, model in models.items()
+        for parameter in model.fit.at_bound
+    )
+    behind = f" Not determined by these data: {bounds}." if bounds else ""
+    weight = f"Akaike weight {unit_number(models[best].weight)}"
+    if compared.undecided:
+        return (
+            f"Among growth functions the data do not decide: {MODEL_NAMES[best]} has the least "
+            f"AICc ({weight}; {listed}), and a difference below 2 tells nothing apart.{behind}"
+        )
+    return f"Among growth functions, {MODEL_NAMES[best]} was favoured ({weight}; {listed}).{behind}"
+
+
+def bayesian_growth(found: BayesianGrowth, confidence: float) -> str:
+    """Return the sentence of the hierarchical power function; numbers only where it converged."""
+    if not found.converged:
+        return (
+            "The hierarchical Bayesian power function did not converge (largest R̂ = "
+            f"{number(found.r_hat, 3)}, {found.divergences} divergences); its numbers are not "
+            "reported."
+        )
+    level = level_of(confidence)
+    missed = [
+        f"{CHECKS[name]} (posterior predictive p = {unit_number(check.p, 3)})"
+        for name, check in found.checks.items()
+        if min(check.p, 1 - check.p) < UNLIKELY
+    ]
+    fits = (
+        f"predictions of the model do not agree with the data in {' and '.join(missed)}"
+        if missed
+        else "predictions of the model agree with the data in "
+        + ", ".join(CHECKS[name] for name in found.checks)
+    )
+    return (
+        f"A hierarchical Bayesian power function gave an exponent of {number(found.exponent)}, "
+        f"{level} credible interval {bracketed(found.interval)}; participants' exponents vary with "
+        f"a standard deviation of {number(found.sd_exponent)}, {level} credible interval "
+        f"{bracketed(found.sd_exponent_interval)}, and are drawn {100 * found.shrinkage:.0f}% of "
+        f"the way from their own trials' to the group's (n = {found.n}, {found.trials} trials; "
+        f"{fits})."
+    )
+
+
+def order(found: OrderEffects, confidence: float) -> str | None:
+    """Return the sentence on order and carry-over."""
+    texts = []
+    for slope, words in (
+        (found.log_slope_per_trial, "the trial's position"),
+        (found.log_slope_per_um_pp_before, "the surface before"),
+    ):
+        if isinstance(slope, NotComputed):
+            continue
+        verb = "depended" if reliable(slope.p, confidence) else "did not depend reliably"
+        texts.append(
+            f"estimates {verb} on {words}, t({slope.df}) = {number(slope.t)}, {p_value(slope.p)}"
+        )
+    if not texts:
+        return None
+    text = "; ".join(texts)
+    return (
+        f"{text[0].upper()}{text[1:]} (one model of amplitude, position and the surface before; "
+        "jackknife over participants)."
+    )
+
+
+def reliability(found: Reliability, confidence: float) -> str:
+    """Return the sentence on test-retest reliability."""
+    single, mean = found.single, found.mean
+    return (
+        f"Test-retest reliability of a participant's single log estimate was ICC = "
+        f"{unit_number(single.value)}{_ci(single.interval, confidence, unit_number)}; of the mean "
+        f"of {found.repetitions}, {unit_number(mean.value)}"
+        f"{_ci(mean.interval, confidence, unit_number)} (components of variance, n = {found.n}, "
+        f"{found.amplitudes} amplitudes, whose own differences do not count as reliable)."
+    )
+
+
+def mixed_model(found: MixedModel, confidence: float) -> str:
+    """Return the sentence of the mixed model; its numbers only where the fit converged."""
+    if not found.converged:
+        return (
+            "The linear mixed model with random intercepts and slopes did not converge; its "
+            "exponent is not reported."
+        )
+    bound = (
+        "; a variance or correlation of the random effects lies at its bound"
+        if found.at_bound
+        else ""
+    )
+    return (
+        f"A linear mixed model with random intercepts and slopes gave an exponent of "
+        f"{number(found.exponent)}{_ci(found.interval, confidence)} (REML, {found.trials} "
+        f"trials of {found.n} participants; Student's interval with {found.n - 1} degrees of "
+        f"freedom{bound})."
+    )

@@ -1,0 +1,271 @@
+"""The statistics of magnitude estimates: the table that a new one is added to.
+
+The functions that compute and write are in their own modules; each declaration joins them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics import omnibus
+from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.pairwise import PairedT, pairwise
+from slipscale.analysis.statistics.power_law import PowerLaw, power_law
+from slipscale.analysis.statistics.reliability import Reliability, reliability
+from slipscale.analysis.statistics.statistic import (
+    Family,
+    Inputs,
+    Sentence,
+    Statistic,
+    of_estimates,
+)
+from slipscale.analysis.tasks.estimation import sentences as write
+from slipscale.analysis.tasks.estimation.growth.bayesian_growth import (
+    BayesianGrowth,
+    bayesian_growth,
+)
+from slipscale.analysis.tasks.estimation.growth.statistics import Growth, growth
+from slipscale.analysis.tasks.estimation.mixed_model import MixedModel, mixed_model
+from slipscale.analysis.tasks.estimation.order_effects import OrderEffects, order_effects
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipscale.analysis.statistics.pairwise import PairComparison
+    from slipscale.experiments.study.analysis_choices import SdConvention, ZeroRule
+
+    Pairs = tuple[PairComparison, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NormalisationUsed:
+    """How estimates were brought to one scale.
+
+    Parameters
+    ----------
+    rule : str or None
+        A key of `slipscale.analysis.preprocessing.normalisation.RULES`; None without estimates.
+    zero_rule : str
+        What happened to estimates of zero before logarithms were taken.
+    zeros : int
+        How many estimates are zero.
+    standard_deviation : {"sample", "population"}
+        Convention of Table III.
+    """
+
+    rule: str | None
+    zero_rule: ZeroRule
+    zeros: int
+    standard_deviation: SdConvention
+
+
+def _logs(pairs: Pairs) -> list[PairedT]:
+    return [pair.logs for pair in pairs if not isinstance(pair.logs, NotComputed)]
+
+
+def slope_ps(slopes: Sequence[MeanOverParticipants | NotComputed]) -> list[float]:
+    """Return the p of each mean slope that could be computed."""
+    return [slope.p for slope in slopes if isinstance(slope, MeanOverParticipants)]
+
+
+def _normalisation(inputs: Inputs) -> NormalisationUsed:
+    choices = inputs.data.choices
+    return NormalisationUsed(
+        rule=inputs.rule,
+        zero_rule=choices.zero_rule,
+        zeros=inputs.prepared.zeros if inputs.prepared else 0,
+        standard_deviation=choices.standard_deviation,
+    )
+
+
+def _growth(inputs: Inputs) -> Growth | NotComputed:
+    return of_estimates(partial(growth, film=inputs.data.quantity.of_plate))(inputs)
+
+
+def _bayesian(inputs: Inputs) -> BayesianGrowth | NotComputed:
+    if not inputs.bayesian:
+        return NotComputed("not asked for (--bayesian)")
+    return of_estimates(bayesian_growth)(inputs)
+
+
+FRIEDMAN: Statistic[omnibus.Friedman] = Statistic(
+    key="friedman",
+    title="Friedman",
+    meaning="Friedman's test of ranks over amplitudes",
+    compute=of_estimates(omnibus.friedman),
+    families=(
+        Family(name="amplitudes, Friedman's test", primary="ranks", read=lambda found: [found.p]),
+    ),
+    sentences=(Sentence(write=write.friedman, primary="ranks"),),
+    conclusions={"p": "amplitudes differ (Friedman's test)"},
+    headlines={"kendalls_w": "Kendall's W"},
+)
+RM_ANOVA: Statistic[omnibus.RmAnova] = Statistic(
+    key="rm_anova",
+    title="Repeated-measures ANOVA, log estimates",
+    meaning="repeated-measures ANOVA of log estimates over amplitudes",
+    compute=of_estimates(omnibus.rm_anova),
+    families=(
+        Family(
+            name="amplitudes, repeated-measures analysis of variance",
+            primary="logarithms",
+            read=lambda found: [found.p_gg],
+        ),
+    ),
+    sentences=(Sentence(write=write.rm_anova, primary="logarithms"),),
+    methods="Log estimates were compared between amplitudes by a repeated-measures analysis "
+    "of variance with Greenhouse and Geisser's correction [[greenhouse1959]]; its effect size is "
+    "generalised eta squared [[olejnik2003]].",
+    conclusions={"p_gg": "amplitudes differ (repeated-measures ANOVA of logarithms)"},
+)
+PAIRWISE: Statistic[Pairs] = Statistic(
+    key="pairwise",
+    title="Pairwise comparisons",
+    meaning="each pair of amplitudes: Wilcoxon's test, paired t, equivalence, Bayes factor",
+    compute=of_estimates(pairwise),
+    families=(
+        Family(
+            name="pairs of amplitudes, Wilcoxon's test",
+            primary="ranks",
+            corrected=True,
+            read=lambda pairs: [pair.ranks.p for pair in pairs],
+        ),
+        Family(
+            name="pairs of amplitudes, paired t",
+            primary="logarithms",
+            corrected=True,
+            read=lambda pairs: [logs.p for logs in _logs(pairs)],
+        ),
+        Family(
+            name="pairs of amplitudes, equivalence",
+            corrected=True,
+            read=lambda pairs: [logs.equivalence.p for logs in _logs(pairs)],
+        ),
+    ),
+    sentences=(
+        Sentence(write=write.pairwise_ranks, primary="ranks"),
+        Sentence(write=write.pairwise_logs, primary="logarithms"),
+        Sentence(write=write.equivalence),
+    ),
+    methods="Whether two amplitudes were equal was tested by two one-sided tests of the ratio "
+    "of geometric means [[schuirmann1987]], with bounds of {bounds}, and by a Bayes factor with a "
+    "Cauchy prior of scale 0.707 [[rouder2009]].",
+    conclusions={
+        r"(.+) - (.+)\.p_wilcoxon_holm": "{0} and {1} µm differ (Wilcoxon's test, Holm)",
+        r"(.+) - (.+)\.p_holm": "{0} and {1} µm differ (paired t of logarithms, Holm)",
+        r"(.+) - (.+)\.equivalence_p_holm": "{0} and {1} µm are equivalent (two one-sided "
+        "tests, Holm)",
+    },
+)
+PAGE_TREND: Statistic[omnibus.PageTrend] = Statistic(
+    key="page_trend",
+    title="Page's ordered trend",
+    meaning="Page's test of an ordered trend",
+    compute=of_estimates(omnibus.page_trend),
+    families=(Family(name="ordered trend, Page's test", read=lambda found: [found.p]),),
+    sentences=(Sentence(write=write.page_trend),),
+    methods="An ordered trend was tested by Page's test [[page1963]].",
+    conclusions={"p": "estimates rise with amplitude (Page's test)"},
+)
+LINEAR_TREND: Statistic[omnibus.LinearTrend] = Statistic(
+    key="linear_trend",
+    title="Linear trend, log estimates",
+    meaning="linear trend of log estimates with amplitude",
+    compute=of_estimates(omnibus.linear_trend),
+    parts=lambda found: {"Linear trend, log estimates": found.log_slope_per_um_pp},
+    families=(
+        Family(name="linear trend", read=lambda found: slope_ps([found.log_slope_per_um_pp])),
+    ),
+    sentences=(Sentence(write=write.linear_trend),),
+    conclusions={"p": "log estimates have a linear trend"},
+)
+POWER_LAW: Statistic[PowerLaw] = Statistic(
+    key="power_law",
+    title="Exponent",
+    meaning="exponent of the power function, the mean of participants' slopes",
+    compute=of_estimates(power_law),
+    sentences=(Sentence(write=write.power_law),),
+    methods="Exponents are the means of participants' slopes of log estimates on log "
+    "amplitude [[stevens1957]], with Student's intervals over participants.",
+    headlines={"exponent": "exponent of the power function"},
+)
+MIXED_MODEL: Statistic[MixedModel] = Statistic(
+    key="mixed_model",
+    title="Mixed model",
+    meaning="mixed model of log estimates on log amplitude",
+    compute=of_estimates(mixed_model),
+    sentences=(Sentence(write=write.mixed_model),),
+)
+GROWTH: Statistic[Growth] = Statistic(
+    key="growth",
+    title="Growth functions",
+    meaning="comparison of growth functions",
+    compute=_growth,
+    sentences=(Sentence(write=write.growth),),
+    conclusions={
+        r"amplitude\.best: (.+)": "of the growth functions, {0} fits best",
+        r"friction\.best: (.+)": "of the functions of relative friction, {0} fits best",
+        r"friction\.exponent\.p": "the exponent against relative friction differs from 0",
+    },
+)
+BAYESIAN_GROWTH: Statistic[BayesianGrowth] = Statistic(
+    key="bayesian_growth",
+    meaning="hierarchical Bayesian power function",
+    compute=_bayesian,
+    sentences=(Sentence(write=write.bayesian_growth),),
+)
+ORDER: Statistic[OrderEffects] = Statistic(
+    key="order",
+    title="Order and carry-over",
+    meaning="drift over a session, and carry-over from the surface before",
+    compute=of_estimates(order_effects),
+    parts=lambda found: {
+        "Order: the trial's position": found.log_slope_per_trial,
+        "Order: the surface before": found.log_slope_per_um_pp_before,
+    },
+    families=(
+        Family(
+            name="order and carry-over",
+            read=lambda found: slope_ps(
+                [found.log_slope_per_trial, found.log_slope_per_um_pp_before]
+            ),
+        ),
+    ),
+    sentences=(Sentence(write=write.order),),
+    conclusions={
+        r"position\.p": "estimates drift over a session",
+        r"carry_over\.p": "estimates depend on the surface before",
+    },
+)
+RELIABILITY: Statistic[Reliability] = Statistic(
+    key="reliability",
+    title="Test-retest reliability",
+    meaning="reliability of repeated estimates",
+    compute=of_estimates(reliability),
+    sentences=(Sentence(write=write.reliability),),
+)
+NORMALISATION: Statistic[NormalisationUsed] = Statistic(
+    key="normalisation",
+    meaning="how estimates were brought to one scale",
+    compute=_normalisation,
+    test=False,
+)
+
+#: In the order of ``inference.json`` and of a results section: a new statistic is one line here.
+STATISTICS: tuple[Statistic[object], ...] = (
+    FRIEDMAN,
+    RM_ANOVA,
+    PAIRWISE,
+    PAGE_TREND,
+    LINEAR_TREND,
+    POWER_LAW,
+    MIXED_MODEL,
+    GROWTH,
+    BAYESIAN_GROWTH,
+    ORDER,
+    RELIABILITY,
+    NORMALISATION,
+)

@@ -1,0 +1,63 @@
+"""Magnitude estimates and what follows from them, as tables."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from slipscale.analysis.tasks.estimation.statistics import PAIRWISE
+from slipscale.analysis.tasks.flat_table import flat
+
+if TYPE_CHECKING:
+    from slipscale.analysis.result import Analysis
+
+
+def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
+    """Return the tables of magnitude estimation, by name."""
+    if analysis.prepared is None:
+        return {}
+    columns = ["participant_id", "session", "run", "trial", "amplitude_um_pp", "estimate"]
+    columns += ["normalised", "response_time"]
+    trials = analysis.estimates
+    if (trials["trial"].dropna() % 1 == 0).all():
+        trials = trials.astype({"trial": "Int64"})
+    kept = [name for name in columns if not trials[name].isna().all()]
+    found = {
+        "table3": analysis.table3,
+        "descriptives": analysis.description,
+        "estimates": trials[kept],
+        "wide": wide(analysis),
+    }
+    if len(analysis.textures):
+        found["textures"] = analysis.textures
+    if (pairs := analysis.inference.found(PAIRWISE)) is not None:
+        found["pairwise"] = flat(pairs)
+    return found
+
+
+def wide(analysis: Analysis) -> pd.DataFrame:
+    """Return one row a participant, as JASP, jamovi and SPSS read repeated measures.
+
+    Names are letters, digits and underscores: ``estimate_0_5`` is the mean normalised estimate
+    at 0.5 µm peak to peak, ``log_0_5`` the mean natural logarithm.
+    """
+
+    def named(table: pd.DataFrame, prefix: str) -> pd.DataFrame:
+        return table.rename(columns=lambda a: f"{prefix}_{f'{a:g}'.replace('.', '_')}")
+
+    parts = [named(analysis.cells, "estimate")]
+    if analysis.prepared is not None:
+        logs = analysis.prepared.logs.reindex(columns=analysis.cells.columns)
+        parts.append(named(logs, "log"))
+    table = pd.concat(parts, axis=1).rename_axis(columns=None)
+    table.index = table.index.astype(str)
+    table = table.rename_axis("participant_id").reset_index()
+    about = analysis.dataset.participants
+    if len(about.columns) > 1:
+        about = about.drop_duplicates("participant_id")
+        # Our columns keep their names; a column of participants.tsv of the same name is marked.
+        table = table.merge(
+            about, on="participant_id", how="left", suffixes=("", "_participants_tsv")
+        )
+    return table

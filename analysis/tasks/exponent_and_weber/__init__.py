@@ -1,0 +1,1 @@
+"""The exponent and the Weber fraction of the same participants."""

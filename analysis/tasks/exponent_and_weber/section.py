@@ -1,0 +1,54 @@
+"""The exponent of magnitude estimates beside the Weber fraction, and whether they agree."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.exponent_and_weber import sentences as apa_exponent_and_weber
+from slipscale.analysis.tasks.exponent_and_weber.statistics import EXPONENT_AND_WEBER
+from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from slipscale.analysis.result import Analysis
+
+
+def exponent_and_weber(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+    """Return the section; a study that has both and no comparison says why."""
+    section = ReportSection("Exponent and Weber fraction")
+    found = analysis.inference[EXPONENT_AND_WEBER]
+    if isinstance(found, NotComputed):
+        # A study with one of the two alone has nothing to be told.
+        if analysis.prepared is not None and not isinstance(
+            analysis.inference[THRESHOLDS], NotComputed
+        ):
+            section.blocks.append(html.paragraph(f"Not compared: {found.reason}.", "note"))
+        return section
+    confidence = analysis.dataset.choices.confidence
+    for one in found:
+        section.blocks.append(
+            html.paragraph(apa_exponent_and_weber.sentence(one, confidence), "sentence")
+        )
+        if (svg := svgs.get(f"exponent_and_weber_{one.task}")) is not None:
+            section.blocks.append(
+                html.figure(
+                    svg,
+                    "Each participant's exponent against their Weber fraction, and the means with "
+                    f"{100 * confidence:g} % intervals. Line: what goes together by Ekman's law "
+                    "with 0.03; band: 0.025 to 0.035, as nine continua have it (Teghtsoonian "
+                    "1971).",
+                    f"Exponents and Weber fractions of {len(one.participants)} participants",
+                )
+            )
+    section.blocks.append(
+        html.paragraph(
+            "The law is of a whole sense and its just noticeable differences; the exponent is of "
+            "the amplitudes rated here, and falls where these span a wide range.",
+            "note",
+        )
+    )
+    return section

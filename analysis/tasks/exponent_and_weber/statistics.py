@@ -1,0 +1,176 @@
+"""Whether the exponent of magnitude estimates agrees with the Weber fraction.
+
+Ekman's law: a just noticeable difference is a constant part *k* of the sensation. With a power
+function of exponent *n* and a Weber fraction *w* of the stimulus
+
+    k = (1 + w)^n - 1,    n = log(1 + k) / log(1 + w)
+
+Teghtsoonian 1971 (Psychol. Rev. 78, 71-80) has *k* near 0.03 whatever the sense: steep functions go
+with fine discrimination.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import exponents
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate, estimate
+from slipscale.analysis.statistics.statistic import Statistic
+from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
+
+if TYPE_CHECKING:
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
+
+#: Teghtsoonian's k.
+EKMAN = 0.03
+#: k by the Weber fractions and exponents of nine continua, from brightness (0.079 and 0.33) to
+#: vibration at 60 Hz (0.036 and 0.95).
+PUBLISHED = (0.025, 0.035)
+#: An interval within this factor of `EKMAN` that meets those published agrees: our own bound.
+FACTOR = 2.0
+
+Verdict = Literal["agrees", "does not agree", "undecided"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnExponentAndWeber:
+    """One participant's exponent and Weber fraction."""
+
+    participant: str
+    exponent: float
+    weber_fraction: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExponentAndWeber:
+    """The exponent beside the Weber fraction of one task, of the participants who have both.
+
+    Parameters
+    ----------
+    task : str
+        The task of the Weber fraction, its label in file names.
+    standard_um_pp : float
+        With which surfaces were compared, µm peak to peak.
+    participants : tuple of OwnExponentAndWeber
+        Whose they are.
+    exponent, weber_fraction : Estimate
+        Mean, and geometric mean, with Student's intervals.
+    expected_exponent : Estimate
+        What the Weber fraction and its interval predict with k = 0.03.
+    ekman_fraction : Estimate
+        k of these participants, with Student's interval of log(1 + k).
+    verdict : {"agrees", "does not agree", "undecided"}
+        Whether that interval lies within a factor 2 of 0.03 and meets the published 0.025 to 0.035,
+        or lies apart from those, or neither.
+    grows : bool
+        Whether the exponent's interval lies above 0.
+    """
+
+    task: str
+    standard_um_pp: float
+    participants: tuple[OwnExponentAndWeber, ...]
+    exponent: Estimate
+    weber_fraction: Estimate
+    expected_exponent: Estimate
+    ekman_fraction: Estimate
+    verdict: Verdict
+    grows: bool
+
+
+def exponent_and_weber(
+    prepared: Prepared | None,
+    tasks: tuple[TaskThresholds, ...] | NotComputed,
+    confidence: float = 0.95,
+) -> tuple[ExponentAndWeber, ...] | NotComputed:
+    """Return the comparison for each task that has Weber fractions.
+
+    Parameters
+    ----------
+    prepared : Prepared or None
+        Magnitude estimates; None where there are none.
+    tasks : tuple of TaskThresholds or NotComputed
+        `slipscale.analysis.tasks.thresholds.statistics.thresholds`'s.
+    """
+    if prepared is None:
+        return NotComputed("no magnitude estimates")
+    if isinstance(tasks, NotComputed):
+        return NotComputed(f"no Weber fraction ({tasks.reason})")
+    if prepared.refused:
+        return NotComputed(prepared.zero_sentence)
+    own = exponents(prepared.logs)["exponent"].dropna()
+    by_name = {str(who): float(value) for who, value in own.items()}
+    found, reasons = [], []
+    for task in tasks:
+        compared = _task(task, by_name, confidence)
+        if isinstance(compared, NotComputed):
+            reasons.append(f"{task.task}: {compared.reason}")
+        else:
+            found.append(compared)
+    return tuple(found) if found else NotComputed("; ".join(reasons))
+
+
+def _task(
+    task: TaskThresholds, exponent_of: dict[str, float], confidence: float
+) -> ExponentAndWeber | NotComputed:
+    if task.standard_um_pp is None:
+        return NotComputed("no standard above 0, and so no Weber fraction")
+    people = tuple(
+        OwnExponentAndWeber(
+            participant=each.participant,
+            exponent=exponent_of[each.participant],
+            weber_fraction=each.weber_fraction.value,
+        )
+        for each in task.participants
+        if each.participant in exponent_of and not isinstance(each.weber_fraction, NotComputed)
+    )
+    if len(people) < FEWEST:
+        return NotComputed(few("participants with an exponent and a Weber fraction", len(people)))
+    own = np.array([each.exponent for each in people])
+    weber = np.array([each.weber_fraction for each in people])
+    exponent = mean_over_participants(own, confidence)
+    log_weber = mean_over_participants(np.log(weber), confidence)
+    log_ekman = mean_over_participants(own * np.log1p(weber), confidence)
+    if isinstance(exponent, NotComputed):
+        return exponent
+    if isinstance(log_weber, NotComputed):
+        return log_weber
+    if isinstance(log_ekman, NotComputed):
+        return log_ekman
+    fraction = np.exp([log_weber.mean, *log_weber.interval])
+    ekman = np.expm1([log_ekman.mean, *log_ekman.interval])
+    return ExponentAndWeber(
+        task=task.task,
+        standard_um_pp=task.standard_um_pp,
+        participants=people,
+        exponent=estimate(np.array([exponent.mean, *exponent.interval]), confidence),
+        weber_fraction=estimate(fraction, confidence),
+        # A larger Weber fraction goes with a smaller exponent.
+        expected_exponent=estimate(np.log1p(EKMAN) / np.log1p(fraction[[0, 2, 1]]), confidence),
+        ekman_fraction=estimate(ekman, confidence),
+        verdict=_verdict(float(ekman[1]), float(ekman[2])),
+        grows=exponent.interval.low > 0,
+    )
+
+
+def _verdict(low: float, high: float) -> Verdict:
+    if high < PUBLISHED[0] or low > PUBLISHED[1]:
+        return "does not agree"
+    if low >= EKMAN / FACTOR and high <= EKMAN * FACTOR:
+        return "agrees"
+    return "undecided"
+
+
+EXPONENT_AND_WEBER: Statistic[tuple[ExponentAndWeber, ...]] = Statistic(
+    key="exponent_and_weber",
+    meaning="whether exponent and Weber fraction agree (Ekman's law)",
+    compute=lambda inputs: exponent_and_weber(
+        inputs.prepared, inputs.found[THRESHOLDS], inputs.data.choices.confidence
+    ),
+)

@@ -1,0 +1,1 @@
+"""Judgements against measured friction."""

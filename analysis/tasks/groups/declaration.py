@@ -1,0 +1,18 @@
+"""Groups of participants, declared."""
+
+from __future__ import annotations
+
+from slipscale.analysis.tasks.groups import section, sentences
+from slipscale.analysis.tasks.groups.statistics import GROUPS
+from slipscale.analysis.tasks.kind import TaskAnalysis
+
+ANALYSIS = TaskAnalysis(
+    name="groups",
+    statistics=(GROUPS,),
+    sentences=lambda analysis: {
+        "Groups": sentences.group_sentences(
+            analysis.inference[GROUPS], analysis.dataset.choices.confidence
+        )
+    },
+    sections=(section.groups,),
+)

@@ -1,0 +1,117 @@
+"""The sentences on groups of participants, in APA style (7th edition)."""
+
+from __future__ import annotations
+
+from math import exp
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.wording import listed
+from slipscale.analysis.writing.numbers import (
+    bracketed,
+    level_of,
+    number,
+    p_value,
+    reliable,
+    unit_number,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.analysis.tasks.groups.statistics import Effect, GroupComparison
+    from slipscale.analysis.tasks.groups.welch import GroupDifference, Welch
+
+
+def group_sentences(found: GroupComparison | NotComputed, confidence: float) -> list[str]:
+    """Return the sentences on groups; none where the participants are in none."""
+    if isinstance(found, NotComputed):
+        return []
+    sizes = ", ".join(f"{name} (n = {n})" for name, n in found.n.items())
+    texts = [f"Groups compared, by {found.column}: {sizes}{_left_out(found)}."]
+    if isinstance(found.exponents, NotComputed):
+        texts.append(f"Exponents were not compared: {found.exponents.reason}.")
+    else:
+        texts.append(_welch("Exponents", "differing by", number, found.exponents, confidence))
+    if isinstance(found.levels, NotComputed):
+        texts.append(f"Mean log estimates were not compared: {found.levels.reason}.")
+    else:
+        texts.append(
+            _welch(
+                "Mean log estimates",
+                "geometric means in a ratio of",
+                lambda value: number(exp(value)),
+                found.levels,
+                confidence,
+            )
+        )
+    anova = found.anova
+    if isinstance(anova, NotComputed):
+        texts.append(f"The mixed analysis of variance was not computed: {anova.reason}.")
+        return texts
+    corrected = f"; Greenhouse-Geisser ε = {unit_number(anova.epsilon_gg)}"
+    texts.append(
+        "In a mixed analysis of variance of log estimates, group "
+        f"{_effect(anova.group, confidence)}; the effect of amplitude "
+        f"{_verb(anova.interaction, confidence)} between groups (interaction), "
+        f"{_statistics(anova.interaction, confidence)}{corrected}."
+    )
+    return texts
+
+
+def _left_out(found: GroupComparison) -> str:
+    parts = [f"too small to compare: {listed(found.left_out)}"] if found.left_out else []
+    parts += [f"{found.without_group} in no group"] if found.without_group else []
+    return f"; {'; '.join(parts)}" if parts else ""
+
+
+def _welch(
+    what: str, by: str, write: Callable[[float], str], found: Welch, confidence: float
+) -> str:
+    verb = "differed" if reliable(found.p, confidence) else "did not differ reliably"
+    test = (
+        f"{what} {verb} between groups, Welch's F({found.df1:g}, {found.df2:.2f}) = "
+        f"{number(found.F)}, {p_value(found.p)}, η² = {unit_number(found.eta2)}"
+    )
+    if found.eta2_interval is not None:
+        test += f", {level_of(confidence)} CI {bracketed(found.eta2_interval, unit_number)}"
+    if len(found.pairs) == 1:
+        return f"{test}; {_pair(found.pairs[0], by, write, confidence)}."
+    apart = [pair for pair in found.pairs if reliable(pair.p_holm, confidence)]
+    listing = "; ".join(
+        f"{_pair(pair, by, write, confidence)}, {p_value(pair.p_holm)}" for pair in apart
+    )
+    told = f": {listing}" if apart else ""
+    return (
+        f"{test}; {len(apart) or 'none'} of {len(found.pairs)} pairs of groups differed "
+        f"(Welch's t, Holm-corrected){told}."
+    )
+
+
+def _pair(pair: GroupDifference, by: str, write: Callable[[float], str], confidence: float) -> str:
+    size = "" if pair.hedges_g_interval is None else f" {bracketed(pair.hedges_g_interval)}"
+    return (
+        f"{pair.first} against {pair.second}, {by} {write(pair.difference)}, "
+        f"{level_of(confidence)} CI {bracketed(pair.interval, write)}, Hedges' g = "
+        f"{number(pair.hedges_g)}{size}"
+    )
+
+
+def _effect(found: Effect, confidence: float) -> str:
+    verb = "had an effect" if reliable(found.p, confidence) else "had no reliable effect"
+    return f"{verb}, {_statistics(found, confidence)}"
+
+
+def _verb(found: Effect, confidence: float) -> str:
+    return "differed" if reliable(found.p, confidence) else "did not differ reliably"
+
+
+def _statistics(found: Effect, confidence: float) -> str:
+    text = (
+        f"F({found.df1:.3g}, {found.df2:.4g}) = {number(found.F)}, {p_value(found.p)}, partial "
+        f"η² = {unit_number(found.eta2_partial)}"
+    )
+    bounds = found.eta2_partial_interval
+    if bounds is None:
+        return text
+    return f"{text}, {level_of(confidence)} CI {bracketed(bounds, unit_number)}"

@@ -1,0 +1,276 @@
+"""Groups of participants compared: their exponents, their level, the shape of their growth."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.json_form import renamed
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.effect_sizes import eta2_interval, eta2_of
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import exponents
+from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic, of_estimates
+from slipscale.analysis.tasks.groups.welch import Welch, welch
+from slipscale.analysis.wording import listed
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+
+#: The column of a data set's participants that is their group, where the study names none.
+DEFAULT_COLUMN = "group"
+#: Groups too small to compare are named up to so many.
+NAMED = 6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Effect:
+    """An effect of the mixed analysis of variance.
+
+    Parameters
+    ----------
+    F, df1, df2, p : float
+        Degrees of freedom as they were used: those with amplitude after Greenhouse and Geisser.
+    eta2_partial, eta2_partial_interval
+        By the non-central F; None where it is not defined.
+    """
+
+    F: float
+    df1: float
+    df2: float
+    p: float
+    eta2_partial: float
+    eta2_partial_interval: ConfidenceInterval | None
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, eta2_partial_interval="eta2_partial_ci")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MixedAnova:
+    """Mixed analysis of variance of mean logarithms: group between, amplitude within.
+
+    Parameters
+    ----------
+    group, amplitude, interaction : Effect
+        Of the groups' level, of amplitude, and of the groups' different growth.
+    epsilon_gg : float
+        Greenhouse and Geisser's, of the covariance within groups.
+    """
+
+    group: Effect
+    amplitude: Effect
+    interaction: Effect
+    epsilon_gg: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroupComparison:
+    """Groups of participants compared.
+
+    Parameters
+    ----------
+    column : str
+        Where the groups stand.
+    n : Mapping
+        Group compared -> its participants.
+    left_out : tuple of str
+        Groups of fewer than three.
+    without_group : int
+        Participants of no group.
+    exponents : Welch or NotComputed
+        Of participants' power functions.
+    levels : Welch or NotComputed
+        Of participants' mean logarithms over all amplitudes.
+    anova : MixedAnova or NotComputed
+        Of participants with a logarithm at every amplitude.
+    """
+
+    column: str
+    n: Mapping[str, int]
+    left_out: tuple[str, ...]
+    without_group: int
+    exponents: Welch | NotComputed
+    levels: Welch | NotComputed
+    anova: MixedAnova | NotComputed
+
+
+def membership(data: Dataset) -> pd.Series[str] | NotComputed:
+    """Return each participant's group, NaN where there is none.
+
+    Raises
+    ------
+    UserError
+        The study names a column that participants.tsv does not have.
+    """
+    asked = data.choices.group
+    about = data.participants
+    columns = [str(name) for name in about.columns if name != PARTICIPANT]
+    if asked is not None and asked not in columns:
+        raise UserError(
+            f"{data.name}: participants have no column '{asked}' (analysis.group); found "
+            f"{listed(columns, NAMED) if columns else 'none'}"
+        )
+    column = asked or DEFAULT_COLUMN
+    if column not in columns:
+        return NotComputed("the participants are not in groups")
+    named = about.dropna(subset=[column]).drop_duplicates(PARTICIPANT)
+    values = [f"{one:g}" if isinstance(one, float) else str(one) for one in named[column]]
+    return pd.Series(values, index=named[PARTICIPANT].astype(str), name=column)
+
+
+def compare_groups(
+    data: Prepared, group_of: pd.Series[str] | NotComputed
+) -> GroupComparison | NotComputed:
+    """Compare groups' exponents, levels and growth.
+
+    Parameters
+    ----------
+    group_of : Series or NotComputed
+        `membership`'s result.
+    """
+    if isinstance(group_of, NotComputed):
+        return group_of
+    if data.refused:
+        return NotComputed(data.zero_sentence)
+    people = data.logs.index.astype(str)
+    groups = group_of.reindex(people)
+    sizes = groups.value_counts().sort_index()
+    compared = [str(name) for name in sizes.index[sizes >= FEWEST]]
+    small = [str(name) for name in sizes.index[sizes < FEWEST]]
+    if len(compared) < 2:  # noqa: PLR2004
+        named = f"; smaller: {listed(small, NAMED)}" if small else ""
+        return NotComputed(
+            few(f"groups of {FEWEST} participants or more", len(compared), 2) + named
+        )
+    slopes = exponents(data.logs)["exponent"].to_numpy(float)
+    whole = data.whole_logs
+    levels = whole.mean(axis=1).reindex(data.logs.index).to_numpy(float)
+    kept = groups.to_numpy()
+    confidence = data.choices.confidence
+    return GroupComparison(
+        column=str(group_of.name),
+        n={name: int(sizes[name]) for name in compared},
+        left_out=tuple(small),
+        without_group=int(groups.isna().sum()),
+        exponents=_welch(slopes, kept, compared, confidence),
+        levels=_welch(levels, kept, compared, confidence),
+        anova=_mixed_anova(whole, group_of, compared, confidence),
+    )
+
+
+def _welch(
+    values: NDArray[np.float64], groups: NDArray[np.object_], compared: list[str], confidence: float
+) -> Welch | NotComputed:
+    own = {name: values[(groups == name) & np.isfinite(values)] for name in compared}
+    for name, found in own.items():
+        if len(found) < FEWEST:
+            return NotComputed(f"group '{name}': {few('participants with a value', len(found))}")
+    return welch(own, confidence)
+
+
+def _mixed_anova(
+    logs: pd.DataFrame, group_of: pd.Series[str], compared: list[str], confidence: float
+) -> MixedAnova | NotComputed:
+    """By pingouin, whose sums of squares are R's where everybody has every amplitude."""
+    import pingouin  # noqa: PLC0415 - a second's import
+
+    groups = group_of.reindex(logs.index.astype(str)).to_numpy()
+    table = logs.set_axis(groups, axis=0)[np.isin(groups.astype(str), compared)]
+    for name in compared:
+        if (n := int((table.index == name).sum())) < FEWEST:
+            return NotComputed(
+                f"group '{name}': {few('participants with an estimate at every amplitude', n)}"
+            )
+    n, k = table.shape
+    if k < 2:  # noqa: PLR2004
+        return NotComputed(few("amplitudes", k, 2))
+    residuals = table.to_numpy(float) - table.groupby(level=0).transform("mean").to_numpy(float)
+    if np.abs(residuals - residuals.mean(axis=1, keepdims=True)).max() <= TINY:
+        return NotComputed("no variance is left beside participants' and groups' means")
+    long = pd.DataFrame(
+        {
+            "who": np.repeat(np.arange(n), k),
+            "group": np.repeat(table.index.to_numpy(), k),
+            "amplitude": np.tile(table.columns.to_numpy(float), n),
+            "value": table.to_numpy(float).ravel(),
+        }
+    )
+    with warnings.catch_warnings():
+        # pingouin's one warning on pandas 3 (dropna in place); no other.
+        warnings.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
+        found = pingouin.mixed_anova(
+            data=long, dv="value", within="amplitude", subject="who", between="group"
+        ).set_index("Source")
+    epsilon = float(found.loc["amplitude", "eps"]) if k > 2 else 1.0  # noqa: PLR2004
+    group, amplitude, interaction = (
+        _effect(found.loc[source], own_epsilon, confidence)
+        for source, own_epsilon in (
+            ("group", 1.0),
+            ("amplitude", epsilon),
+            ("Interaction", epsilon),
+        )
+    )
+    return MixedAnova(group=group, amplitude=amplitude, interaction=interaction, epsilon_gg=epsilon)
+
+
+def _effect(row: pd.Series[float], epsilon: float, confidence: float) -> Effect:
+    from scipy import stats  # noqa: PLC0415
+
+    f, df1, df2 = float(row["F"]), float(row["DF1"]) * epsilon, float(row["DF2"]) * epsilon
+    return Effect(
+        F=f,
+        df1=df1,
+        df2=df2,
+        p=float(stats.f.sf(f, df1, df2)),
+        eta2_partial=eta2_of(f, df1, df2),
+        eta2_partial_interval=eta2_interval(f, df1, df2, confidence),
+    )
+
+
+def _groups(inputs: Inputs) -> GroupComparison | NotComputed:
+    compare = partial(compare_groups, group_of=membership(inputs.data))
+    return of_estimates(compare)(inputs)
+
+
+def _welch_ps(found: GroupComparison) -> list[float]:
+    parts = (found.exponents, found.levels)
+    return [part.p for part in parts if not isinstance(part, NotComputed)]
+
+
+def _pair_ps(found: GroupComparison) -> list[float]:
+    parts = [part for part in (found.exponents, found.levels) if not isinstance(part, NotComputed)]
+    # Of two groups the pair is the test of all.
+    return [pair.p for part in parts if len(part.groups) > 2 for pair in part.pairs]  # noqa: PLR2004
+
+
+def _mixed_ps(found: GroupComparison) -> list[float]:
+    anova = found.anova
+    return [] if isinstance(anova, NotComputed) else [anova.group.p, anova.interaction.p]
+
+
+GROUPS: Statistic[GroupComparison] = Statistic(
+    key="groups",
+    meaning="comparison of groups of participants",
+    compute=_groups,
+    title="Groups of participants",
+    families=(
+        Family(name="groups, Welch's tests", read=_welch_ps),
+        Family(name="pairs of groups, Welch's t", corrected=True, read=_pair_ps),
+        Family(name="groups, mixed analysis of variance", read=_mixed_ps),
+    ),
+)

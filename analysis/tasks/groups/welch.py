@@ -1,0 +1,170 @@
+"""One value per participant compared between groups whose spreads may differ."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.json_form import renamed
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.effect_sizes import eta2_interval, eta2_of, hedges_g
+from slipscale.analysis.statistics.holm import holm
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.not_computed import NotComputed
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroupMean:
+    """A group's mean, with Student's interval over its participants."""
+
+    group: str
+    n: int
+    mean: float
+    sd: float
+    interval: ConfidenceInterval
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, interval="ci")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GroupDifference:
+    """Two groups compared by Welch's t.
+
+    Parameters
+    ----------
+    first, second : str
+        Groups.
+    difference : float
+        Of means, first less second.
+    interval : ConfidenceInterval
+        The difference's, Welch's.
+    t, df, p, p_holm : float
+        Two-sided; ``p_holm`` is corrected over all pairs of groups.
+    hedges_g : float
+        The difference over the pooled standard deviation, with Hedges' correction.
+    hedges_g_interval : ConfidenceInterval or None
+        By the non-central t, exact where both spreads are one; None where it is not defined.
+    """
+
+    first: str
+    second: str
+    difference: float
+    interval: ConfidenceInterval
+    t: float
+    df: float
+    p: float
+    p_holm: float
+    hedges_g: float
+    hedges_g_interval: ConfidenceInterval | None
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, interval="ci", hedges_g_interval="hedges_g_ci")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Welch:
+    """Welch's analysis of variance between groups, and every two of them.
+
+    Parameters
+    ----------
+    groups : tuple of GroupMean
+        In the order of their names.
+    F, df1, df2, p : float
+        Welch's; of two groups F is t squared.
+    eta2, eta2_interval
+        Share of the values' variance that lies between groups, as the ordinary analysis of
+        variance has it; the interval by its non-central F.
+    pairs : tuple of GroupDifference
+        Every two groups.
+    """
+
+    groups: tuple[GroupMean, ...]
+    F: float
+    df1: float
+    df2: float
+    p: float
+    eta2: float
+    eta2_interval: ConfidenceInterval | None
+    pairs: tuple[GroupDifference, ...]
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, eta2_interval="eta2_ci")
+
+
+def welch(values: Mapping[str, NDArray[np.float64]], confidence: float) -> Welch | NotComputed:
+    """Compare groups' means by Welch's tests.
+
+    Welch (1951), Biometrika 38, 330-336, by statsmodels; pairs by SciPy, Holm-corrected.
+
+    Parameters
+    ----------
+    values : Mapping
+        Group -> one value per participant; at least two groups of at least three.
+    confidence : float
+        Of every interval.
+    """
+    from statsmodels.stats.oneway import anova_oneway  # noqa: PLC0415 - a second's import
+
+    means: list[GroupMean] = []
+    for group, own in values.items():
+        mean = mean_over_participants(own, confidence)
+        if isinstance(mean, NotComputed):
+            return NotComputed(f"group '{group}': {mean.reason}")
+        means.append(
+            GroupMean(group=group, n=len(own), mean=mean.mean, sd=mean.sd, interval=mean.interval)
+        )
+    groups = list(values.values())
+    unequal = anova_oneway(groups, use_var="unequal", welch_correction=True)
+    equal = anova_oneway(groups, use_var="equal")
+    ordinary = (float(equal.statistic), float(equal.df[0]), float(equal.df[1]))
+    return Welch(
+        groups=tuple(means),
+        F=float(unequal.statistic),
+        df1=float(unequal.df[0]),
+        df2=float(unequal.df[1]),
+        p=float(unequal.pvalue),
+        eta2=eta2_of(*ordinary),
+        eta2_interval=eta2_interval(*ordinary, confidence),
+        pairs=_pairs(values, confidence),
+    )
+
+
+def _pairs(
+    values: Mapping[str, NDArray[np.float64]], confidence: float
+) -> tuple[GroupDifference, ...]:
+    from scipy import stats  # noqa: PLC0415
+
+    pairs = list(combinations(values, 2))
+    tests = [stats.ttest_ind(values[a], values[b], equal_var=False) for a, b in pairs]
+    found = []
+    for (a, b), test, p_holm in zip(
+        pairs, tests, holm([float(test.pvalue) for test in tests]), strict=True
+    ):
+        bounds = test.confidence_interval(confidence)
+        g, g_interval = hedges_g(values[a], values[b], confidence)
+        found.append(
+            GroupDifference(
+                first=a,
+                second=b,
+                difference=float(values[a].mean() - values[b].mean()),
+                interval=ConfidenceInterval(float(bounds.low), float(bounds.high), confidence),
+                t=float(test.statistic),
+                df=float(test.df),
+                p=float(test.pvalue),
+                p_holm=p_holm,
+                hedges_g=g,
+                hedges_g_interval=g_interval,
+            )
+        )
+    return tuple(found)

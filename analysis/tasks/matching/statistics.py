@@ -1,0 +1,136 @@
+"""Matching by adjustment: how far from the reference, how variable, and from which side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.statistic import Statistic
+from slipscale.analysis.tasks.matching.reading import TRIALS
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+ASCENDING, DESCENDING = "ascending", "descending"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MatchedReference:
+    """How one reference was matched.
+
+    Parameters
+    ----------
+    task : str
+        The task's label in file names.
+    reference_um_pp : float
+        µm peak to peak.
+    matches, participants : int
+        How many.
+    mean_um_pp : float
+        Mean of participants' mean matches.
+    bias_um_pp : MeanOverParticipants or NotComputed
+        Match less reference (constant error), and its test against 0.
+    variability_um_pp : float or None
+        Root mean square of participants' own standard deviations within a direction (variable
+        error); None where nobody matched twice from one side.
+    ascending_um_pp, descending_um_pp : float or None
+        Mean matches from below and from above.
+    direction_um_pp : MeanOverParticipants or NotComputed
+        Match from above less match from below, participant by participant, against 0.
+    catch_trials : int
+        Trials that began at the reference itself; they count as no match.
+    catch_error_um_pp : float or None
+        How far they ended from it, mean of the absolute differences; None without one.
+    felt_again : float or None
+        How often the reference was felt again, mean over matches; None where the data do not say.
+    """
+
+    task: str
+    reference_um_pp: float
+    matches: int
+    participants: int
+    mean_um_pp: float
+    bias_um_pp: MeanOverParticipants | NotComputed
+    variability_um_pp: float | None
+    ascending_um_pp: float | None
+    descending_um_pp: float | None
+    direction_um_pp: MeanOverParticipants | NotComputed
+    catch_trials: int
+    catch_error_um_pp: float | None
+    felt_again: float | None
+
+
+def matching(
+    matches: pd.DataFrame, confidence: float = 0.95
+) -> tuple[MatchedReference, ...] | NotComputed:
+    """Return how each reference was matched.
+
+    Parameters
+    ----------
+    matches : DataFrame
+        `slipscale.analysis.tasks.matching.reading.read_matches`'s trials.
+    """
+    if not len(matches) or matches["catch"].all():
+        return NotComputed("no trials of matching")
+    return tuple(
+        _reference(str(task), reference, rows, confidence)
+        for task, own in matches.groupby("task", sort=True)
+        for reference in sorted(own.loc[~own["catch"], "reference_um_pp"].unique().tolist())
+        for rows in [own[own["reference_um_pp"] == reference]]
+    )
+
+
+def _reference(
+    task: str, reference: float, every: pd.DataFrame, confidence: float
+) -> MatchedReference:
+    caught, rows = every[every["catch"]], every[~every["catch"]]
+    own = rows.groupby(PARTICIPANT, observed=True)["matched_um_pp"].mean()
+    sides = rows.pivot_table(
+        index=PARTICIPANT, columns="direction", values="matched_um_pp", observed=True
+    ).reindex(columns=[ASCENDING, DESCENDING])
+    spread = rows.groupby([PARTICIPANT, "direction"], observed=True)["matched_um_pp"].var(ddof=1)
+    known = spread.dropna().to_numpy(float)
+    difference = (sides[DESCENDING] - sides[ASCENDING]).to_numpy(float)
+    return MatchedReference(
+        task=task,
+        reference_um_pp=reference,
+        matches=len(rows),
+        participants=len(own),
+        mean_um_pp=float(own.mean()),
+        bias_um_pp=mean_over_participants(own.to_numpy(float) - reference, confidence),
+        variability_um_pp=float(np.sqrt(known.mean())) if len(known) else None,
+        ascending_um_pp=_mean(sides[ASCENDING]),
+        descending_um_pp=_mean(sides[DESCENDING]),
+        direction_um_pp=mean_over_participants(difference, confidence),
+        catch_trials=len(caught),
+        catch_error_um_pp=_mean((caught["matched_um_pp"] - reference).abs()),
+        felt_again=_mean(rows["felt_again"]),
+    )
+
+
+def _mean(values: pd.Series[float]) -> float | None:
+    known = values.dropna()
+    return float(known.mean()) if len(known) else None
+
+
+MATCHING: Statistic[tuple[MatchedReference, ...]] = Statistic(
+    key="matching",
+    meaning="bias and variability of matching",
+    compute=lambda inputs: matching(inputs.data.of(TRIALS), inputs.data.choices.confidence),
+    conclusions={
+        r"(.+) - (.+)\.bias_um_pp\.p": "{0}, {1} µm: matches differ from the reference",
+        r"(.+) - (.+)\.direction_um_pp\.p": "{0}, {1} µm: the direction of turning matters",
+    },
+    headlines={
+        r"(.+) - (.+)\.bias_um_pp\.mean": "{0}, {1} µm: match less reference, µm p-p",
+        r"(.+) - (.+)\.variability_um_pp": "{0}, {1} µm: a person's SD of matches, µm p-p",
+    },
+)

@@ -1,0 +1,100 @@
+"""Every test of the report in one list: families, their correction, what survives them all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.statistics.holm import holm
+from slipscale.analysis.tasks.table import STATISTICS
+
+if TYPE_CHECKING:
+    from slipscale.analysis.statistics.statistic import Inference
+    from slipscale.experiments.study.analysis_choices import Primary
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FamilyOfTests:
+    """Tests of one kind.
+
+    Parameters
+    ----------
+    name : str
+        What is tested, and how.
+    primary : bool
+        Whether it belongs to the study's primary analysis.
+    corrected : bool
+        Whether Holm's correction is over this family's tests; one test alone needs none.
+    tests : int
+        With a result.
+    below : int
+        p, corrected within the family, below the study's level.
+    below_over_all : int
+        p, corrected by Holm over every test of every family, below the study's level.
+    """
+
+    name: str
+    primary: bool
+    corrected: bool
+    tests: int
+    below: int
+    below_over_all: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Multiplicity:
+    """All tests of the report.
+
+    Parameters
+    ----------
+    families : tuple of FamilyOfTests
+        Those with a result.
+    tests : int
+        In all.
+    level : float
+        1 - confidence.
+    """
+
+    families: tuple[FamilyOfTests, ...]
+    tests: int
+    level: float
+
+
+def multiplicity(inference: Inference, primary: Primary, confidence: float) -> Multiplicity:
+    """List every test that the report judges by a p, and what survives Holm's correction over all.
+
+    Parameters
+    ----------
+    primary : {"ranks", "logarithms"}
+        The study's primary analysis.
+    confidence : float
+        The study's; the level of every test is one less it.
+    """
+    level = round(1 - confidence, 12)
+    tested = [
+        (family, [p for p in family.read(found) if np.isfinite(p)])
+        for statistic in STATISTICS
+        if (found := inference.found(statistic)) is not None
+        for family in statistic.families
+    ]
+    over_all = iter(holm([p for _, ps in tested for p in ps]))
+    families = []
+    for family, ps in tested:
+        within = holm(ps) if family.corrected else ps
+        survive = [next(over_all) for _ in ps]
+        if ps:
+            families.append(
+                FamilyOfTests(
+                    name=family.name,
+                    primary=family.primary == primary,
+                    corrected=family.corrected and len(ps) > 1,
+                    tests=len(ps),
+                    below=sum(p < level for p in within),
+                    below_over_all=sum(p < level for p in survive),
+                )
+            )
+    return Multiplicity(
+        families=tuple(families), tests=sum(len(ps) for _, ps in tested), level=level
+    )

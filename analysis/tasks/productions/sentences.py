@@ -1,0 +1,115 @@
+"""Sentences on magnitude production."""
+
+from __future__ import annotations
+
+from math import exp
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.writing.numbers import (
+    bracketed,
+    counted,
+    level_of,
+    number,
+    significant,
+)
+
+if TYPE_CHECKING:
+    from slipscale.analysis.tasks.productions.statistics import BothExponents, TaskProductions
+
+
+def production_title(found: TaskProductions) -> str:
+    """Return what a task is called in the report."""
+    return f"Magnitude production ({found.task})"
+
+
+def production_answer(found: TaskProductions, confidence: float) -> str:
+    """Return the chief sentence on production."""
+    what = (
+        f"{production_title(found)}, {counted(found.answers, 'production', 'productions')} of "
+        f"{counted(found.participants, 'participant', 'participants')}, with a standard of "
+        f"{found.standard_um_pp:g} µm called {found.modulus:g}"
+    )
+    slope = found.slope
+    if isinstance(slope, NotComputed):
+        return f"{what}: no exponent ({slope.reason})."
+    grew = (
+        f"{what}: log amplitude grew by {number(slope.mean)} per log number (mean of participants' "
+        f"slopes), {level_of(confidence)} CI {bracketed(slope.interval)}"
+    )
+    if found.exponent is None:
+        return f"{grew}; a slope that is not above 0 has no exponent."
+    if found.exponent_interval is None:
+        return (
+            f"{grew}: an exponent of {number(found.exponent)}, whose interval has no upper bound."
+        )
+    return (
+        f"{grew}: an exponent of {number(found.exponent)}, CI {bracketed(found.exponent_interval)}."
+    )
+
+
+def both_answer(found: BothExponents, confidence: float) -> str:
+    """Return the sentence on production beside estimation."""
+    low, high = found.ratio_interval
+    differs = (
+        "which does not tell them apart"
+        if low <= 1 <= high
+        else "as people who shorten the range of what they control do"
+        if found.ratio > 1
+        else "the other way round than people who shorten the range of what they control"
+    )
+    return (
+        f"Of the {found.n} who did both, the exponent of production was "
+        f"{number(found.production)} and that of {found.counterpart} {number(found.estimation)} "
+        f"(geometric means): {number(found.ratio)} times as large, {level_of(confidence)} CI "
+        f"{bracketed(found.ratio_interval)}, {differs}. Their geometric mean, the usual remedy "
+        f"(Stevens & Greenbaum, 1966), is {number(found.combined)}, CI "
+        f"{bracketed(found.combined_interval)}."
+    )
+
+
+def production_answers(found: TaskProductions, confidence: float) -> list[str]:
+    """Return the chief sentences on a task of production."""
+    texts = [production_answer(found, confidence)]
+    if not isinstance(found.both, NotComputed):
+        texts.append(both_answer(found.both, confidence))
+    return texts
+
+
+def production_sentences(
+    found: tuple[TaskProductions, ...] | NotComputed, confidence: float
+) -> list[str]:
+    """Return a paragraph a task of production."""
+    if isinstance(found, NotComputed):
+        return []
+    return [
+        " ".join([*production_answers(task, confidence), *production_biases(task, confidence)])
+        for task in found
+    ]
+
+
+def production_biases(found: TaskProductions, confidence: float) -> list[str]:
+    """Return the sentences on what draws productions: the beginning, the bounds, lapses."""
+    texts = []
+    beginning = found.beginning
+    if not isinstance(beginning, NotComputed):
+        percent = 100 * (exp(beginning.mean) - 1)
+        low, high = (100 * (exp(bound) - 1) for bound in beginning.interval)
+        texts.append(
+            f"From a high beginning the plate was left {number(abs(percent), 1)} % "
+            f"{'higher' if percent >= 0 else 'lower'} than from a low one, {level_of(confidence)} "
+            f"CI of the rise [{number(low, 1)}, {number(high, 1)}] %."
+        )
+    if found.at_bounds:
+        texts.append(
+            f"{found.at_bounds} of {found.answers} productions ended within a notch of how far the "
+            "plate can be turned. Those who meant to go beyond make the slope too small and the "
+            "exponent too large."
+        )
+    if found.catch_um_pp is not None:
+        texts.append(
+            f"The standard's own number was produced as {significant(found.catch_um_pp)} µm "
+            f"({counted(found.catch_trials, 'catch trial', 'catch trials')}; the standard: "
+            f"{found.standard_um_pp:g} µm)."
+        )
+    return texts

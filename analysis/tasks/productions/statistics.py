@@ -1,0 +1,308 @@
+"""Magnitude production: amplitudes set to numbers, the exponent, and estimation's beside it.
+
+The number is given and the amplitude answered, so log amplitude is regressed on log number; the
+exponent of sensation is the slope's inverse. People shorten the range of what they control: of
+amplitudes here, which makes this exponent too large, of numbers in estimation, which makes that one
+too small. The geometric mean of both is the usual remedy (Stevens and Greenbaum 1966, Percept.
+Psychophys. 1, 439-446).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import exp
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import exponents
+from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.analysis.statistics.statistic import Inputs, Statistic
+from slipscale.analysis.tasks.productions.reading import TRIALS
+from slipscale.analysis.tasks.ratios.reading import TRIALS as RATIO_TRIALS
+from slipscale.analysis.tasks.ratios.statistics import catch_mean, geometric, log_cells
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+
+LOW, HIGH = "low", "high"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProducedNumber:
+    """Which amplitude one number was given.
+
+    Parameters
+    ----------
+    number : float
+        As it was shown.
+    participants, productions : int
+        How many.
+    amplitude_um_pp : float
+        Geometric mean of participants' geometric means, µm peak to peak.
+    interval : ConfidenceInterval or None
+        Student's, of the mean logarithm; None where there is none.
+    """
+
+    number: float
+    participants: int
+    productions: int
+    amplitude_um_pp: float
+    interval: ConfidenceInterval | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BothExponents:
+    """The exponents of production and of estimation, of those who did both.
+
+    Parameters
+    ----------
+    counterpart : str
+        What production is compared with: "magnitude estimation", or "ratio judgements".
+    n : int
+        Participants with both exponents above 0.
+    estimation, production : float
+        Geometric means of participants' exponents.
+    ratio : float
+        Production's over estimation's: above 1 where each shortens the range of what it controls.
+    ratio_interval : ConfidenceInterval
+        Student's, of the mean logarithm of participants' ratios.
+    combined : float
+        Geometric mean of both.
+    combined_interval : ConfidenceInterval
+        Likewise.
+    """
+
+    counterpart: str
+    n: int
+    estimation: float
+    production: float
+    ratio: float
+    ratio_interval: ConfidenceInterval
+    combined: float
+    combined_interval: ConfidenceInterval
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskProductions:
+    """What a task of production shows.
+
+    Parameters
+    ----------
+    task : str
+        The task's label in file names.
+    standard_um_pp, modulus : float
+        The standard, µm peak to peak, and its number.
+    participants, answers, catch_trials : int
+        How many; ``answers`` are those of the numbers.
+    catch_um_pp : float or None
+        Geometric mean of catch trials: the standard's own number.
+    at_bounds : int
+        Productions that ended within one notch of how far the plate can be turned: they are as
+        they are; those meant to go beyond make the slope too small.
+    numbers : tuple of ProducedNumber
+        In rising order.
+    slope : MeanOverParticipants or NotComputed
+        Of log amplitude on log number, mean of participants' slopes.
+    exponent : float or None
+        Its inverse; None where the slope is not above 0.
+    exponent_interval : ConfidenceInterval or None
+        The inverses of the slope's bounds; None where they are not above 0.
+    beginning : MeanOverParticipants or NotComputed
+        Log amplitude from a high beginning less that from a low one, participant by participant.
+    both : BothExponents or NotComputed
+        Beside estimation's.
+    """
+
+    task: str
+    standard_um_pp: float
+    modulus: float
+    participants: int
+    answers: int
+    catch_trials: int
+    catch_um_pp: float | None
+    at_bounds: int
+    numbers: tuple[ProducedNumber, ...]
+    slope: MeanOverParticipants | NotComputed
+    exponent: float | None
+    exponent_interval: ConfidenceInterval | None
+    beginning: MeanOverParticipants | NotComputed
+    both: BothExponents | NotComputed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Counterpart:
+    """The exponents that production is compared with.
+
+    Parameters
+    ----------
+    name : str
+        "magnitude estimation" or "ratio judgements".
+    exponents : Series
+        By participant.
+    """
+
+    name: str
+    exponents: pd.Series[float]
+
+
+def productions(
+    trials: pd.DataFrame, confidence: float = 0.95, counterpart: Counterpart | None = None
+) -> tuple[TaskProductions, ...] | NotComputed:
+    """Return what each task of production shows.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        `slipscale.analysis.tasks.productions.reading.read_productions`'s trials.
+    counterpart : Counterpart, optional
+        The same people's exponents of estimation.
+    """
+    if not len(trials) or trials["catch"].all():
+        return NotComputed("no trials of magnitude production")
+    return tuple(
+        _task(str(task), rows, confidence, counterpart)
+        for task, rows in trials.groupby("task", sort=True)
+        if not rows["catch"].all()
+    )
+
+
+def slopes(main: pd.DataFrame) -> pd.Series[float]:
+    """Return each participant's slope of log amplitude on log number; NaN of fewer than two."""
+    table = log_cells(main, "number", "produced_um_pp")
+    lines = fit_lines(np.log(table.columns.to_numpy(float)), table.to_numpy(float))
+    return pd.Series(lines.slope, index=table.index)
+
+
+def _task(
+    task: str, rows: pd.DataFrame, confidence: float, counterpart: Counterpart | None
+) -> TaskProductions:
+    main, catch = rows[~rows["catch"]], rows[rows["catch"]]
+    table = log_cells(main, "number", "produced_um_pp")
+    numbers = []
+    for number in table.columns:
+        mean, interval = geometric(table[number], confidence)
+        numbers.append(
+            ProducedNumber(
+                number=float(number),
+                participants=int(table[number].notna().sum()),
+                productions=int((main["number"] == number).sum()),
+                amplitude_um_pp=mean,
+                interval=interval,
+            )
+        )
+    own = slopes(main)
+    slope = mean_over_participants(np.asarray(own, np.float64), confidence)
+    exponent, exponent_interval = _inverse(slope)
+    return TaskProductions(
+        task=task,
+        standard_um_pp=float(rows["standard_um_pp"].iloc[0]),
+        modulus=float(rows["modulus"].iloc[0]),
+        participants=len(table),
+        answers=len(main),
+        catch_trials=len(catch),
+        catch_um_pp=catch_mean(catch, "produced_um_pp"),
+        at_bounds=int(main["bound"].isin(["lowest", "highest"]).sum()),
+        numbers=tuple(numbers),
+        slope=slope,
+        exponent=exponent,
+        exponent_interval=exponent_interval,
+        beginning=_beginning(main, confidence),
+        both=NotComputed("nobody's exponent of estimation is known")
+        if counterpart is None
+        else both_exponents(own, counterpart, confidence),
+    )
+
+
+def _inverse(
+    slope: MeanOverParticipants | NotComputed,
+) -> tuple[float | None, ConfidenceInterval | None]:
+    """Return the exponent and its interval from the slope; None where it is not above 0."""
+    if isinstance(slope, NotComputed) or slope.mean <= 0:
+        return None, None
+    low, high = slope.interval
+    interval = replace(slope.interval, low=1 / high, high=1 / low) if low > 0 else None
+    return 1 / slope.mean, interval
+
+
+def _beginning(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
+    """Return how much higher the plate was left from a high beginning, in logarithms."""
+    logs = main.assign(log=np.log(main["produced_um_pp"].to_numpy(float)))
+    sides = logs.pivot_table(index=PARTICIPANT, columns="began", values="log", observed=True)
+    sides = sides.reindex(columns=[LOW, HIGH])
+    return mean_over_participants(np.asarray(sides[HIGH] - sides[LOW], np.float64), confidence)
+
+
+def both_exponents(
+    own: pd.Series[float], counterpart: Counterpart, confidence: float
+) -> BothExponents | NotComputed:
+    """Return production's and estimation's exponents of those who did both, and their means.
+
+    Parameters
+    ----------
+    own : Series
+        Participants' slopes of log amplitude on log number.
+    counterpart : Counterpart
+    """
+    other = counterpart.exponents.copy()
+    other.index = other.index.astype(str)
+    paired = pd.DataFrame({"slope": own.rename(str), "other": other}).dropna()
+    usable = paired[(paired > 0).all(axis=1)]
+    production = np.asarray(-np.log(usable["slope"].to_numpy(float)), np.float64)
+    estimation = np.asarray(np.log(usable["other"].to_numpy(float)), np.float64)
+    ratio = mean_over_participants(production - estimation, confidence)
+    combined = mean_over_participants((production + estimation) / 2, confidence)
+    if isinstance(ratio, NotComputed):
+        return ratio
+    if isinstance(combined, NotComputed):
+        return combined
+    return BothExponents(
+        counterpart=counterpart.name,
+        n=len(usable),
+        estimation=exp(estimation.mean()),
+        production=exp(production.mean()),
+        ratio=exp(ratio.mean),
+        ratio_interval=_exp(ratio.interval),
+        combined=exp(combined.mean),
+        combined_interval=_exp(combined.interval),
+    )
+
+
+def _exp(interval: ConfidenceInterval) -> ConfidenceInterval:
+    return replace(interval, low=exp(interval.low), high=exp(interval.high))
+
+
+def counterpart(inputs: Inputs) -> Counterpart | None:
+    """Return the exponents that production is compared with: of estimates, else of ratios."""
+    prepared = inputs.prepared
+    if prepared is not None and not prepared.refused:
+        return Counterpart(
+            name="magnitude estimation", exponents=exponents(prepared.logs)["exponent"]
+        )
+    judged = inputs.data.of(RATIO_TRIALS)
+    main = judged[~judged["catch"].astype(bool)]
+    if not len(main):
+        return None
+    logs = log_cells(main, "comparison_um_pp", "ratio")
+    return Counterpart(name="ratio judgements", exponents=exponents(logs)["exponent"])
+
+
+def _productions(inputs: Inputs) -> tuple[TaskProductions, ...] | NotComputed:
+    data = inputs.data
+    return productions(data.of(TRIALS), data.choices.confidence, counterpart=counterpart(inputs))
+
+
+PRODUCTIONS: Statistic[tuple[TaskProductions, ...]] = Statistic(
+    key="productions",
+    meaning="magnitude production: produced amplitudes, slope and exponent",
+    compute=_productions,
+    conclusions={r"(.+)\.slope\.p": "{0}: produced amplitudes rise with the number"},
+    headlines={r"([^ ]+)(?: - .+)?\.exponent": "{0}: exponent"},
+)

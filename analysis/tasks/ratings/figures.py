@@ -1,0 +1,60 @@
+"""Figure of ratings on a line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from slipscale.analysis.tasks.ratings.statistics import cells
+from slipscale.analysis.writing.axes import apart
+from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
+from slipscale.figure_style import GREY, styled
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    from slipscale.analysis.tasks.ratings.statistics import TaskRatings
+
+    Array = NDArray[np.float64]
+
+
+@styled
+def ratings(found: TaskRatings, trials: pd.DataFrame) -> Figure:
+    """Draw the line from 0 to 100: participants' mean ratings, and the means with intervals.
+
+    Parameters
+    ----------
+    found : TaskRatings
+    trials : DataFrame
+        `slipscale.analysis.tasks.ratings.reading.read_ratings`'s trials of the task.
+    """
+    figure = Figure(figsize=SIZE, layout="constrained")
+    axes = figure.add_subplot()
+    main = trials[~trials["catch"]]
+    table = cells(main)
+    plain = main.loc[main["amplitude_um_pp"].notna(), "surface"].astype(str).unique()
+    whole = set(table.columns) == set(plain)
+    # Textures have no place on an axis of amplitudes: then all stand side by side.
+    places = np.array(
+        [float(name) for name in table.columns] if whole else range(len(table.columns)), float
+    )
+    draw_people(axes, places, table.to_numpy(float))
+    draw_means(
+        axes,
+        places,
+        [each.mean for each in found.surfaces],
+        [each.interval for each in found.surfaces],
+    )
+    axes.set_ylim(-3, 103)
+    for end in (0, 100):
+        axes.axhline(end, color=GREY, linewidth=0.8, linestyle=":", zorder=0)
+    axes.set_xticks(places, list(table.columns))
+    if whole:
+        shown = apart(axes, places)
+        axes.set_xticks(shown, [f"{value:g}" for value in shown])
+    axes.set_xlabel("Amplitude (µm, peak to peak)" if whole else "Surface")
+    axes.set_ylabel("Place on the line (0 to 100)")
+    return figure

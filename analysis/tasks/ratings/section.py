@@ -1,0 +1,101 @@
+"""The section on ratings on a line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.ratings import sentences as words
+from slipscale.analysis.tasks.ratings.statistics import RATINGS
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.numbers import DASH, bracketed, number, p_value
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.ratings.statistics import TaskRatings
+
+
+def ratings(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+    """Return the section of ratings on a line."""
+    section = section_of("Ratings on a visual analogue scale", analysis)
+    found = analysis.inference[RATINGS]
+    level = 100 * analysis.dataset.choices.confidence
+    for task in () if isinstance(found, NotComputed) else found:
+        section.blocks.append(html.heading(words.rating_title(task)))
+        if (svg := svgs.get(f"ratings_{task.task}")) is not None:
+            section.blocks.append(
+                html.figure(
+                    svg,
+                    "Places on the line, from its left end (0) to its right (100). Pale: each "
+                    f"participant's means; blue: their mean with Student's {level:g} % interval.",
+                    "Mean ratings: "
+                    + ", ".join(f"{each.surface}: {each.mean:.0f}" for each in task.surfaces),
+                )
+            )
+        section.blocks += [_rating_table(task), _pair_table(task)]
+    return section
+
+
+def section_of(title: str, analysis: Analysis) -> ReportSection:
+    """Return an empty section, closed if magnitude estimates lead the report."""
+    return ReportSection(title, shown="closed" if analysis.prepared is not None else "open")
+
+
+def _rating_table(task: TaskRatings) -> Markup:
+    titles = ("Ratings", "Mean", "CI", "SD", "At the left end", "At the right end")
+    columns = [TableColumn(title="Surface", left=True), *(TableColumn(title=t) for t in titles)]
+    rows = [
+        [
+            each.surface,
+            str(each.ratings),
+            number(each.mean, 1),
+            DASH if each.interval is None else bracketed(each.interval, _one),
+            number(each.sd, 1),
+            str(each.at_left),
+            str(each.at_right),
+        ]
+        for each in task.surfaces
+    ]
+    return html.table(
+        columns,
+        rows,
+        "Places on the line, 0 to 100; amplitudes in µm, peak to peak. Mean, Student's interval "
+        "and standard deviation of one value a participant.",
+    )
+
+
+def _pair_table(task: TaskRatings) -> Markup:
+    columns = [
+        TableColumn(title="From", left=True),
+        TableColumn(title="To", left=True),
+        *(TableColumn(title=title) for title in ("n", "Difference", "CI", "p (Wilcoxon, Holm)")),
+    ]
+    rows = []
+    for pair in task.pairs:
+        found = pair.difference
+        untold = isinstance(found, NotComputed)
+        rows.append(
+            [
+                pair.from_surface,
+                pair.to_surface,
+                str(pair.participants),
+                DASH if isinstance(found, NotComputed) else number(found.mean, 1),
+                DASH if isinstance(found, NotComputed) else bracketed(found.interval, _one),
+                DASH if untold else p_value(pair.p_wilcoxon_holm),
+            ]
+        )
+    return html.table(
+        columns,
+        rows,
+        "Differences of mean places, with Student's interval; Wilcoxon's signed-rank test of each "
+        "pair, Holm-corrected over all pairs of the task.",
+    )
+
+
+def _one(value: float) -> str:
+    return number(value, 1)

@@ -1,0 +1,105 @@
+"""Sentences on ratings on a line."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.writing.numbers import (
+    counted,
+    level_of,
+    number,
+    p_value,
+    reliable,
+    unit_number,
+)
+
+if TYPE_CHECKING:
+    from slipscale.analysis.tasks.ratings.statistics import TaskRatings
+
+
+def rating_title(found: TaskRatings) -> str:
+    """Return what a task is called in the report."""
+    return f"Visual analogue scale ({found.task})"
+
+
+def rating_answer(found: TaskRatings) -> str:
+    """Return the chief sentence on ratings."""
+    means = ", ".join(
+        f"{number(each.mean, 1)} ({_surface(each.surface)})" for each in found.surfaces
+    )
+    return (
+        f"{rating_title(found)}, {counted(found.answers, 'rating', 'ratings')} of "
+        f"{counted(found.participants, 'participant', 'participants')}: mean places on the line "
+        f"from 0 (left) to 100 were {means}."
+    )
+
+
+def rating_tests(found: TaskRatings, confidence: float) -> str:
+    """Return what was tested of ratings, and what they cannot say."""
+    texts = []
+    friedman, trend = found.friedman, found.page_trend
+    if isinstance(friedman, NotComputed):
+        texts.append(f"Whether ratings differ between surfaces was not tested: {friedman.reason}.")
+    else:
+        verb = "differed" if reliable(friedman.p, confidence) else "did not differ reliably"
+        texts.append(
+            f"Ratings {verb} between surfaces (Friedman's test on ranks, χ²({friedman.df}, "
+            f"n = {friedman.n}) = {number(friedman.chi2)}, {p_value(friedman.p)}, Kendall's W = "
+            f"{unit_number(friedman.kendalls_w)})."
+        )
+    if not isinstance(trend, NotComputed):
+        verb = "grew" if reliable(trend.p, confidence) else "did not grow reliably"
+        texts.append(
+            f"They {verb} with amplitude (Page's L = {trend.L:g}, {p_value(trend.p)}, one-sided, "
+            f"n = {trend.n})."
+        )
+    return " ".join([*texts, *rating_biases(found, confidence)])
+
+
+def rating_biases(found: TaskRatings, confidence: float) -> list[str]:
+    """Return the sentences on what draws ratings: the start, the ends of the line, lapses."""
+    texts = []
+    start = found.start_effect
+    if isinstance(start, NotComputed):
+        texts.append(f"The pull of the mark's start was not measured: {start.reason}.")
+    else:
+        low, high = start.interval
+        told = "not reliably " if low <= 0 <= high else ""
+        texts.append(
+            f"A mark that started 10 places further to the right was {told}put further to the "
+            f"{'right' if start.mean >= 0 else 'left'}: by {number(10 * abs(start.mean))} places, "
+            f"{level_of(confidence)} CI of the shift to the right [{number(10 * low)}, "
+            f"{number(10 * high)}]."
+        )
+    ends = sum(each.at_left + each.at_right for each in found.surfaces)
+    if ends:
+        texts.append(
+            f"{ends} of {found.answers} ratings are at an end of the line, where means are held "
+            "back."
+        )
+    if found.catch_mean is not None:
+        texts.append(
+            f"The bare plate of {counted(found.catch_trials, 'catch trial', 'catch trials')} was "
+            f"rated {number(found.catch_mean, 1)}."
+        )
+    texts.append(
+        "The line is bounded and has no unit: its places are compared and averaged, and allow "
+        "neither ratios nor an exponent."
+    )
+    return texts
+
+
+def rating_sentences(found: tuple[TaskRatings, ...] | NotComputed, confidence: float) -> list[str]:
+    """Return a paragraph a task of ratings."""
+    if isinstance(found, NotComputed):
+        return []
+    return [f"{rating_answer(task)} {rating_tests(task, confidence)}" for task in found]
+
+
+def _surface(name: str) -> str:
+    """Return a surface as sentences name it: an amplitude with its unit, or a texture's name."""
+    try:
+        return f"{float(name):g} µm"
+    except ValueError:
+        return name

@@ -1,0 +1,271 @@
+"""Ratings on a visual analogue scale: bounded and without a unit, so means and ranks, no ratios.
+
+Nothing is divided by anybody's maximum, no logarithm is taken and no exponent fitted: the place of
+a mark allows none of it. Surfaces are compared by ranks within participants.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from math import nan
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.preprocessing.sufficiency import FEWEST
+from slipscale.analysis.statistics.holm import holm
+from slipscale.analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.omnibus import Friedman, PageTrend, friedman_of, page_trend_of
+from slipscale.analysis.statistics.pairwise import signed_rank_p
+from slipscale.analysis.statistics.statistic import Family, Statistic
+from slipscale.analysis.tasks.ratings.reading import TRIALS
+from slipscale.analysis.tasks.scales.statistics import in_order
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import pandas as pd
+
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+
+ENDS = (0.0, 100.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RatedSurface:
+    """How one surface was rated, 0 to 100.
+
+    Parameters
+    ----------
+    surface : str
+        Amplitude (µm peak to peak), or a texture's name.
+    participants, ratings : int
+        How many.
+    mean, sd : float, float or None
+        Of participants' mean ratings (n - 1).
+    interval : ConfidenceInterval or None
+        Of the mean, Student's over participants; None of fewer than three.
+    at_left, at_right : int
+        Ratings at the ends of the line, where it could not be rated lower or higher.
+    """
+
+    surface: str
+    participants: int
+    ratings: int
+    mean: float
+    sd: float | None
+    interval: ConfidenceInterval | None
+    at_left: int
+    at_right: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RatedPair:
+    """Two surfaces compared.
+
+    Parameters
+    ----------
+    from_surface, to_surface : str
+    difference : MeanOverParticipants or NotComputed
+        Mean rating of the second less that of the first, participant by participant.
+    participants : int
+        Who rated both.
+    p_wilcoxon, p_wilcoxon_holm : float
+        Signed-rank test, two-sided, and corrected over all pairs of the task; NaN where no rating
+        differs or fewer than three people have both.
+    """
+
+    from_surface: str
+    to_surface: str
+    difference: MeanOverParticipants | NotComputed
+    participants: int
+    p_wilcoxon: float
+    p_wilcoxon_holm: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskRatings:
+    """What a task of ratings on a line shows.
+
+    Parameters
+    ----------
+    task : str
+        The task's label in file names.
+    participants, answers, catch_trials : int
+        How many; ``answers`` are those of the surfaces.
+    catch_mean : float or None
+        Mean rating of catch trials (the bare plate).
+    resolution : float or None
+        Distance of two places that the mark can have; None where it was not one.
+    surfaces : tuple of RatedSurface
+        In rising order of amplitude, textures after them.
+    friedman : Friedman or NotComputed
+        Do ratings differ between surfaces.
+    page_trend : PageTrend or NotComputed
+        Do they grow with amplitude (textures left out); one-sided.
+    pairs : tuple of RatedPair
+    start_effect : MeanOverParticipants or NotComputed
+        By how much a mark was put further to the right for each place by which it had started
+        further right: mean of participants' slopes, within surfaces.
+    """
+
+    task: str
+    participants: int
+    answers: int
+    catch_trials: int
+    catch_mean: float | None
+    resolution: float | None
+    surfaces: tuple[RatedSurface, ...]
+    friedman: Friedman | NotComputed
+    page_trend: PageTrend | NotComputed
+    pairs: tuple[RatedPair, ...]
+    start_effect: MeanOverParticipants | NotComputed
+
+
+def ratings(
+    trials: pd.DataFrame, confidence: float = 0.95
+) -> tuple[TaskRatings, ...] | NotComputed:
+    """Return what each task of ratings shows.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        `slipscale.analysis.tasks.ratings.reading.read_ratings`'s trials.
+    """
+    if not len(trials) or trials["catch"].all():
+        return NotComputed("no ratings on a visual analogue scale")
+    return tuple(
+        _task(str(task), rows, confidence)
+        for task, rows in trials.groupby("task", sort=True)
+        if not rows["catch"].all()
+    )
+
+
+def cells(main: pd.DataFrame) -> pd.DataFrame:
+    """Return participants' mean ratings, shape (participants, surfaces)."""
+    means = main.pivot_table(index=PARTICIPANT, columns="surface", values="rating", observed=True)
+    return means[list(in_order({str(name) for name in means.columns}))]
+
+
+def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskRatings:
+    main, catch = rows[~rows["catch"]], rows[rows["catch"]]
+    table = cells(main)
+    plain = {str(name) for name in main.loc[main["amplitude_um_pp"].notna(), "surface"]}
+    whole = table.dropna()
+    amplitudes = table[[name for name in table.columns if name in plain]]
+    steps = rows["resolution"].dropna().unique()
+    return TaskRatings(
+        task=task,
+        participants=len(table),
+        answers=len(main),
+        catch_trials=len(catch),
+        catch_mean=float(catch.groupby(PARTICIPANT, observed=True)["rating"].mean().mean())
+        if len(catch)
+        else None,
+        resolution=float(steps[0]) if len(steps) == 1 else None,
+        surfaces=tuple(
+            _surface(name, main[main["surface"] == name], table[name], confidence)
+            for name in table.columns
+        ),
+        friedman=friedman_of(whole, len(table) - len(whole)),
+        page_trend=page_trend_of(amplitudes.dropna(), len(table) - len(amplitudes.dropna())),
+        pairs=_pairs(table, confidence),
+        start_effect=start_effect(main, confidence),
+    )
+
+
+def _surface(
+    name: str, rows: pd.DataFrame, means: pd.Series[float], confidence: float
+) -> RatedSurface:
+    own = np.asarray(means.dropna(), np.float64)
+    found = mean_over_participants(own, confidence)
+    left, right = (int((rows["rating"] == end).sum()) for end in ENDS)
+    return RatedSurface(
+        surface=name,
+        participants=len(own),
+        ratings=len(rows),
+        mean=float(own.mean()),
+        sd=float(own.std(ddof=1)) if len(own) > 1 else None,
+        interval=None if isinstance(found, NotComputed) else found.interval,
+        at_left=left,
+        at_right=right,
+    )
+
+
+def _pairs(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
+    pairs = list(combinations(table.columns, 2))
+    steps = [(table[other] - table[one]).dropna().to_numpy(float) for one, other in pairs]
+    raw = [signed_rank_p(each) if len(each) >= FEWEST else nan for each in steps]
+    return tuple(
+        RatedPair(
+            from_surface=str(one),
+            to_surface=str(other),
+            difference=mean_over_participants(each, confidence),
+            participants=len(each),
+            p_wilcoxon=p,
+            p_wilcoxon_holm=corrected,
+        )
+        for (one, other), each, p, corrected in zip(pairs, steps, raw, holm(raw), strict=True)
+    )
+
+
+def start_effect(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
+    """Return by how much ratings move with the place where the mark started.
+
+    Each participant's ratings and starts less their means of the same surface, one slope a
+    participant: surfaces and people do not mix with it.
+    """
+    known = main[main["cursor_start"].notna()]
+    cell = known.groupby([PARTICIPANT, "surface"], observed=True)
+    centred = {
+        name: (known[name] - cell[name].transform("mean")).to_numpy(float)
+        for name in ("rating", "cursor_start")
+    }
+    people = known[PARTICIPANT].astype(str).to_numpy()
+    slopes = []
+    for who in np.unique(people):
+        dx, dy = centred["cursor_start"][people == who], centred["rating"][people == who]
+        if (dx**2).sum() > 0:
+            slopes.append((dx * dy).sum() / (dx**2).sum())
+    if not slopes:
+        return NotComputed("the mark always started at one place, or no surface was rated twice")
+    return mean_over_participants(np.array(slopes, np.float64), confidence)
+
+
+def _ps(tests: Iterable[Friedman | PageTrend | NotComputed]) -> list[float]:
+    return [test.p for test in tests if not isinstance(test, NotComputed)]
+
+
+RATINGS: Statistic[tuple[TaskRatings, ...]] = Statistic(
+    key="ratings",
+    meaning="ratings on a line: means, Friedman's test, ordered trend, pairs",
+    compute=lambda inputs: ratings(inputs.data.of(TRIALS), inputs.data.choices.confidence),
+    families=(
+        Family(
+            name="ratings on a line, Friedman's test",
+            read=lambda tasks: _ps(task.friedman for task in tasks),
+        ),
+        Family(
+            name="ratings on a line, Page's test",
+            read=lambda tasks: _ps(task.page_trend for task in tasks),
+        ),
+        Family(
+            name="pairs of rated surfaces, Wilcoxon's test",
+            corrected=True,
+            read=lambda tasks: [pair.p_wilcoxon for task in tasks for pair in task.pairs],
+        ),
+    ),
+    conclusions={
+        r"(.+)\.friedman\.p": "{0}: ratings differ between surfaces (Friedman's test)",
+        r"(.+)\.page_trend\.p": "{0}: ratings rise with amplitude (Page's test)",
+        r"(.+)\.pairs\.(.+) - (.+)\.p_wilcoxon_holm": "{0}: {1} and {2} differ "
+        "(Wilcoxon's test, Holm)",
+    },
+    headlines={r"(.+)\.surfaces\.(.+)\.mean": "{0}: mean rating of {1}"},
+)

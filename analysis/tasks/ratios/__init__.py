@@ -1,0 +1,1 @@
+"""Ratio judgements against a standard."""

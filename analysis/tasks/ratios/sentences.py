@@ -1,0 +1,63 @@
+"""Sentences on ratio judgements."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.writing.numbers import (
+    bracketed,
+    counted,
+    level_of,
+    number,
+    significant,
+)
+
+if TYPE_CHECKING:
+    from slipscale.analysis.tasks.ratios.statistics import TaskRatios
+
+
+def ratio_title(found: TaskRatios) -> str:
+    """Return what a task is called in the report."""
+    return f"Ratio judgements against {found.standard_um_pp:g} µm ({found.task})"
+
+
+def ratio_answer(found: TaskRatios, confidence: float) -> str:
+    """Return the chief sentence on ratio judgements."""
+    what = (
+        f"{ratio_title(found)}, {counted(found.answers, 'judgement', 'judgements')} of "
+        f"{counted(found.participants, 'participant', 'participants')}"
+    )
+    law = found.power_law
+    if isinstance(law, NotComputed):
+        return f"{what}: no exponent ({law.reason})."
+    return (
+        f"{what}: the exponents of participants' power functions of amplitude averaged "
+        f"{number(law.exponent)}, {level_of(confidence)} CI {bracketed(law.interval)} "
+        f"(n = {law.n}; {law.points} amplitudes above 0 µm)."
+    )
+
+
+def ratio_sentences(found: tuple[TaskRatios, ...] | NotComputed, confidence: float) -> list[str]:
+    """Return a paragraph a task of ratio judgements."""
+    if isinstance(found, NotComputed):
+        return []
+    return [f"{ratio_answer(task, confidence)} {_ratios(task, confidence)}" for task in found]
+
+
+def _ratios(found: TaskRatios, confidence: float) -> str:
+    each = "; ".join(
+        f"{one.comparison_um_pp:g} µm {significant(one.ratio)} times"
+        + ("" if one.interval is None else f", {bracketed(one.interval, significant)}")
+        for one in found.surfaces
+    )
+    text = (
+        f"As slippery as the standard (geometric means, {level_of(confidence)} CI of participants' "
+        f"mean logarithms): {each}."
+    )
+    if found.catch_ratio is None:
+        return text
+    return (
+        f"{text} Against itself the standard was judged {significant(found.catch_ratio)} times as "
+        f"slippery ({counted(found.catch_trials, 'catch trial', 'catch trials')}; right: 1)."
+    )

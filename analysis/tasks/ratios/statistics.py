@@ -1,0 +1,167 @@
+"""Ratio judgements against a standard: geometric means, and the exponent that they follow.
+
+A ratio needs no normalisation: everybody's scale has its 1 at the standard. All is computed on
+logarithms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import exp
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import PowerLaw, power_law_of
+from slipscale.analysis.statistics.statistic import Statistic
+from slipscale.analysis.tasks.ratios.reading import TRIALS
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JudgedSurface:
+    """How many times as slippery as the standard one surface was judged.
+
+    Parameters
+    ----------
+    comparison_um_pp : float
+        µm peak to peak.
+    participants, judgements : int
+        How many.
+    ratio : float
+        Geometric mean of participants' geometric means.
+    interval : ConfidenceInterval or None
+        Student's, of the mean logarithm; None where there is none.
+    """
+
+    comparison_um_pp: float
+    participants: int
+    judgements: int
+    ratio: float
+    interval: ConfidenceInterval | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskRatios:
+    """What a task of ratio judgements shows.
+
+    Parameters
+    ----------
+    task : str
+        The task's label in file names.
+    standard_um_pp : float
+        µm peak to peak.
+    name : str
+        The task's, and the standard in nm where it has several: names the figure.
+    participants, answers, catch_trials : int
+        How many; ``answers`` are those of the surfaces.
+    catch_ratio : float or None
+        Geometric mean of catch trials: the standard against itself.
+    surfaces : tuple of JudgedSurface
+        In rising order.
+    power_law : PowerLaw or NotComputed
+        Of log ratio on log amplitude, participant by participant.
+    """
+
+    task: str
+    standard_um_pp: float
+    name: str
+    participants: int
+    answers: int
+    catch_trials: int
+    catch_ratio: float | None
+    surfaces: tuple[JudgedSurface, ...]
+    power_law: PowerLaw | NotComputed
+
+
+def ratios(trials: pd.DataFrame, confidence: float = 0.95) -> tuple[TaskRatios, ...] | NotComputed:
+    """Return what each task of ratio judgements shows, one entry a standard.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        `slipscale.analysis.tasks.ratios.reading.read_ratios`'s trials.
+    """
+    if not len(trials) or trials["catch"].all():
+        return NotComputed("no ratio judgements")
+    return tuple(
+        _task(
+            str(task),
+            standard,
+            rows[rows["standard_um_pp"] == standard],
+            name=str(task) if len(standards) == 1 else f"{task}_{1000 * standard:.0f}nm",
+            confidence=confidence,
+        )
+        for task, rows in trials.groupby("task", sort=True)
+        for standards in [sorted(rows.loc[~rows["catch"], "standard_um_pp"].unique().tolist())]
+        for standard in standards
+    )
+
+
+def log_cells(main: pd.DataFrame, by: str, value: str) -> pd.DataFrame:
+    """Return participants' mean natural logarithms of a value, shape (participants, conditions)."""
+    logs = main.assign(log=np.log(main[value].to_numpy(float)))
+    return logs.pivot_table(index=PARTICIPANT, columns=by, values="log", observed=True)
+
+
+def geometric(logs: pd.Series[float], confidence: float) -> tuple[float, ConfidenceInterval | None]:
+    """Return the geometric mean over participants, and its interval where there is one."""
+    values = np.asarray(logs.dropna(), np.float64)
+    found = mean_over_participants(values, confidence)
+    if isinstance(found, NotComputed):
+        return exp(values.mean()), None
+    low, high = (exp(bound) for bound in found.interval)
+    return exp(found.mean), replace(found.interval, low=low, high=high)
+
+
+def catch_mean(catch: pd.DataFrame, value: str) -> float | None:
+    """Return the geometric mean of catch trials, each participant's counting once."""
+    if not len(catch):
+        return None
+    logs = catch.assign(log=np.log(catch[value].to_numpy(float)))
+    return exp(logs.groupby(PARTICIPANT, observed=True)["log"].mean().mean())
+
+
+def _task(
+    task: str, standard: float, rows: pd.DataFrame, *, name: str, confidence: float
+) -> TaskRatios:
+    main, catch = rows[~rows["catch"]], rows[rows["catch"]]
+    table = log_cells(main, "comparison_um_pp", "ratio")
+    surfaces = []
+    for amplitude in table.columns:
+        mean, interval = geometric(table[amplitude], confidence)
+        surfaces.append(
+            JudgedSurface(
+                comparison_um_pp=float(amplitude),
+                participants=int(table[amplitude].notna().sum()),
+                judgements=int((main["comparison_um_pp"] == amplitude).sum()),
+                ratio=mean,
+                interval=interval,
+            )
+        )
+    return TaskRatios(
+        task=task,
+        standard_um_pp=standard,
+        name=name,
+        participants=len(table),
+        answers=len(main),
+        catch_trials=len(catch),
+        catch_ratio=catch_mean(catch, "ratio"),
+        surfaces=tuple(surfaces),
+        power_law=power_law_of(table, confidence),
+    )
+
+
+RATIOS: Statistic[tuple[TaskRatios, ...]] = Statistic(
+    key="ratios",
+    meaning="ratios to a standard, and their exponent",
+    compute=lambda inputs: ratios(inputs.data.of(TRIALS), inputs.data.choices.confidence),
+    headlines={r"([^ ]+)(?: - .+)?\.power_law\.exponent": "{0}: exponent"},
+)

@@ -1,0 +1,68 @@
+"""Sentences on scales from paired comparison and triads."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.writing.numbers import bracketed, counted, number, p_value
+
+if TYPE_CHECKING:
+    from slipscale.analysis.tasks.scales.statistics import TaskScale
+
+
+def title(found: TaskScale) -> str:
+    """Return what a task is called in the report."""
+    form = "Paired comparison" if found.consistency else "Triads"
+    return f"{form} of {len(found.surfaces)} surfaces ({found.task})"
+
+
+def fit(found: TaskScale) -> str:
+    """Return how well one scale describes the answers: the table's caption."""
+    texts = []
+    for name, scale in (("Bradley-Terry", found.bradley_terry), ("Thurstone V", found.thurstone)):
+        if isinstance(scale, NotComputed):
+            if found.consistency:
+                texts.append(f"{name}: not computed ({scale.reason}).")
+        elif not isinstance(scale.fit, NotComputed):
+            texts.append(
+                f"{name}: deviance {number(scale.fit.deviance)} with {scale.fit.df} degrees of "
+                f"freedom, {p_value(scale.fit.p)}, answers taken as independent."
+            )
+    if not isinstance(found.transitivity, NotComputed):
+        counts = found.transitivity
+        texts.append(
+            f"Of {counts.triads} triads of surfaces {counts.weak_violations} break weak, "
+            f"{counts.moderate_violations} moderate and {counts.strong_violations} strong "
+            "stochastic transitivity."
+        )
+    if not isinstance(found.differences, NotComputed):
+        texts.append(
+            f"Maximum likelihood difference scaling of {found.differences.answers} answers; noise "
+            f"{number(found.differences.noise)} of the whole scale, CI "
+            f"{bracketed(found.differences.noise_interval)}."
+        )
+    return " ".join(texts)
+
+
+def scale_answer(found: TaskScale) -> str:
+    """Return the chief sentence of a task of comparisons."""
+    scale = found.bradley_terry if found.consistency else found.differences
+    what = f"{title(found)}, {counted(found.answers, 'answer', 'answers')} of " + counted(
+        found.participants, "participant", "participants"
+    )
+    if isinstance(scale, NotComputed):
+        counts = zip(found.surfaces, found.chosen, found.compared, strict=False)
+        shares = ", ".join(f"{name}: {chosen} of {there}" for name, chosen, there in counts)
+        told = f"; chosen: {shares}" if shares else ""
+        return f"{what}: no scale ({scale.reason}){told}."
+    order = sorted(range(len(found.surfaces)), key=lambda place: scale.values[place])
+    names = ", ".join(f"{found.surfaces[place]} ({number(scale.values[place])})" for place in order)
+    return f"{what}: from the least to the most slippery, with scale values: {names}."
+
+
+def scale_sentences(found: tuple[TaskScale, ...] | NotComputed) -> list[str]:
+    """Return a paragraph a task of comparisons."""
+    if isinstance(found, NotComputed):
+        return []
+    return [f"{scale_answer(task)} {fit(task)}".strip() for task in found]

@@ -1,0 +1,181 @@
+"""Scales from the tasks of paired comparison: of pairs, and of triads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reading.surface_labels import amplitude_of
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.statistic import Statistic
+from slipscale.analysis.tasks.scales.difference_scaling import (
+    DifferenceScale,
+    difference_scale,
+    triads_as_quadruples,
+)
+from slipscale.analysis.tasks.scales.paired_comparison_scale import (
+    ComparisonScale,
+    bradley_terry,
+    thurstone,
+)
+from slipscale.analysis.tasks.scales.reading import TRIALS
+from slipscale.analysis.tasks.scales.transitivity import (
+    Consistency,
+    StochasticTransitivity,
+    consistency,
+    stochastic_transitivity,
+)
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import pandas as pd
+    from numpy.typing import NDArray
+
+STIMULI = ("stimulus1", "stimulus2", "stimulus3")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TaskScale:
+    """What a task of comparisons shows.
+
+    Parameters
+    ----------
+    task : str
+        The task's label in file names.
+    surfaces : tuple of str
+        In rising order where they are amplitudes (µm peak to peak), else by name; the order of
+        every scale's values.
+    participants, answers, catch_trials : int
+        How many.
+    chosen, compared : tuple of int
+        Of pairs: how often each surface was chosen, and how often it was there to choose.
+    bradley_terry, thurstone : ComparisonScale or NotComputed
+        Scales of pairs.
+    transitivity : StochasticTransitivity or NotComputed
+        Over all participants' pairs.
+    consistency : Mapping of str to Consistency or NotComputed
+        Each participant's.
+    differences : DifferenceScale or NotComputed
+        The scale of triads.
+    """
+
+    task: str
+    surfaces: tuple[str, ...]
+    participants: int
+    answers: int
+    catch_trials: int
+    chosen: tuple[int, ...]
+    compared: tuple[int, ...]
+    bradley_terry: ComparisonScale | NotComputed
+    thurstone: ComparisonScale | NotComputed
+    transitivity: StochasticTransitivity | NotComputed
+    consistency: Mapping[str, Consistency | NotComputed]
+    differences: DifferenceScale | NotComputed
+
+
+def scales(
+    comparisons: pd.DataFrame, confidence: float = 0.95
+) -> tuple[TaskScale, ...] | NotComputed:
+    """Return the scales of every task of comparisons.
+
+    Parameters
+    ----------
+    comparisons : DataFrame
+        `slipscale.analysis.tasks.scales.reading.read_comparisons`'s trials.
+    """
+    if not len(comparisons):
+        return NotComputed("no trials of paired comparison")
+    return tuple(
+        _task(str(task), rows, confidence) for task, rows in comparisons.groupby("task", sort=True)
+    )
+
+
+def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskScale:
+    main = rows[~rows["catch"]]
+    triads = bool((rows["stimulus3"] != "").any())
+    stimuli = STIMULI if triads else STIMULI[:2]
+    surfaces = in_order({str(name) for column in stimuli for name in main[column].unique()})
+    no_pairs = NotComputed("triads were compared, not pairs")
+    chosen = {} if triads else choices(main, surfaces)
+    everybody = np.stack(list(chosen.values())) if chosen else None
+    return TaskScale(
+        task=task,
+        surfaces=surfaces,
+        participants=int(main[PARTICIPANT].nunique()),
+        answers=len(main),
+        catch_trials=len(rows) - len(main),
+        chosen=() if everybody is None else _counts(everybody.sum(axis=(0, 2))),
+        compared=()
+        if everybody is None
+        else _counts((everybody + everybody.transpose(0, 2, 1)).sum(axis=(0, 2))),
+        bradley_terry=no_pairs if everybody is None else bradley_terry(everybody, confidence),
+        thurstone=no_pairs if everybody is None else thurstone(everybody, confidence),
+        transitivity=no_pairs if everybody is None else stochastic_transitivity(everybody),
+        consistency={who: consistency(own) for who, own in chosen.items()},
+        differences=_differences(main, surfaces, confidence)
+        if triads
+        else NotComputed("pairs were compared, not triads"),
+    )
+
+
+def _counts(values: NDArray[np.float64]) -> tuple[int, ...]:
+    return tuple(int(value) for value in values)
+
+
+def in_order(names: set[str]) -> tuple[str, ...]:
+    """Return surfaces in rising order of amplitude, textures after them by name.
+
+    >>> in_order({"2.3", "0.5", "fine", "1.2"})
+    ('0.5', '1.2', '2.3', 'fine')
+    """
+
+    def place(name: str) -> tuple[bool, float, str]:
+        amplitude = amplitude_of(name)
+        return (True, 0.0, name) if amplitude is None else (False, amplitude, name)
+
+    return tuple(sorted(names, key=place))
+
+
+def choices(main: pd.DataFrame, surfaces: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
+    """Return each participant's table of choices: how often the row was chosen over the column."""
+    number = {name: place for place, name in enumerate(surfaces)}
+    found = {}
+    for who, rows in main.groupby(PARTICIPANT, observed=True):
+        one = rows["stimulus1"].map(number).to_numpy(int)
+        other = rows["stimulus2"].map(number).to_numpy(int)
+        first = rows["response"].to_numpy(float) == 1
+        table = np.zeros((len(surfaces), len(surfaces)))
+        np.add.at(table, (np.where(first, one, other), np.where(first, other, one)), 1.0)
+        found[str(who)] = table
+    return found
+
+
+def _differences(
+    main: pd.DataFrame, surfaces: tuple[str, ...], confidence: float
+) -> DifferenceScale | NotComputed:
+    textures = [name for name in surfaces if amplitude_of(name) is None]
+    if textures:
+        return NotComputed(f"{', '.join(textures)}: textures have no order known beforehand")
+    number = {name: place for place, name in enumerate(surfaces)}
+    ranks = np.stack([main[name].map(number).to_numpy(int) for name in STIMULI], axis=1)
+    return difference_scale(
+        triads_as_quadruples(ranks),
+        main["response"].to_numpy(float) == 2,  # noqa: PLR2004 - the second step
+        confidence=confidence,
+    )
+
+
+SCALES: Statistic[tuple[TaskScale, ...]] = Statistic(
+    key="scales",
+    meaning="scales of paired comparison",
+    compute=lambda inputs: scales(inputs.data.of(TRIALS), inputs.data.choices.confidence),
+    headlines={
+        r"(.+)\.differences\.values\.(.+)": "{0}: scale value of {1}",
+        r"(.+)\.bradley_terry\.values\.(.+)": "{0}: Bradley-Terry value of {1}",
+        r"(.+)\.thurstone\.values\.(.+)": "{0}: Thurstone value of {1}",
+    },
+)

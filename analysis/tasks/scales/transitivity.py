@@ -1,0 +1,146 @@
+"""Whether choices can come from one scale: circular triads, and stochastic transitivity.
+
+Kendall and Babington Smith 1940 (Biometrika 31, 324-345): a participant who chooses A over B, B
+over C and C over A has no order of the three.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from itertools import combinations, permutations
+from math import comb
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.scales.paired_comparison_scale import checked_choices
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+#: Up to as many surfaces all ways of choosing are counted (32,768 for 6).
+ENUMERATED = 6
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Consistency:
+    """How consistent one participant's choices are.
+
+    Parameters
+    ----------
+    circular_triads : int
+        Of three surfaces each.
+    triads : int
+        All there are.
+    zeta : float
+        Coefficient of consistence: 1 without circular triads, 0 with as many as possible.
+    p : float
+        Probability of so few or fewer if every choice were a toss of a coin: exact up to 6
+        surfaces, by Kendall's chi-square beyond.
+    """
+
+    circular_triads: int
+    triads: int
+    zeta: float
+    p: float
+
+
+def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
+    """Count a participant's circular triads, by what was chosen more often of each pair.
+
+    Parameters
+    ----------
+    chosen : array_like, shape (surfaces, surfaces)
+        How often the row's surface was chosen over the column's.
+    """
+    counts = checked_choices(chosen).sum(axis=0)
+    k = len(counts)
+    if k < FEWEST:
+        return NotComputed(few("surfaces", k))
+    one, other = np.triu_indices(k, k=1)
+    if np.any(counts[one, other] == counts[other, one]):
+        return NotComputed("for some pair neither surface was chosen more often")
+    scores = (counts > counts.T).sum(axis=1)
+    circular = comb(k, 3) - sum(comb(int(score), 2) for score in scores)
+    most = (k**3 - (k if k % 2 else 4 * k)) // 24
+    return Consistency(
+        circular_triads=circular,
+        triads=comb(k, 3),
+        zeta=1 - circular / most,
+        p=_p_so_few(k, circular),
+    )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StochasticTransitivity:
+    """Triads whose proportions break an order, of those that have one to break.
+
+    With A over B and B over C at least half of the time: weak asks for A over C at least half of
+    the time, moderate as often as the smaller of the two proportions, strong as the larger.
+    """
+
+    triads: int
+    weak_violations: int
+    moderate_violations: int
+    strong_violations: int
+
+
+def stochastic_transitivity(chosen: npt.ArrayLike) -> StochasticTransitivity | NotComputed:
+    """Count violations over all triads whose three pairs were compared.
+
+    A triad counts as violated where no order of its three surfaces holds. Counts, not a test:
+    proportions of few answers break strong transitivity by chance (`ComparisonScale.fit` tests).
+    """
+    counts = checked_choices(chosen).sum(axis=0)
+    trials = counts + counts.T
+    share = counts / np.where(trials > 0, trials, 1)
+    triads, violated = 0, [0, 0, 0]
+    for three in combinations(range(len(counts)), 3):
+        if any(trials[one, other] == 0 for one, other in combinations(three, 2)):
+            continue
+        triads += 1
+        orders = [
+            (share[a, b], share[b, c], share[a, c])
+            for a, b, c in permutations(three)
+            if min(share[a, b], share[b, c]) >= 0.5  # noqa: PLR2004 - half of the answers
+        ]
+        least = [(0.5, min(x, y), max(x, y), far) for x, y, far in orders]
+        for kind in range(3):
+            violated[kind] += not any(one[3] >= one[kind] for one in least)
+    if not triads:
+        return NotComputed("no three surfaces were all compared with each other")
+    return StochasticTransitivity(
+        triads=triads,
+        weak_violations=violated[0],
+        moderate_violations=violated[1],
+        strong_violations=violated[2],
+    )
+
+
+@cache
+def circular_triads_by_chance(surfaces: int) -> tuple[int, ...]:
+    """Return how many of all ways of choosing have 0, 1, 2 ... circular triads."""
+    one, other = np.triu_indices(surfaces, k=1)
+    ways = np.arange(1 << len(one))
+    scores = np.zeros((len(ways), surfaces), dtype=int)
+    for pair, (a, b) in enumerate(zip(one, other, strict=True)):
+        first = ways >> pair & 1
+        scores[:, a] += first
+        scores[:, b] += 1 - first
+    circular = comb(surfaces, 3) - (scores * (scores - 1) // 2).sum(axis=1)
+    return tuple(np.bincount(circular).tolist())
+
+
+def _p_so_few(surfaces: int, circular: int) -> float:
+    if surfaces <= ENUMERATED:
+        ways = circular_triads_by_chance(surfaces)
+        return sum(ways[: circular + 1]) / sum(ways)
+    from scipy import stats  # noqa: PLC0415 - half a second's import
+
+    df = surfaces * (surfaces - 1) * (surfaces - 2) / (surfaces - 4) ** 2
+    # Kendall's half is for as many or more; as few or fewer are one more's rest.
+    statistic = 8 / (surfaces - 4) * (comb(surfaces, 3) / 4 - circular - 0.5) + df
+    return float(stats.chi2.sf(statistic, df))

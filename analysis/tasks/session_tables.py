@@ -1,0 +1,48 @@
+"""Values of participants by sessions: what a kind of task offers to compare sessions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.reading.labelled_tasks import TaskTrials
+    from slipscale.analysis.statistics.statistic import SessionTable
+
+
+def by_task(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """Return the trials of each task label."""
+    return [(str(task), own) for task, own in rows.groupby("task", sort=True)] if len(rows) else []
+
+
+def by_session(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return the mean of ``value``: participants by sessions."""
+    return rows.assign(session=rows["session"].astype(str)).pivot_table(
+        index=PARTICIPANT, columns="session", values="value", observed=True
+    )
+
+
+def logarithms(values: pd.Series[float]) -> pd.Series[float]:
+    """Return natural logarithms, and NaN for 0."""
+    return pd.Series(np.log(values.where(values > 0).to_numpy(float)), index=values.index)
+
+
+def mean_by_session(
+    trials: TaskTrials, what: str, unit: str, value: Callable[[pd.DataFrame], pd.Series[float]]
+) -> Callable[[Dataset, Prepared | None], Iterator[SessionTable]]:
+    """Return what yields the mean of a value of every main trial, task by task."""
+
+    def tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
+        for task, rows in by_task(data.of(trials)):
+            main = rows[~rows["catch"]] if "catch" in rows else rows
+            yield f"{task}, {what}", unit, by_session(main.assign(value=value(main)))
+
+    return tables

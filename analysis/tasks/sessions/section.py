@@ -1,0 +1,116 @@
+"""Sessions: their means, changes, and how well results come back."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.sessions.statistics import SESSIONS
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.numbers import (
+    DASH,
+    grouped,
+    interval,
+    level_of,
+    p_value,
+    unit_number,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from markupsafe import Markup
+
+    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.sessions.anova import SessionAnova
+    from slipscale.analysis.tasks.sessions.statistics import SessionEffects, SessionMeasure
+
+
+def sessions(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
+    """Return what sessions do; empty where there are not several, or nobody asks."""
+    section = ReportSection("Sessions")
+    found = analysis.inference[SESSIONS]
+    if isinstance(found, NotComputed):
+        return section
+    level = level_of(analysis.dataset.choices.confidence)
+    if isinstance(found.anova, NotComputed):
+        reason = f"Analysis of variance over sessions: {found.anova.reason}."
+        section.blocks.append(html.paragraph(reason, "note"))
+    else:
+        section.blocks.append(_anova(found.anova))
+    if found.measures:
+        section.blocks.append(_measures(found, level))
+    return section
+
+
+def _anova(found: SessionAnova) -> Markup:
+    effects = {
+        "session": found.session,
+        "amplitude": found.amplitude,
+        "session x amplitude": found.interaction,
+    }
+    columns = [
+        TableColumn(title="Effect", left=True),
+        *(TableColumn(title=title) for title in ("F", "df 1", "df 2", "p", "partial η²")),
+    ]
+    rows = [
+        [
+            name,
+            grouped(effect.F),
+            grouped(effect.df1),
+            grouped(effect.df2),
+            p_value(effect.p).removeprefix("p ").removeprefix("= "),
+            unit_number(effect.eta2_partial),
+        ]
+        for name, effect in effects.items()
+    ]
+    caption = (
+        f"Mean log estimates of {found.n} participants: session and amplitude within participants, "
+        "degrees of freedom corrected after Greenhouse and Geisser."
+    )
+    return html.table(columns, rows, caption)
+
+
+def _measures(found: SessionEffects, level: str) -> Markup:
+    columns = [
+        TableColumn(title="Measure", left=True),
+        TableColumn(title="Session", left=True),
+        TableColumn(title="n"),
+        TableColumn(title="Mean"),
+        TableColumn(title="Change", unit=f"from {found.sessions[0]}, {level} CI"),
+        TableColumn(title="p", unit="Holm"),
+        TableColumn(title="ICC(A,1)", unit=f"{level} CI"),
+    ]
+    rows = [row for measure in found.measures for row in _rows(measure, found.sessions)]
+    caption = (
+        "One number of each participant's session; means and changes over those who have every "
+        "session. ICC(A,1): absolute agreement of single sessions."
+    )
+    return html.table(columns, rows, caption)
+
+
+def _rows(measure: SessionMeasure, labels: tuple[str, ...]) -> Iterator[list[str]]:
+    icc = measure.agreement
+    agreed = DASH
+    if not isinstance(icc, NotComputed):
+        bounds = "" if icc.interval is None else f" {interval(*icc.interval)}"
+        agreed = f"{unit_number(icc.value)}{bounds}"
+    changes = {each.session: each for each in measure.changes}
+    for place, label in enumerate(labels):
+        change = changes.get(label)
+        moved, p = DASH, DASH
+        if change is not None and not isinstance(change.change, NotComputed):
+            moved = f"{grouped(change.change.mean, 3)} {interval(*change.change.interval)}"
+        if change is not None and change.p_holm is not None:
+            p = p_value(change.p_holm).removeprefix("p ").removeprefix("= ")
+        first = place == 0
+        yield [
+            f"{measure.name} ({measure.unit})" if first else "",
+            label,
+            str(measure.n),
+            grouped(measure.means[place], 3) if measure.means else DASH,
+            moved,
+            p,
+            agreed if first else "",
+        ]

@@ -1,0 +1,217 @@
+"""Sessions as a factor: do they differ, and does a participant's result come back in the next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.preprocessing.sessions import sessions_of
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.holm import holm
+from slipscale.analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.reliability import IntraclassCorrelation
+from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
+from slipscale.analysis.tasks.sessions.anova import session_anova
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from numpy.typing import NDArray
+
+    from slipscale.analysis.tasks.sessions.anova import SessionAnova
+
+    Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionChange:
+    """A session against the first.
+
+    Parameters
+    ----------
+    session : str
+    change : MeanOverParticipants or NotComputed
+        Its value less the first session's, participant by participant.
+    p_holm : float or None
+        Corrected over every change of every measure.
+    """
+
+    session: str
+    change: MeanOverParticipants | NotComputed
+    p_holm: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionMeasure:
+    """One number of a participant's session, over sessions.
+
+    Parameters
+    ----------
+    name, unit : str
+        What it is.
+    n : int
+        Participants who have it in every session.
+    means : tuple of float
+        Over these, session by session.
+    changes : tuple of SessionChange
+        One a session but the first.
+    agreement : IntraclassCorrelation or NotComputed
+        Test-retest: ICC(A,1), absolute agreement of single sessions.
+    """
+
+    name: str
+    unit: str
+    n: int
+    means: tuple[float, ...]
+    changes: tuple[SessionChange, ...]
+    agreement: IntraclassCorrelation | NotComputed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SessionEffects:
+    """What sessions do.
+
+    Parameters
+    ----------
+    sessions : tuple of str
+        Their labels, in order.
+    anova : SessionAnova or NotComputed
+        Of magnitude estimates.
+    measures : tuple of SessionMeasure
+        Of every task.
+    """
+
+    sessions: tuple[str, ...]
+    anova: SessionAnova | NotComputed
+    measures: tuple[SessionMeasure, ...]
+
+
+def session_effects(inputs: Inputs) -> SessionEffects | NotComputed:
+    """Return what sessions do; nothing if there are not two."""
+    data, prepared = inputs.data, inputs.prepared
+    sessions = sessions_of(data)
+    if len(sessions) < 2:  # noqa: PLR2004
+        return NotComputed("there are not several sessions")
+    confidence = data.choices.confidence
+    measures = [
+        _measure(name, unit, table.reindex(columns=sessions).dropna(), confidence)
+        for name, unit, table in inputs.session_tables()
+    ]
+    return SessionEffects(
+        sessions=tuple(sessions),
+        anova=session_anova(prepared, sessions, confidence),
+        measures=_corrected(measures),
+    )
+
+
+def _measure(name: str, unit: str, table: pd.DataFrame, confidence: float) -> SessionMeasure:
+    values = table.to_numpy(float)
+    return SessionMeasure(
+        name=name,
+        unit=unit,
+        n=len(values),
+        means=tuple(values.mean(axis=0).tolist()) if len(values) else (),
+        changes=tuple(
+            SessionChange(
+                session=str(label),
+                change=mean_over_participants(values[:, place] - values[:, 0], confidence),
+            )
+            for place, label in enumerate(table.columns)
+            if place
+        ),
+        agreement=agreement(values, confidence),
+    )
+
+
+def _corrected(measures: list[SessionMeasure]) -> tuple[SessionMeasure, ...]:
+    """Return measures with Holm's p over the changes of all."""
+    ps = [
+        each.change.p if isinstance(each.change, MeanOverParticipants) else float("nan")
+        for measure in measures
+        for each in measure.changes
+    ]
+    corrected = iter(holm(ps))
+
+    def told(each: SessionChange) -> SessionChange:
+        p = next(corrected)
+        return replace(each, p_holm=p if np.isfinite(p) else None)
+
+    return tuple(
+        replace(measure, changes=tuple(map(told, measure.changes))) for measure in measures
+    )
+
+
+def agreement(values: Array, confidence: float) -> IntraclassCorrelation | NotComputed:
+    """Return ICC(A,1) of participants by sessions, with its interval.
+
+    McGraw and Wong 1996, Psychol. Methods 1, 30-46, tables 4 and 7 (pingouin's interval has two
+    decimals).
+    """
+    from scipy import stats  # noqa: PLC0415 - a second's import
+
+    n, k = values.shape
+    if n < FEWEST:
+        return NotComputed(few("participants with every session", n))
+    rows, columns = values.mean(axis=1), values.mean(axis=0)
+    residuals = values - rows[:, None] - columns + values.mean()
+    between = k * rows.var(ddof=1)
+    of_sessions = n * columns.var(ddof=1)
+    error = float((residuals**2).sum()) / ((n - 1) * (k - 1))
+    if between + of_sessions + error <= TINY:
+        return NotComputed("every participant has the same value in every session")
+    below = between + (k - 1) * error + k / n * (of_sessions - error)
+    value = float((between - error) / below)
+    if value >= 1 - TINY:
+        return IntraclassCorrelation(value=value, interval=None)
+    a = k * value / (n * (1 - value))
+    b = 1 + k * value * (n - 1) / (n * (1 - value))
+    parts = (a * of_sessions) ** 2 / (k - 1), (b * error) ** 2 / ((n - 1) * (k - 1))
+    df = (a * of_sessions + b * error) ** 2 / sum(parts)
+    quantile = (1 + confidence) / 2
+    f_low, f_high = stats.f.ppf(quantile, n - 1, df), stats.f.ppf(quantile, df, n - 1)
+    rest = k * of_sessions + (k * n - k - n) * error
+    low = n * (between - f_low * error) / (f_low * rest + n * between)
+    high = n * (f_high * between - error) / (rest + n * f_high * between)
+    interval = ConfidenceInterval(float(low), float(high), confidence)
+    return IntraclassCorrelation(value=value, interval=interval)
+
+
+def _anova_ps(found: SessionEffects) -> list[float]:
+    anova = found.anova
+    return [] if isinstance(anova, NotComputed) else [anova.session.p, anova.interaction.p]
+
+
+def _change_ps(found: SessionEffects) -> list[float]:
+    changes = (each.change for measure in found.measures for each in measure.changes)
+    return [change.p for change in changes if isinstance(change, MeanOverParticipants)]
+
+
+SESSIONS: Statistic[SessionEffects] = Statistic(
+    key="sessions",
+    meaning="sessions: analysis of variance with session as a factor, changes, test-retest "
+    "agreement",
+    compute=session_effects,
+    title="Sessions",
+    families=(
+        Family(name="sessions, analysis of variance", read=_anova_ps),
+        Family(name="changes from the first session", corrected=True, read=_change_ps),
+    ),
+    methods="Sessions were compared by an analysis of variance of mean log estimates with "
+    "session and amplitude within participants, Greenhouse and Geisser's correction "
+    "[[greenhouse1959]], and by each participant's change from the first session, with Holm's "
+    "correction over all changes [[holm1979]]; agreement between sessions is the intraclass "
+    "correlation ICC(A,1) [[mcgraw1996]].",
+    conclusions={
+        r"anova\.session\.p": "sessions differ (analysis of variance)",
+        r"anova\.amplitude\.p": "amplitudes differ (analysis of variance with sessions)",
+        r"anova\.interaction\.p": "sessions differ by amplitude (interaction)",
+        r"measures\.(.+)\.changes\.(.+)\.p_holm": "{0}: session {1} differs from the first",
+    },
+    headlines={r"measures\.(.+)\.agreement\.value": "{0}: ICC(A,1) between sessions"},
+)

@@ -1,0 +1,38 @@
+"""The one list of kinds of task, in the order of the report.
+
+A new kind is one folder and one line here.
+"""
+
+from __future__ import annotations
+
+from slipscale.analysis.tasks.difference import declaration as difference
+from slipscale.analysis.tasks.estimation import declaration as estimation
+from slipscale.analysis.tasks.exponent_and_weber import declaration as exponent_and_weber
+from slipscale.analysis.tasks.friction import declaration as friction
+from slipscale.analysis.tasks.groups import declaration as groups
+from slipscale.analysis.tasks.matching import declaration as matching
+from slipscale.analysis.tasks.productions import declaration as productions
+from slipscale.analysis.tasks.ratings import declaration as ratings
+from slipscale.analysis.tasks.ratios import declaration as ratios
+from slipscale.analysis.tasks.scales import declaration as scales
+from slipscale.analysis.tasks.sessions import declaration as sessions
+from slipscale.analysis.tasks.thresholds import declaration as thresholds
+
+KINDS = (
+    estimation.ANALYSIS,
+    sessions.ANALYSIS,
+    groups.ANALYSIS,
+    friction.ANALYSIS,
+    difference.ANALYSIS,
+    thresholds.ANALYSIS,
+    exponent_and_weber.ANALYSIS,
+    scales.ANALYSIS,
+    matching.ANALYSIS,
+    ratings.ANALYSIS,
+    ratios.ANALYSIS,
+    productions.ANALYSIS,
+)
+#: In the order of ``inference.json``; a statistic may use the results of those before it.
+STATISTICS = tuple(statistic for kind in KINDS for statistic in kind.statistics)
+#: Trials that a study may give a label, in the order in which their tables are recognised.
+TRIALS = tuple(kind.trials for kind in KINDS if kind.trials is not None)

@@ -1,0 +1,206 @@
+"""Figures of forced choice: every participant's psychometric function, and the tracks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, PercentFormatter
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.psychometric_function import METHODS
+from slipscale.analysis.tasks.thresholds.statistics import COMPARED
+from slipscale.analysis.writing.axes import LINES_AT_MOST, tip
+from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.axes import Axes
+
+    from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
+
+#: Levels are gathered into so many bins for the dots: an adaptive track has a level a trial.
+BINS = 8
+#: Panels of tracks in a row, and their size in inches.
+ACROSS, PANEL = 3, (2.5, 1.7)
+#: More participants than this have no panel of their own.
+PANELS_AT_MOST = 24
+#: How far beside a participant's threshold the same answers stand, fitted in other ways.
+ASIDE = 0.28
+#: More thresholds than this stand without their participants' names.
+NAMED_AT_MOST = 30
+LEVEL = "Difference from the standard (µm, peak to peak)"
+AMPLITUDE = "Amplitude (µm, peak to peak)"
+
+
+@styled
+def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
+    """Draw participants' psychometric functions, the answers, and the thresholds with intervals.
+
+    Parameters
+    ----------
+    found : TaskThresholds
+        The task.
+    trials : DataFrame
+        `slipscale.analysis.tasks.thresholds.reading.read_choices`'s trials of the task.
+    """
+    main = trials[~trials["catch"]]
+    people = [each for each in found.participants if not isinstance(each.function, NotComputed)]
+    rows = 0.4 + 0.16 * min(len(people), NAMED_AT_MOST)
+    figure = Figure(figsize=(5.6, 3.2 + rows), layout="constrained")
+    top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[3.2, rows])
+    compared = found.method == COMPARED
+    levels = main["level_um_pp"].to_numpy(float)
+    levels = levels if compared else levels[levels > 0]
+    there = [
+        each.function.threshold_um_pp.value
+        for each in people
+        if not isinstance(each.function, NotComputed)
+    ]
+    low, high = min([levels.min(), *there]), max([levels.max(), *there])
+    margin = 0.05 * (high - low)
+    fine = (
+        np.linspace(low - margin, high + margin, 200)
+        if compared
+        else np.geomspace(low / 1.3, high * 1.3, 200)
+    )
+    _answers(top, main[main["level_um_pp"].isin(levels)], logarithmic=not compared)
+    for each in people if len(people) <= LINES_AT_MOST else []:
+        line = each.function
+        if not isinstance(line, NotComputed):
+            (drawn,) = top.plot(fine, line.proportion(fine), color=PALE, linewidth=1.0, zorder=1)
+            drawn.set_gid(tip(f"{each.participant}: threshold {line.threshold_um_pp.value:.3g} µm"))
+    top.plot([], color=PALE, linewidth=1.0, label="participants")
+    chance = 0.5 if compared else METHODS[found.method].guess_rate
+    top.axhline(chance, color=GREY, linewidth=0.8, linestyle=":", zorder=0)
+    top.annotate("chance", (fine[-1], chance), fontsize=8, color=GREY, va="bottom", ha="right")
+    top.set_ylim(-0.03 if compared else chance - 0.04, 1.03)
+    top.yaxis.set_major_formatter(PercentFormatter(1.0))
+    top.set_ylabel("Called more slippery" if compared else "Correct")
+    _thresholds(bottom, found)
+    if not compared:
+        bottom.set_xscale("log")
+        bottom.xaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
+        bottom.xaxis.set_minor_locator(NullLocator())
+        bottom.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    bottom.set_xlim(fine[0], fine[-1])
+    bottom.set_xlabel(AMPLITUDE if compared or found.standard_um_pp is None else LEVEL)
+    drawn_in = [axes.get_legend_handles_labels() for axes in (top, bottom)]
+    figure.legend(
+        *([*first, *second] for first, second in zip(*drawn_in, strict=True)),
+        loc="outside lower center",
+        ncols=3,
+    )
+    return figure
+
+
+def _answers(axes: Axes, rows: pd.DataFrame, *, logarithmic: bool) -> None:
+    """Draw everybody's share of answers in bins of level; the area counts answers."""
+    levels = rows["level_um_pp"].to_numpy(float)
+    levels = np.log(levels) if logarithmic else levels
+    distinct = np.unique(levels)
+    if len(distinct) <= 2 * BINS:
+        place = np.searchsorted(distinct, levels)
+    else:
+        edges = np.linspace(distinct[0], distinct[-1], BINS + 1)
+        place = np.clip(np.searchsorted(edges, levels, side="right") - 1, 0, BINS - 1)
+    correct = rows["correct"].to_numpy(float)
+    for number in np.unique(place):
+        here = place == number
+        share, count = float(correct[here].mean()), int(here.sum())
+        middle = float(levels[here].mean())
+        middle = float(np.exp(middle)) if logarithmic else middle
+        axes.scatter(
+            [middle],
+            [share],
+            s=18 + 300 * count / len(rows),
+            color=BLUE,
+            zorder=3,
+            clip_on=False,
+            gid=tip(f"{middle:.3g} µm: {share:.0%} of {count}"),
+        )
+    axes.plot([], "o", color=BLUE, label="all answers (area: how many)")
+
+
+def _thresholds(axes: Axes, found: TaskThresholds) -> None:
+    """Draw each participant's threshold with its interval, and the population's."""
+    people = [each for each in found.participants if not isinstance(each.function, NotComputed)]
+    for place, each in enumerate(people):
+        if isinstance(each.function, NotComputed):
+            continue
+        estimate = each.function.threshold_um_pp
+        low, high = estimate.interval
+        axes.plot([low, high], [place, place], color=PALE, linewidth=1.4, zorder=1)
+        axes.plot(
+            [estimate.value],
+            [place],
+            "o",
+            color=INK,
+            markersize=4,
+            gid=tip(f"{each.participant}: {estimate.value:.3g} µm [{low:.3g}, {high:.3g}]"),
+        )
+        for offset, marker, other in (
+            (-ASIDE, "^", each.maximum_likelihood),
+            (ASIDE, "s", each.psignifit),
+        ):
+            if not isinstance(other, NotComputed):
+                low, high = other.threshold_um_pp.interval
+                axes.plot([low, high], [place + offset] * 2, color=PALE, linewidth=0.7, zorder=1)
+                axes.plot(
+                    [other.threshold_um_pp.value],
+                    [place + offset],
+                    marker,
+                    color=GREY,
+                    markersize=2.6,
+                    mfc="white",
+                    mew=0.7,
+                    gid=tip(f"{each.participant}, {other.estimator}: {low:.3g} to {high:.3g} µm"),
+                )
+    if not isinstance(found.population, NotComputed):
+        low, high = found.population.threshold_um_pp.interval
+        axes.axvspan(low, high, color="#F6D7C7", linewidth=0, zorder=0)
+        axes.axvline(
+            found.population.threshold_um_pp.value, color=VERMILION, linewidth=1.6, zorder=0
+        )
+        axes.plot([], color=VERMILION, linewidth=1.6, label="population")
+    axes.set_ylim(len(people) - 0.4, -0.6)
+    names = [each.participant for each in people] if len(people) <= NAMED_AT_MOST else []
+    axes.set_yticks(range(len(names)), names, fontsize=7.5)
+    axes.set_ylabel("Thresholds", fontsize=9)
+    axes.grid(visible=False, axis="y")
+
+
+@styled
+def tracks(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
+    """Draw the levels trial by trial, a panel a participant; hollow where the answer was wrong."""
+    main = trials[~trials["catch"]]
+    people = [each for each in found.participants if each.trials][:PANELS_AT_MOST]
+    rows = -(-len(people) // ACROSS)
+    figure = Figure(
+        figsize=(PANEL[0] * min(ACROSS, len(people)), PANEL[1] * rows + 0.6), layout="constrained"
+    )
+    grid = figure.subplots(rows, min(ACROSS, len(people)), sharex=True, sharey=True, squeeze=False)
+    panels = list(grid.flat)
+    for axes, each in zip(panels, people, strict=False):
+        own = main[main[PARTICIPANT].astype(str) == each.participant].sort_values("trial")
+        for number, (_, track) in enumerate(own.groupby("track", dropna=False)):
+            colour = (BLUE, VERMILION, GREY)[number % 3]
+            x, y = track["trial"].to_numpy(float), track["level_um_pp"].to_numpy(float)
+            right = track["correct"].to_numpy(bool)
+            axes.plot(x, y, color=colour, linewidth=0.8)
+            axes.plot(x[right], y[right], "o", color=colour, markersize=2.6)
+            axes.plot(x[~right], y[~right], "o", color=colour, markersize=3.4, mfc="white")
+        if not isinstance(each.function, NotComputed):
+            axes.axhline(each.function.threshold_um_pp.value, color=INK, linewidth=0.9, ls="--")
+        axes.set_title(each.participant, fontsize=8.5)
+        axes.set_yscale("log")
+        axes.yaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
+        axes.yaxis.set_minor_locator(NullLocator())
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    for axes in panels[len(people) :]:
+        axes.set_axis_off()
+    figure.supxlabel("Trial", fontsize=9)
+    figure.supylabel("Level (µm, peak to peak)", fontsize=9)
+    return figure

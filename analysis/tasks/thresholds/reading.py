@@ -1,0 +1,182 @@
+"""Trials of forced choice and of constant stimuli, read from a data set.
+
+Which tables these are their columns say: a study may give its tasks labels of their own.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.reading.cleaning import FALSE, TRUE, labels, numbers
+from slipscale.analysis.reading.labelled_tasks import (
+    TaskTrials,
+    add_counts,
+    header_of,
+    read_main_trials,
+)
+from slipscale.analysis.reading.quantity import AMPLITUDE_DECIMALS
+from slipscale.analysis.reading.trial_tables import IDENTITY
+from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
+
+if TYPE_CHECKING:
+    import re
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from slipscale.analysis.reading.delimited import Problems, Source
+
+#: Columns that make a table one of these: the level, and the answer to it.
+FORCED_CHOICE = ("level_um_pp", "correct")
+COMPARISON = ("comparison_um_pp", "comparison_more")
+NUMBERS = ("trial", "track", "level_um_pp", "standard_um_pp", "response_time")
+COLUMNS = (
+    *IDENTITY,
+    *("task", "method", "trial", "track", "catch", "standard_um_pp", "level_um_pp"),
+    *("correct", "response_time", "flag"),
+)
+
+
+def empty_choices() -> pd.DataFrame:
+    """Return the columns of `read_choices`, without a row."""
+    return pd.DataFrame({name: pd.Series(dtype=object) for name in COLUMNS}).astype(
+        dict.fromkeys(("level_um_pp", "standard_um_pp", "track", "response_time"), float)
+    )
+
+
+def is_choice(header: frozenset[str]) -> bool:
+    """Tell by its header whether a table holds trials of forced choice or constant stimuli."""
+    return any(header.issuperset(marks) for marks in (FORCED_CHOICE, COMPARISON))
+
+
+def read_choices(
+    entries: Sequence[tuple[Path, re.Match[str]]],
+    folder: Path,
+    problems: Problems,
+    counts: dict[str, int],
+) -> tuple[pd.DataFrame, list[Source]]:
+    """Return the answered main trials, in order of presentation.
+
+    Parameters
+    ----------
+    entries : sequence of (Path, Match)
+        Tables, each with its name's parts (`slipscale.experiments.dataset.schema.TABLE_NAME`).
+    counts : dict
+        Gets the rows read and left out, by reason.
+
+    Returns
+    -------
+    DataFrame, list of Source
+        Columns `COLUMNS`: ``method`` is a key of
+        `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`; ``catch`` is
+        bool and so is ``correct``, which of a comparison says whether it was called the more
+        slippery one.
+    """
+    frames, sources = [], []
+    for marks in (FORCED_CHOICE, COMPARISON):
+        own = [entry for entry in entries if header_of(entry[0]).issuperset(marks)]
+        if own:
+            frame, read = _read(own, marks, folder, problems, counts)
+            frames.append(frame)
+            sources += read
+    if not frames:
+        return empty_choices(), []
+    everything = pd.concat(frames, ignore_index=True)
+    people = pd.Categorical(everything[PARTICIPANT].astype(str))
+    return everything.assign(**{PARTICIPANT: people}), sources
+
+
+def _read(
+    entries: Sequence[tuple[Path, re.Match[str]]],
+    marks: tuple[str, str],
+    folder: Path,
+    problems: Problems,
+    counts: dict[str, int],
+) -> tuple[pd.DataFrame, list[Source]]:
+    """Read tables of one shape."""
+    level = marks[0]
+    third = f"{INTERVAL}3_surface"
+    frame, sources = read_main_trials(
+        entries,
+        folder,
+        kind="choice",
+        required=marks,
+        columns=(
+            *("trial", "track", "catch", "standard_um_pp", *marks),
+            *("response", "response_time", third),
+        ),
+        problems=problems,
+        counts=counts,
+    )
+    for name in NUMBERS:
+        read = level if name == FORCED_CHOICE[0] else name
+        frame[name] = (
+            numbers(frame, read, sources, problems, minimum=0.0) if read in frame else np.nan
+        )
+    told = told_choices(frame, marks)
+    answered = told["correct"].notna() & told["level_um_pp"].notna()
+    kept = told[answered]
+    add_counts(counts, "choice", unanswered=(~answered).sum(), analysed=len(kept))
+    return kept.astype({"correct": bool})[list(COLUMNS)].reset_index(drop=True), sources
+
+
+def told_choices(frame: pd.DataFrame, marks: tuple[str, str]) -> pd.DataFrame:
+    """Return trials with ``method``, ``catch`` and ``correct``, and levels as they are fitted.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Trials of one shape as their tables hold them, numbers read.
+    marks : tuple of str
+        `FORCED_CHOICE` or `COMPARISON`.
+    """
+    _, answer = marks
+    third = f"{INTERVAL}3_surface"
+    frame = frame.copy()
+    correct = frame[answer].astype("object").map(lambda value: str(value).strip().lower())
+    frame["correct"] = correct.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
+    frame["catch"] = labels(frame, "catch", "false").astype(str).str.lower().isin(TRUE)
+    if marks == FORCED_CHOICE:
+        has_third = frame[third].notna() if third in frame else pd.Series(False, frame.index)
+        three = has_third.groupby(frame["task"]).transform("any")
+        frame["method"] = three.map({True: "three_interval", False: "two_interval"})
+    else:
+        frame["method"] = frame["task"].map(_methods(frame))
+        _one_sided(frame)
+    return frame
+
+
+def _methods(frame: pd.DataFrame) -> dict[str, str]:
+    """Return how each task of constant stimuli is to be read.
+
+    With comparisons on one side of the standard and intervals to choose from, the one with more is
+    known, so that an answer is right or wrong; else a comparison lies below or above.
+    """
+    found = {}
+    for task, rows in frame.groupby("task"):
+        apart = rows["level_um_pp"] - rows["standard_um_pp"]
+        chosen = rows["response"].dropna().astype(str).isin(["1", "2"]).all()
+        one_side = bool((apart.dropna() > 0).all() or (apart.dropna() < 0).all())
+        found[str(task)] = "two_interval" if chosen and one_side else "comparison"
+    return found
+
+
+def _one_sided(frame: pd.DataFrame) -> None:
+    """Make levels of differences, and answers right or wrong, where a task is read so."""
+    rows = frame["method"] == "two_interval"
+    apart = (frame["level_um_pp"] - frame["standard_um_pp"])[rows]
+    right = frame.loc[rows, "correct"].where(apart > 0, 1 - frame.loc[rows, "correct"])
+    frame.loc[rows, "correct"] = right
+    frame.loc[rows, "level_um_pp"] = apart.abs().round(AMPLITUDE_DECIMALS)
+
+
+TRIALS = TaskTrials(
+    name="forced_choices",
+    counted="choice",
+    title="forced choice",
+    belongs=is_choice,
+    read=read_choices,
+    empty=empty_choices,
+)

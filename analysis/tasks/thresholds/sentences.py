@@ -1,0 +1,107 @@
+"""The sentences on thresholds by forced choice."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.thresholds.statistics import COMPARED
+from slipscale.analysis.writing.numbers import (
+    bracketed,
+    counted,
+    level_of,
+    significant,
+    unit_number,
+)
+
+if TYPE_CHECKING:
+    from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
+
+_HALF_WAY = (
+    "geometric mean of {people}, half-way between chance and the best of each participant's curve"
+)
+#: What a threshold is, by method: before the number, and after it.
+MEANT = {
+    "two_interval": ("", f"{_HALF_WAY} (two intervals, forced choice)"),
+    "three_interval": ("", f"{_HALF_WAY} (three intervals, forced choice)"),
+    COMPARED: (
+        "point of subjective equality ",
+        "mean of {people}, where the comparison is called more slippery half of the time",
+    ),
+}
+#: Shown with every interval of a population: measured, see docs/recovery.md.
+CAUTION = (
+    "With 60 trials each, such intervals held the true population's threshold in 92 to 100 % of "
+    "simulated studies of 8 people, by rule; a bias of some percent, which all people have in "
+    "common, weighs more the more people there are"
+)
+COMPARED_CAUTION = (
+    "Where sensation does not grow evenly over the comparisons, the point of equality is shifted: "
+    "in simulated studies of 8 people by 1 % of the standard, and the interval held the truth in "
+    "70 to 80 %"
+)
+
+
+def title(found: TaskThresholds) -> str:
+    """Return what a task is called in the report.
+
+    >>> from types import SimpleNamespace
+    >>> title(SimpleNamespace(task="differencethreshold", standard_um_pp=1.2, method=""))
+    'Difference threshold at 1.2 µm (differencethreshold)'
+    """
+    if found.method == COMPARED:
+        return f"Constant stimuli around {found.standard_um_pp or 0:g} µm ({found.task})"
+    if found.standard_um_pp is None:
+        return f"Detection threshold ({found.task})"
+    return f"Difference threshold at {found.standard_um_pp:g} µm ({found.task})"
+
+
+def answer(found: TaskThresholds, confidence: float) -> str:
+    """Return the chief sentence."""
+    what = title(found)
+    if isinstance(found.population, NotComputed):
+        return f"{what}: not told for a population ({found.population.reason})."
+    threshold = found.population.threshold_um_pp
+    people = counted(found.population.n, "participant", "participants")
+    text = (
+        f"{what}: {MEANT[found.method][0]}{significant(threshold.value)} µm (peak to peak), "
+        f"{level_of(confidence)} CI {bracketed(threshold.interval, significant)}, "
+        f"{MEANT[found.method][1].format(people=people)}"
+    )
+    if not isinstance(found.weber_fraction, NotComputed):
+        weber = found.weber_fraction
+        text += (
+            f"; Weber fraction {unit_number(weber.value, 3)}, CI "
+            f"{bracketed(weber.interval, lambda value: unit_number(value, 3))}"
+        )
+    return f"{text}."
+
+
+def sentences(found: tuple[TaskThresholds, ...] | NotComputed, confidence: float) -> list[str]:
+    """Return the sentences of a results section, a paragraph a task."""
+    if isinstance(found, NotComputed):
+        return []
+    texts = []
+    for task in found:
+        parts = [answer(task, confidence)]
+        fits = [each.fit for each in task.participants if not isinstance(each.fit, NotComputed)]
+        if fits:
+            bad = sum(fit.p < 1 - confidence for fit in fits)
+            parts.append(
+                f"{bad} of {len(fits)} curves fit badly (deviance against {fits[0].simulations} "
+                f"simulated data sets, p < {unit_number(1 - confidence)})."
+            )
+        catches = sum(each.catch_trials for each in task.participants)
+        if catches:
+            right = sum(each.catch_correct for each in task.participants)
+            parts.append(f"Catch trials: {right} of {catches} correct.")
+        left = [each for each in task.participants if isinstance(each.function, NotComputed)]
+        parts += [
+            f"{each.participant} has no threshold: {each.function.reason}."
+            for each in left
+            if isinstance(each.function, NotComputed)
+        ]
+        if not isinstance(task.population, NotComputed):
+            parts.append(f"{COMPARED_CAUTION if task.method == COMPARED else CAUTION}.")
+        texts.append(" ".join(parts))
+    return texts

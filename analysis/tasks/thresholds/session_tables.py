@@ -1,0 +1,44 @@
+"""Thresholds of each participant's sessions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
+from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
+from slipscale.analysis.tasks.session_tables import by_task
+from slipscale.analysis.tasks.thresholds.reading import TRIALS
+from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.statistics.statistic import SessionTable
+
+
+def session_tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
+    """Yield log10 thresholds, participants by sessions; NaN where none can be told."""
+    for task, rows in by_task(data.of(TRIALS)):
+        yield f"{task}, threshold", "log10 µm p-p", _thresholds(rows)
+
+
+def _thresholds(rows: pd.DataFrame) -> pd.DataFrame:
+    """Return log10 thresholds, participants by sessions; NaN where none can be told."""
+    main = rows[~rows["catch"]]
+    method = str(rows["method"].iloc[0])
+    keys = [main[PARTICIPANT].astype(str), main["session"].astype(str)]
+    found: dict[str, dict[str, float]] = {}
+    for (who, session), own in main.groupby(keys):
+        answers = Answers.of_trials(own["level_um_pp"].tolist(), own["correct"].tolist())
+        fitted = fit_threshold(answers, method=method, curve=CURVE_OF.get(method, "weibull"))
+        threshold = np.nan if isinstance(fitted, NotComputed) else fitted.threshold_um_pp.value
+        log = float(np.log10(threshold)) if threshold > 0 else np.nan
+        found.setdefault(str(session), {})[str(who)] = log
+    return pd.DataFrame(found)

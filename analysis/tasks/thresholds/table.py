@@ -1,0 +1,61 @@
+"""Thresholds as a table."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipscale.analysis.json_form import JsonObject
+    from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
+
+
+def threshold_table(tasks: Sequence[TaskThresholds]) -> pd.DataFrame:
+    """Return one row a participant and task; missing numbers where nothing was fitted."""
+    rows: list[JsonObject] = []
+    for task in tasks:
+        for each in task.participants:
+            row: JsonObject = {
+                "task": task.task,
+                "participant_id": each.participant,
+                "standard_um_pp": task.standard_um_pp,
+                "trials": each.trials,
+                "correct": each.correct,
+                "catch_trials": each.catch_trials,
+                "catch_correct": each.catch_correct,
+            }
+            if isinstance(each.function, NotComputed):
+                rows.append(row | {"reason": each.function.reason})
+                continue
+            low, high = each.function.threshold_um_pp.interval
+            row |= {
+                "threshold_um_pp": each.function.threshold_um_pp.value,
+                "threshold_ci_low": low,
+                "threshold_ci_high": high,
+                "slope": each.function.slope_value,
+                "lapse": each.function.lapse,
+            }
+            for name, other in (
+                ("maximum_likelihood", each.maximum_likelihood),
+                ("psignifit", each.psignifit),
+            ):
+                if not isinstance(other, NotComputed):
+                    low, high = other.threshold_um_pp.interval
+                    row |= {
+                        f"{name}_threshold_um_pp": other.threshold_um_pp.value,
+                        f"{name}_threshold_ci_low": low,
+                        f"{name}_threshold_ci_high": high,
+                        f"{name}_slope": other.slope_value,
+                        f"{name}_lapse": other.lapse,
+                    }
+            if not isinstance(each.weber_fraction, NotComputed):
+                row["weber_fraction"] = each.weber_fraction.value
+            if not isinstance(each.fit, NotComputed):
+                row |= {"deviance": each.fit.deviance, "fit_p": each.fit.p}
+            rows.append(row)
+    return pd.DataFrame(rows)

@@ -1,0 +1,1 @@
+"""Building blocks of reports that know no kind of task: pages, numbers, references, axes."""

@@ -1,0 +1,127 @@
+"""Numbers as they are printed: in sentences, tables and figures' captions."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+
+#: Slopes below this, per µPa for example, would read 0.00.
+SMALLEST_OF_TWO_DECIMALS = 0.095
+#: What stands in a table where there is no number.
+DASH = "–"
+
+
+def number(value: float | None, decimals: int = 2, *, thousands: str = "") -> str:
+    """Return a number for reading: fixed decimals, a real minus, a dash where there is none.
+
+    >>> number(-1.5), number(float("nan")), number(1234567, 0, thousands=" "), number(None)
+    ('−1.50', '–', '1 234 567', '–')
+    """
+    if value is None or not math.isfinite(value):
+        return DASH
+    return f"{value:,.{decimals}f}".replace(",", thousands).replace("-", "−")
+
+
+def significant(value: float) -> str:
+    """Return a number of any size for reading, to three significant digits.
+
+    >>> significant(0.0213), significant(-1.234e-8), significant(float("nan"))
+    ('0.0213', '−1.23 × 10⁻⁸', '–')
+    """
+    if not math.isfinite(value):
+        return DASH
+    figures, mark, power = f"{value:#.3g}".replace("-", "−").partition("e")
+    return f"{figures} × 10{_raised(int(power.replace('−', '-')))}" if mark else figures
+
+
+def _raised(power: int) -> str:
+    return str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def of_size(value: float) -> Callable[[float], str]:
+    """Return how a value and its interval are written: two decimals, unless they show nothing.
+
+    >>> of_size(0.82)(0.05), of_size(0.0021)(0.0004)
+    ('0.05', '0.000400')
+    """
+    return significant if 0 < abs(value) < SMALLEST_OF_TWO_DECIMALS else number
+
+
+def grouped(value: float | None, decimals: int = 2) -> str:
+    """Return a number for a table's cell, its thousands apart.
+
+    >>> grouped(1234.5)
+    '1 234.50'
+    """
+    return number(value, decimals, thousands=" ")
+
+
+def counted(count: int, one: str, many: str) -> str:
+    """Return a count with its noun.
+
+    >>> counted(1, "participant", "participants"), counted(0, "trial", "trials")
+    ('1 participant', '0 trials')
+    """
+    return f"{grouped(count, 0)} {one if count == 1 else many}"
+
+
+def p_value(p: float | None) -> str:
+    """Return "p = .023", or "p < .001".
+
+    >>> p_value(0.0234), p_value(0.00012), p_value(0.9999), p_value(float("nan"))
+    ('p = .023', 'p < .001', 'p > .999', 'p not defined')
+    """
+    if p is None or math.isnan(p):
+        return "p not defined"
+    if p < 0.001:  # noqa: PLR2004
+        return "p < .001"
+    if p > 0.999:  # noqa: PLR2004
+        return "p > .999"
+    return f"p = {unit_number(p, 3)}"
+
+
+def unit_number(value: float, decimals: int = 2) -> str:
+    """Return a number that cannot exceed 1 without its leading zero.
+
+    >>> unit_number(0.517), unit_number(-0.2)
+    ('.52', '−.20')
+    """
+    text = f"{abs(value):.{decimals}f}"
+    sign = "−" if value < 0 and float(text) else ""
+    return sign + (text.removeprefix("0"))
+
+
+def bracketed(bounds: ConfidenceInterval, write: Callable[[float], str] = number) -> str:
+    """Return "[low, high]"."""
+    low, high = bounds
+    return f"[{write(low)}, {write(high)}]"
+
+
+def interval(low: float | None, high: float | None, decimals: int = 2) -> str:
+    """Return "[low, high]" for a table's cell, or a dash.
+
+    >>> interval(0.4, 0.62)
+    '[0.40, 0.62]'
+    """
+    if low is None or high is None or not (math.isfinite(low) and math.isfinite(high)):
+        return DASH
+    return f"[{grouped(low, decimals)}, {grouped(high, decimals)}]"
+
+
+def level_of(confidence: float) -> str:
+    """Return "95%"."""
+    return f"{round(100 * confidence, 6):g}%"
+
+
+def reliable(p: float, confidence: float) -> bool:
+    """Whether a p is below the study's level, 1 - confidence; one that is not defined is not.
+
+    >>> reliable(0.03, 0.95), reliable(0.03, 0.99), reliable(float("nan"), 0.95)
+    (True, False, False)
+    """
+    return p < round(1 - confidence, 12)

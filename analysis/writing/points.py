@@ -1,0 +1,60 @@
+"""Individual points beside means: marks that several figures share."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.writing.axes import LINES_AT_MOST, apart, tip
+from slipscale.figure_style import BLUE, INK, PALE
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from numpy.typing import NDArray
+
+    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+
+    Array = NDArray[np.float64]
+
+
+SIZE = (5.6, 3.9)  # inches
+
+
+def draw_people(axes: Axes, places: Array, values: Array) -> None:
+    """Draw one pale line per participant."""
+    for row in values[:LINES_AT_MOST]:
+        axes.plot(places, row, "o-", color=PALE, linewidth=0.8, markersize=2.5, alpha=0.6, zorder=1)
+
+
+def draw_means(
+    axes: Axes,
+    places: Array,
+    means: Sequence[float],
+    intervals: Sequence[ConfidenceInterval | None],
+) -> None:
+    """Draw means with their intervals."""
+    for place, mean, interval in zip(places, means, intervals, strict=True):
+        if interval is not None:
+            axes.plot([place, place], list(interval), color=BLUE, linewidth=2.2, zorder=3)
+        axes.plot([place], [mean], "o", color=BLUE, zorder=4, gid=tip(f"{place:g}: {mean:.3g}"))
+
+
+def draw_standard(axes: Axes, x: float, y: float) -> None:
+    """Mark the standard."""
+    axes.plot([x], [y], "D", color=INK, markersize=5, zorder=5, linewidth=0, label="standard")
+
+
+def make_logarithmic(axes: Axes, places: Array) -> None:
+    """Make both axes logarithmic, with plain numbers at their ticks."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    ticks = apart(axes, np.unique(places))
+    axes.set_xticks(ticks, [f"{value:g}" for value in ticks])
+    axes.minorticks_off()
+    axes.yaxis.set_major_formatter("{x:g}")
+    low, high = axes.get_ylim()
+    steps = [m * 10.0**p for p in range(-3, 4) for m in (1, 2, 5)]
+    axes.set_yticks([step for step in steps if low <= step <= high])

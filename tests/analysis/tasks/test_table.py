@@ -1,0 +1,48 @@
+"""The table of kinds of task: nothing that a kind declares is forgotten."""
+
+import re
+from typing import get_args
+
+import pytest
+
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reporting import files, page
+from slipscale.analysis.tasks.table import KINDS, STATISTICS
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.experiments.study.analysis_choices import Test
+from slipscale.experiments.study.file import shipped_studies
+
+
+@pytest.fixture(scope="module", params=shipped_studies())
+def pilot(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp(request.param)
+    plans = pilot_plans(request.param, participants=4, seed=1, language=None)
+    run_pilot(folder, plans, tell=lambda _: None)
+    return analyse(folder, psignifit=False)
+
+
+def test_every_figure_is_shown_in_the_report(pilot):
+    names = files.draw(pilot)
+    shown = page.render(pilot, {name: f"<svg>here is {name}</svg>" for name in names}, {})
+    assert [name for name in names if f"here is {name}<" not in shown] == []
+
+
+def test_every_statistic_is_in_the_json_under_its_key(pilot):
+    assert list(files.inference(pilot)) == [each.key for each in STATISTICS]
+
+
+def test_a_study_can_choose_every_test_and_no_other():
+    assert set(get_args(Test)) == {each.key for each in STATISTICS if each.test}
+
+
+def test_keys_and_names_are_unique():
+    keys = [each.key for each in STATISTICS]
+    names = [each.name for each in KINDS]
+    assert len(set(keys)) == len(keys)
+    assert len(set(names)) == len(names)
+
+
+@pytest.mark.parametrize("statistic", STATISTICS, ids=lambda each: each.key)
+def test_every_statistic_says_what_it_computes(statistic):
+    assert len(statistic.meaning.split()) >= 2
+    assert re.fullmatch("[a-z_]+", statistic.key)
