@@ -42,6 +42,7 @@ lint: set-test
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 	$(BIN)/mypy
+	$(BIN)/python -m tools.prose
 	@mkdir -p build
 	@$(BIN)/pip-licenses --output-file build/licences.md
 

@@ -78,9 +78,9 @@ def of_code(path: Path) -> Iterator[tuple[str, int, str]]:
             yield "docstrings", node.body[0].lineno, text
     for node in ast.walk(tree):
         if isinstance(node, ast.Constant) and id(node) not in docstrings:
-            text = node.value
-            if isinstance(text, str) and text.count(" ") >= MESSAGE_WORDS - 1:
-                yield "messages", node.lineno, text
+            message = node.value
+            if isinstance(message, str) and message.count(" ") >= MESSAGE_WORDS - 1:
+                yield "messages", node.lineno, message
 
 
 def texts() -> Iterator[tuple[Path, str, int, str]]:
