@@ -24,7 +24,7 @@ TESTS = (
     *("xvfb", "xauth", "x11-xkb-utils", "xdotool"),  # a virtual screen, its keyboard, key presses
     *("gcc", "g++", "gcc-avr", "avr-libc", "arduino-core-avr"),  # the reference firmware
     *("libpango-1.0-0", "libpangoft2-1.0-0", "libharfbuzz-subset0"),  # reports as PDF
-    *("r-base-core", "r-cran-nlme"),  # scripts that recompute a report in R
+    *("r-base-core", "r-cran-lme4"),  # scripts that recompute a report in R
     *("chromium", "openssl"),  # the laboratory console, also encrypted
     *("libegl1", "libdbus-1-3", "libxkbcommon0"),  # PsychoPy Builder; Pango brings GLib
 )
