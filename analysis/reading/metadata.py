@@ -20,7 +20,7 @@ from slipscale.analysis.reading.delimited import (
 )
 from slipscale.analysis.reading.table_lines import listed_lines
 from slipscale.experiments.dataset.schema import NOTES, PARTICIPANT, SIDECAR
-from slipscale.experiments.study.analysis_choices import RETIRED, AnalysisChoices
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import toml_table
 
@@ -132,8 +132,6 @@ def choices(
     except ValidationError as error:
         raise UserError(f"{path}: {faults_of(error, text, ('analysis',))}") from error
     table = given if isinstance(given, dict) else {}
-    for key in sorted(table.keys() & RETIRED.keys()):
-        problems.add(f"code/study.toml: analysis.{key} has no effect any more: {RETIRED[key]}")
     ran_with = details.get("study_hash", ())
     # Sessions hash the text; an editor or a version control may have turned its line ends.
     unchanged = digest(content.replace(b"\r\n", b"\n")) in ran_with if ran_with else None
@@ -147,7 +145,7 @@ def choices(
             f"Sessions ran with {len(ran_with)} different study files; the choices of analysis are "
             "those of code/study.toml"
         )
-    return choices, tuple(sorted(table.keys() - RETIRED.keys())), unchanged
+    return choices, tuple(sorted(table)), unchanged
 
 
 def add_sources(folder: Path, choices: AnalysisChoices, sources: list[Source]) -> None:

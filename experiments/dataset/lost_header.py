@@ -14,6 +14,7 @@ from slipscale.experiments.dataset.schema import SIDECAR, TABLE_NAME
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.record_shapes import checked
 from slipscale.experiments.journal.run_record import plan_from
+from slipscale.experiments.protocols.base import ORDER_VERSION
 from slipscale.experiments.study.file import study_hash
 from slipscale.experiments.study.run_plan import journal_path
 
@@ -56,7 +57,9 @@ def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, Any]]:
             name, text = told["study"], studies[told["study_hash"]]
         except (OSError, ValueError, LookupError, TypeError, RecursionError):
             continue
-        yield {**told, **labels, "study_name": name, "study_text": text}
+        # Sidecars do not name the version of the orders; there is one.
+        orders = {"order_version": ORDER_VERSION}
+        yield {**told, **labels, **orders, "study_name": name, "study_text": text}
 
 
 def _studies(dataset: Path) -> dict[str, str]:

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 from slipscale.experiments.journal import locks
 from slipscale.experiments.journal.reading import read_records
-from slipscale.experiments.journal.record import FORMAT, UNCHAINED, Record, chained, encode
+from slipscale.experiments.journal.record import Record, chained, encode
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -142,9 +142,7 @@ class Journal:
         self._unfinished = True
         number = len(self.records)
         record = Record(number=number, time_s=self._clock.now(), kind=kind, data=data)
-        first = self.records[0].data if self.records else data
-        if first.get("format", FORMAT) > UNCHAINED:
-            record = chained(record, self.records[-1].hash if self.records else "")
+        record = chained(record, self.records[-1].hash if self.records else "")
         whole = self._stream.tell()
         try:
             self._put(encode(record))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.journal.record import FORMAT, UNCHAINED, Record, decode, follows
+from slipscale.experiments.journal.record import FORMAT, Record, decode, follows
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -110,10 +110,9 @@ def read_whole(path: Path, most: int | None = None) -> Reading:
             continue
         if place == 0 and record.number == 0:
             _check_format(path, record)
-        chained = _format(reading, record) > UNCHAINED
         reason = _misplaced(record, expected) or (
             "it does not follow from the records before it: edited, or one of them was"
-            if chained and before is not None and not follows(record, covered, before)
+            if before is not None and not follows(record, covered, before)
             else ""
         )
         missing = record.number > expected
@@ -170,19 +169,10 @@ def _misplaced(record: Record, expected: int) -> str:
     return f"expected record {expected}, found {record.number}: one or more removed or moved"
 
 
-def _format(reading: Reading, record: Record) -> int:
-    """Return the format of a journal, or what a record itself tells where the header is lost."""
-    first = reading.records[0] if reading.records else record
-    if first.number == 0 and first.kind == "header":
-        return int(first.data["format"])
-    return FORMAT if record.hash else UNCHAINED
-
-
 def _check_format(path: Path, first: Record) -> None:
-    known = first.data.get("format")
-    if first.kind != "header" or type(known) is not int or known not in range(1, FORMAT + 1):
+    if first.kind != "header" or first.data.get("format") != FORMAT:
         raise _not_a_journal(path)
 
 
 def _not_a_journal(path: Path) -> UserError:
-    return UserError(f"journal {path}: expected a Slipscale journal of format 1 to {FORMAT}")
+    return UserError(f"journal {path}: expected a Slipscale journal of format {FORMAT}")

@@ -3,7 +3,7 @@
 One JSON object a line. Each holds its number ``n``, the session's time ``t`` in seconds, what it
 is (``kind``), its data, and two proofs at the end:
 
-- ``hash`` (since format 2): SHA-256, its first 32 hexadecimal digits, of the hash of the record
+- ``hash``: SHA-256, its first 32 hexadecimal digits, of the hash of the record
   before and of this one's text. A record that was removed, moved, repeated or edited breaks it.
 - ``crc``: CRC-32 of all before it in the line. A torn or altered line is known by itself, so that
   damage in one place leaves the rest readable.
@@ -18,9 +18,7 @@ import zlib
 from dataclasses import dataclass
 from typing import Any
 
-# 1: records without a running hash. They are read, and a run begun so goes on so.
 FORMAT = 2
-UNCHAINED = 1
 HASH_DIGITS = 32
 # Of a whole number: more are not written, and beyond some 308 no float can hold it.
 MOST_DIGITS = 300
@@ -42,7 +40,7 @@ class Record:
     data : dict
         All else that the line holds.
     hash : str
-        The running hash up to this record; empty in journals of format 1.
+        The running hash up to this record; empty until `chained` gives it.
     """
 
     number: int

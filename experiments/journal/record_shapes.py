@@ -52,7 +52,7 @@ class _Header(_Shape):
     seed: Number
     language: str
     mode: Literal["participant", "pilot"]
-    order_version: int = 1
+    order_version: int
     answered_by: str
     masking_noise: str
     study_hash: str

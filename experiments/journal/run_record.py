@@ -37,8 +37,7 @@ def _version(package: str) -> str:
 
 def plan_from(record: Record) -> RunPlan:
     """Return the plan that a journal's header holds."""
-    # Journals written before orders had a version were drawn with the first.
-    data = {"order_version": 1, "population": "", **record.data}
+    data = {"population": "", **record.data}
     return RunPlan(**{name: data[name] for name in RunPlan.__dataclass_fields__})
 
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from slipscale.stimuli.texture import Grating
 
 Kind = Literal["number", "label", "text"]
-# 1: the Williams rows, and orders that knew neither session nor run (docs/decisions/0130).
+# The rule that orders are drawn by; every journal names it (docs/decisions/0130).
 ORDER_VERSION = 2
 EVERYBODY = "every participant"  # no participant's label: those have no spaces
 
@@ -80,8 +80,6 @@ class Context:
         Whether each visit takes the next place in the counterbalancing.
     session, run : str
         The run's labels: each has orders of its own.
-    order_version : int
-        The rule that orders are drawn by; 1 only to go on with a run that was begun with it.
     amplitudes_um_pp : tuple of float
         The study's surfaces, µm peak to peak.
     texts : Mapping
@@ -103,7 +101,6 @@ class Context:
     advance: bool = True
     session: str = ""
     run: str = "01"
-    order_version: int = ORDER_VERSION
 
     @property
     def surfaces(self) -> tuple[Surface, ...]:
@@ -112,9 +109,7 @@ class Context:
 
     def stream(self, *purpose: str | int) -> Stream:
         """Return random numbers of this run's own for one purpose."""
-        # In version 1 all of a participant's runs had the same.
-        of_run = () if self.order_version == 1 else (self.session, self.run)
-        return Stream(self.seed, self.participant, *of_run, *purpose)
+        return Stream(self.seed, self.participant, self.session, self.run, *purpose)
 
     def shared_stream(self, *purpose: str | int) -> Stream:
         """Return random numbers that all participants have in common for one purpose."""

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
 
-from slipscale.experiments.protocols import orders_version_1
 from slipscale.experiments.protocols.base import AtLeastOne, Column, Count, Switch
 from slipscale.experiments.protocols.orders import Rule, practice_order, presentation_order
 from slipscale.experiments.protocols.pacing import PacedOptions
@@ -101,29 +100,6 @@ def order_blocks(conditions: int, options: RatedOptions, context: Context) -> Bl
         stream=context.stream(context.task, "practice"),
         following=main[0][0] if options.no_immediate_repeat else None,
     )
-    return _in_phases(practice, main)
-
-
-def _first_blocks(conditions: int, options: RatedOptions, context: Context) -> Blocks:
-    """Return the order that version 1 drew."""
-
-    def order(phase: Phase, repetitions: int, rule: Rule) -> list[list[int]]:
-        return orders_version_1.presentation_order(
-            conditions,
-            repetitions,
-            rule,
-            stream=context.stream(context.task, phase),
-            row=context.row,
-            no_immediate_repeat=options.no_immediate_repeat,
-        )
-
-    return _in_phases(
-        order("practice", options.practice, "blocked"),
-        order("main", options.repetitions, options.randomisation),
-    )
-
-
-def _in_phases(practice: list[list[int]], main: list[list[int]]) -> Blocks:
     return [
         *(("practice", block) for block in practice),
         *(("main", block) for block in main),
@@ -134,10 +110,10 @@ def surface_blocks(
     surfaces: Sequence[Surface], options: RatedOptions, context: Context
 ) -> list[list[Presentation]]:
     """Return the order of surfaces, block by block, practice first."""
-    draw = _first_blocks if context.order_version == 1 else order_blocks
+    order = order_blocks(len(surfaces), options, context)
     return [
         [Presentation(number, phase, surfaces[each]) for each in block]
-        for number, (phase, block) in enumerate(draw(len(surfaces), options, context), start=1)
+        for number, (phase, block) in enumerate(order, start=1)
     ]
 
 

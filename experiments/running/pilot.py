@@ -177,10 +177,6 @@ def run_pilot(
     contact = contact or NOT_NAMED
     require_virtual(contact)
     claim(folder, plans)
-    begun = [read_plan(path)[0].order_version for path in journals(folder) if holds_records(path)]
-    # A pilot begun with an older rule of orders ends with it.
-    version = min(begun, default=plans[0].order_version)
-    plans = [replace(plan, order_version=version) for plan in plans]
     with signals_raise():
         for plan in plans:
             specs = contact.otherwise(simulated(of_study(plan.study)))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shlex
-import tomllib
 from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING
@@ -18,7 +17,6 @@ from slipscale.experiments.protocols.steps import Present
 from slipscale.experiments.protocols.visual_analogue_scale import VisualAnalogueScale
 from slipscale.experiments.running.balance import order_balance, task_balance
 from slipscale.experiments.running.dry_run import dry_run
-from slipscale.experiments.study.analysis_choices import RETIRED
 from slipscale.experiments.study.file import parse_study, read_study, study_text
 from slipscale.experiments.study.own_language import check_own_code, template, with_room_for
 from slipscale.experiments.study.run_plan import RunPlan
@@ -105,11 +103,7 @@ def validate(name: str) -> str:
         f"{name}: no fault ({len(study.tasks)} tasks, {len(study.amplitudes_um_pp)} amplitudes"
         f"{textures})"
     )
-    retired = [
-        f"{name}: analysis.{key} has no effect any more: {RETIRED[key]}"
-        for key in sorted(tomllib.loads(text).get("analysis", {}).keys() & RETIRED.keys())
-    ]
-    return "\n".join([said, *retired, *balance(name, study, text)])
+    return "\n".join([said, *balance(name, study, text)])
 
 
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field
 
 Normalisation = Literal[
     "none",
@@ -59,11 +59,6 @@ Test = Literal[
 ]
 Primary = Literal["ranks", "logarithms"]
 Share = Annotated[float, Field(ge=0, le=1)]
-#: Keys of older study files that have no effect any more -> why.
-RETIRED = {
-    "bootstrap_resamples": "no interval is a bootstrap's",
-    "bootstrap_seed": "no interval is a bootstrap's",
-}
 
 
 class Thresholds(BaseModel):
@@ -125,16 +120,9 @@ class Thresholds(BaseModel):
 
 
 class AnalysisChoices(BaseModel):
-    """The ``[analysis]`` table of a study file; keys of `RETIRED` are read and left out."""
+    """The ``[analysis]`` table of a study file."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
-
-    @model_validator(mode="before")
-    @classmethod
-    def _without_retired(cls, table: object) -> object:
-        if not isinstance(table, dict):
-            return table
-        return {key: value for key, value in table.items() if key not in RETIRED}
 
     normalisation: Normalisation | None = Field(
         default=None,

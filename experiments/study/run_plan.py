@@ -81,7 +81,7 @@ class RunPlan:
     mode : {"participant", "pilot"}
         Told in every record, so that a pilot can never pass for a person.
     order_version : int
-        The rule that orders are drawn by; an older one only to go on with a run of its time.
+        The rule that orders are drawn by; a run cannot be resumed with another.
     population : str
         Whom a pilot simulates, all numbers as JSON
         (`slipscale.experiments.participants.population`); empty for a person's run.
@@ -99,9 +99,9 @@ class RunPlan:
     population: str = ""
 
     def __post_init__(self) -> None:
-        if self.order_version not in range(1, ORDER_VERSION + 1):
+        if self.order_version != ORDER_VERSION:
             raise UserError(
-                f"orders of version {self.order_version}: this Slipscale draws versions 1 to "
+                f"orders of version {self.order_version}: this Slipscale draws version "
                 f"{ORDER_VERSION}; go on with the release that began the run"
             )
         if self.seed < 0:
@@ -120,8 +120,7 @@ class RunPlan:
         A label without a number has a place drawn from the label itself: such places are not
         balanced.
         """
-        numbered = self.participant.isdigit() if self.order_version == 1 else True
-        number = _last_number(self.participant) if numbered else None
+        number = _last_number(self.participant)
         if number is not None:
             return max(number - 1, 0)
         return int.from_bytes(hashlib.sha256(self.participant.encode()).digest()[:4], "big")
@@ -199,7 +198,6 @@ class RunPlan:
             advance=self.study.visits == "advance",
             session=self.session,
             run=self.run,
-            order_version=self.order_version,
         )
 
     def tasks(self) -> list[tuple[Protocol, Options]]:
@@ -208,9 +206,7 @@ class RunPlan:
         tasks = [
             (load_protocol(options.protocol).for_task(options), options) for options in study.tasks
         ]
-        turns = self.row
-        if self.order_version > 1 and study.visits == "advance":
-            turns += self.visit
+        turns = self.row + (self.visit if study.visits == "advance" else 0)
         turned = study.task_order == "counterbalanced" and turns % 2 == 1
         return tasks[::-1] if turned else tasks
 

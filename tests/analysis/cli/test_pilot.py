@@ -22,8 +22,6 @@ protocol = "descending_difference"
 protocol = "magnitude_estimation"
 scale_top = "declared"
 repetitions = 2
-[analysis]
-bootstrap_resamples = 200
 """
 
 

@@ -154,13 +154,6 @@ def test_choices_count_as_frozen_only_in_the_file_that_the_sessions_ran_with(dat
     assert "before there was data" not in page(edited)
 
 
-def test_choices_of_older_study_files_without_effect_are_left_out_and_named(dataset):
-    data = load(dataset(choices="bootstrap_resamples = 500\nconfidence = 0.9"))
-    assert (data.choices.confidence, data.frozen) == (0.9, ("confidence",))
-    (said,) = data.problems
-    assert said.startswith("code/study.toml: analysis.bootstrap_resamples has no effect any more")
-
-
 def test_every_file_that_results_depend_on_is_hashed(dataset):
     folder = dataset(choices='codebook = "code/codebook.toml"')
     shutil.copy(SHIPPED, folder / "code" / "codebook.toml")

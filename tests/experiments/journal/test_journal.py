@@ -25,10 +25,10 @@ KEYS = st.text(st.characters(codec="utf-8"), min_size=1).filter(
 )
 
 
-def written(path: Path, *kinds: str, form: int = 2) -> Path:
+def written(path: Path, *kinds: str) -> Path:
     with Journal.create(path, VirtualClock()) as journal:
         for kind in kinds:
-            journal.write(kind, format=form, words='it said "less" — glissé\n')
+            journal.write(kind, format=2, words='it said "less" — glissé\n')
     return path
 
 
@@ -129,7 +129,7 @@ def test_a_foreign_file_is_refused(tmp_path):
     )
 
 
-@pytest.mark.parametrize("kind, form", [("header", 3), ("done", 1)])
+@pytest.mark.parametrize("kind, form", [("header", 3), ("header", 1), ("done", 2)])
 def test_a_journal_of_another_form_is_refused(tmp_path, kind, form):
     path = tmp_path / "a.jsonl"
     path.write_bytes(encode(Record(number=0, time_s=0.0, kind=kind, data={"format": form})))
@@ -172,7 +172,7 @@ def test_a_journal_is_being_written_as_long_as_it_is_open(tmp_path):
     path = tmp_path / "a.jsonl"
     assert not is_being_written(path)
     with Journal.create(path, VirtualClock()) as journal:
-        journal.write("header", format=1)
+        journal.write("header", format=2)
         assert is_being_written(path)
     assert not is_being_written(path)
 
@@ -180,7 +180,7 @@ def test_a_journal_is_being_written_as_long_as_it_is_open(tmp_path):
 def test_records_are_dated_by_the_clock_and_numbered_from_0(tmp_path):
     clock = VirtualClock()
     with Journal.create(tmp_path / "a.jsonl", clock) as journal:
-        journal.write("header", format=1)
+        journal.write("header", format=2)
         clock.sleep(2.5)
         journal.write("done")
     records, _ = read_records(tmp_path / "a.jsonl")
@@ -195,7 +195,7 @@ def test_a_journal_is_read_again_only_where_a_record_was_not_finished(tmp_path, 
     )
     with Journal.create(tmp_path / "a.jsonl", VirtualClock()) as journal:
         for _ in range(3):
-            journal.write("header", format=1)
+            journal.write("header", format=2)
         assert readings == []
     with Journal.reopen(tmp_path / "a.jsonl", VirtualClock()) as journal:
         for _ in range(3):
@@ -223,7 +223,7 @@ def test_a_file_that_died_before_its_first_record_can_be_used(tmp_path):
     path = tmp_path / "a.jsonl"
     path.write_bytes(b'{"n":0,"t"')
     with Journal.create(path, VirtualClock()) as journal:
-        journal.write("header", format=1)
+        journal.write("header", format=2)
     assert len(read_records(path)[0]) == 1
 
 
@@ -239,7 +239,7 @@ def test_a_second_writer_is_refused(tmp_path):
     context = multiprocessing.get_context("spawn")
     answer = context.Queue()
     with Journal.create(path, VirtualClock()) as journal:
-        journal.write("header", format=1)
+        journal.write("header", format=2)
         other = context.Process(target=_try_to_write, args=(str(path), answer))
         other.start()
         assert "another session is writing it" in answer.get(timeout=60)
@@ -250,7 +250,7 @@ def test_a_second_writer_is_refused(tmp_path):
 def test_a_full_disk_is_one_sentence_and_leaves_the_journal_whole(tmp_path, monkeypatch):
     path = tmp_path / "a.jsonl"
     with Journal.create(path, VirtualClock()) as journal:
-        journal.write("header", format=1)
+        journal.write("header", format=2)
 
         def full(_descriptor):
             raise OSError(28, "No space left on device")
@@ -268,7 +268,7 @@ def test_a_full_disk_is_one_sentence_and_costs_only_the_line_that_had_no_room(tm
     path = tmp_path / "a.jsonl"
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
     with Journal.create(path, VirtualClock()) as journal:
-        journal.write("header", format=1)
+        journal.write("header", format=2)
         whole = path.read_bytes()
         resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole) + 40, hard))
         try:
@@ -301,7 +301,7 @@ def test_a_disk_that_is_gone_is_the_same_one_sentence(tmp_path, monkeypatch):
     stream = journal._stream
     monkeypatch.setattr(journal, "_stream", Gone())
     with pytest.raises(UserError, match="Input/output error"):
-        journal.write("header", format=1)
+        journal.write("header", format=2)
     stream.close()
 
 
@@ -344,14 +344,6 @@ def test_a_signal_while_writing_leaves_a_journal_that_can_be_read(
     assert kept == [record.kind for record in read_records(path)[0]]
     # An answer that reached the disk is kept.
     assert kept == ["header", "begin", *["done"] * (times if reached is None else 0), "stop"]
-
-
-def test_a_journal_of_format_1_is_read_and_goes_on_without_hashes(tmp_path):
-    path = written(tmp_path / "a.jsonl", "header", "begin", form=1)
-    with Journal.reopen(path, VirtualClock()) as journal:
-        journal.write("done")
-    assert b'"hash"' not in path.read_bytes()
-    assert [record.hash for record in read_records(path)[0]] == ["", "", ""]
 
 
 def test_each_hash_covers_all_records_before_it(tmp_path):

@@ -146,14 +146,6 @@ def test_a_pilot_has_every_planned_session_and_run(study):
     ]
 
 
-def test_keys_of_older_files_are_named_as_without_effect(tmp_path):
-    path = tmp_path / "old.toml"
-    path.write_text(study_text("biet2007") + "\n[analysis]\nbootstrap_seed = 1\n")
-    said = validate(str(path))
-    assert said.startswith(f"{path}: no fault")
-    assert "analysis.bootstrap_seed has no effect any more: no interval is a bootstrap's" in said
-
-
 LARGE = """name = "large"
 title = "Large"
 amplitudes_um_pp = [0.0, 1.2]
