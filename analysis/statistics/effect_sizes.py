@@ -131,23 +131,12 @@ def _f_noncentrality(f: float, df1: float, df2: float, p: float) -> float:
         return float("nan")
 
 
-def generalised_eta_squared(values: Array) -> float:
-    """Return generalised eta squared: the amplitudes' sum of squares over the total one.
-
-    Olejnik and Algina (2003), Psychol. Methods 8, 434-447; with one within-participant factor,
-    effect, people and error make the total.
-
-    Parameters
-    ----------
-    values : array, shape (participants, amplitudes)
-        Complete.
-    """
-    effect, total = _sums(values - values.mean())
-    return float(effect[0] / total[0]) if total[0] > 0 else float("nan")
-
-
 def _sums(centred: Array, leave_out: bool = False) -> tuple[Array, Array]:
-    """Return the effect's and the total sum of squares; without each participant in turn."""
+    """Return the effect's and the total sum of squares; without each participant in turn.
+
+    Their quotient is generalised eta squared: with one within-participant factor, effect, people
+    and error make the total (Olejnik and Algina 2003, Psychol. Methods 8, 434-447).
+    """
     n, k = centred.shape
     left = centred if leave_out else np.zeros((1, k))
     n = n - 1 if leave_out else n

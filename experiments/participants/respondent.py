@@ -262,11 +262,6 @@ class Respondent:
     # -------------
 
     @property
-    def felt_last_um_pp(self) -> float:
-        """What was felt last, µm peak to peak."""
-        return self._felt[1]
-
-    @property
     def felt_um_pp(self) -> tuple[float, ...]:
         """What was felt in this trial, in the order of its intervals."""
         return tuple(felt for _, felt in sorted(self._of_trial.items()))

@@ -143,11 +143,6 @@ class PsychometricFunction:
     trials: int
     levels: int
 
-    @property
-    def proportion_at_threshold(self) -> float:
-        """Proportion correct at the threshold."""
-        return self.guess + (1 - self.guess - self.lapse) * self.share
-
     def proportion(self, levels_um_pp: Array) -> Array:
         """Return the proportion correct at levels, µm peak to peak."""
         curve = CURVES[self.curve]

@@ -192,11 +192,6 @@ class QuestPlusTrack:
         squares = float(self.posterior @ (self.rule.log10_thresholds - self.threshold_log10) ** 2)
         return float(round(squares**0.5, DECIMALS))
 
-    def marginal(self, parameter: int) -> Array:
-        """Return the posterior of the thresholds (0), slopes (1) or lapses (2)."""
-        others = tuple(axis for axis in range(3) if axis != parameter)
-        return np.asarray(self.posterior.reshape(self.rule.shape).sum(axis=others))
-
     def answered(self, *, correct: bool, at_um_pp: float | None = None) -> Self:
         """Return the track after an answer at its level, or at another one of its levels."""
         if at_um_pp is None:

@@ -160,25 +160,3 @@ class UpDownTrack:
             direction=direction,
             reversal_levels_um_pp=self.reversal_levels_um_pp + turned,
         )
-
-    def mean_of_reversals_um_pp(self, skip: int) -> float:
-        """Return the mean level of the reversals after the first ``skip``.
-
-        The last even number of them counts, so that there are as many peaks as valleys (Levitt
-        1971, J. Acoust. Soc. Am. 49, 467-477); geometric on the logarithmic scale.
-
-        Raises
-        ------
-        UserError
-            Fewer than two are left.
-        """
-        there = len(self.reversal_levels_um_pp)
-        left = (there - skip) // 2 * 2
-        if left < 2:  # noqa: PLR2004 - a peak and a valley
-            raise UserError(
-                f"a mean of reversals needs at least 2 after the first {skip}, there are {there}"
-            )
-        used = self.reversal_levels_um_pp[-left:]
-        if self.rule.scale == "linear":
-            return rounded(math.fsum(used) / left)
-        return rounded(10.0 ** (math.fsum(math.log10(level) for level in used) / left))

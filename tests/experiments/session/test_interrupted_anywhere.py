@@ -105,7 +105,7 @@ class Feeling(SimulatedParticipant):
             self.rated.setdefault(rating, set()).add((self.last, round(self._feel(), 1)))
         reply = super().perform(step, watch)
         if isinstance(step, Explore):
-            self.last = round(self.respondent.felt_last_um_pp, 1)
+            self.last = round(self.respondent.felt_um_pp[-1], 1)
         return reply
 
     def hold(self, text, until):

@@ -173,7 +173,7 @@ def test_a_texture_feels_like_its_mean_and_not_like_its_largest_amplitude(labora
     laboratory.plate.connect()
     laboratory.plate.present(GRATING)
     laboratory.person.perform(Explore(text=""), lambda: None)
-    felt = laboratory.person.respondent.felt_last_um_pp
+    (felt,) = laboratory.person.respondent.felt_um_pp
     assert felt == pytest.approx(1.2, abs=0.2)
 
 

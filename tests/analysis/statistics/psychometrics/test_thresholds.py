@@ -158,10 +158,11 @@ FITTED = {curve: fit_threshold(EXAMPLE, curve=curve) for curve in CURVES}
 @FAMILIES
 def test_the_threshold_is_where_the_proportion_says(curve):
     found = fit_threshold(EXAMPLE, curve=curve, share=0.7)
-    at = found.level_um_pp(found.proportion_at_threshold)
+    proportion = found.guess + (1 - found.guess - found.lapse) * found.share
+    at = found.level_um_pp(proportion)
     assert at == pytest.approx(found.threshold_um_pp.value)
     # The same curve, told of at another place.
-    assert FITTED[curve].level_um_pp(found.proportion_at_threshold) == pytest.approx(at, rel=1e-4)
+    assert FITTED[curve].level_um_pp(proportion) == pytest.approx(at, rel=1e-4)
 
 
 def test_a_level_beyond_the_asymptotes_is_refused():
