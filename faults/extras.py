@@ -13,7 +13,6 @@ EXTRA_OF = {
     "pyreadstat": "analysis",
     "statsmodels": "analysis",
     "numpyro": "bayes",
-    "pymeasure": "plate",
     "pyvisa": "plate",
     "pyvisa_py": "plate",
     "serial": "plate",

@@ -186,7 +186,7 @@ def test_every_package_of_an_extra_has_its_line_in_the_table_of_modules():
         for module in here
         for distribution in installed[module]
     }
-    assert names | {"pyvisa"} == covered  # under PyVISA-py, and imported as itself
+    assert names == covered
     for module, extra in here.items():
         brought = " ".join(PROJECT["optional-dependencies"][extra]).lower().replace("_", "-")
         assert any(each.lower().replace("_", "-") in brought for each in installed[module])

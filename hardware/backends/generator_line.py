@@ -38,30 +38,25 @@ class GeneratorLine:
     def open(self) -> None:
         """Open the resource. Raises `PlateNotFound`."""
         # PyVISA takes a third of a second to import.
-        from pymeasure.adapters import VISAAdapter  # noqa: PLC0415
-        from pymeasure.instruments import Instrument, SCPIMixin  # noqa: PLC0415
+        from pyvisa import ResourceManager  # noqa: PLC0415
 
-        class Generator(SCPIMixin, Instrument):  # type: ignore[misc] # PyMeasure has no types
-            """Any generator that speaks SCPI."""
-
+        serial = {"baud_rate": BAUD} if self.resource.upper().startswith("ASRL") else {}
         with self._told_as_faults(opening=True):
-            adapter = VISAAdapter(
+            self._instrument = ResourceManager(self._visa_library).open_resource(
                 self.resource,
-                visa_library=self._visa_library,
                 timeout=TIMEOUT_MS,
                 open_timeout=TIMEOUT_MS,
                 read_termination="\n",
                 write_termination="\n",
-                asrl={"baud_rate": BAUD},
+                **serial,
             )
-            self._instrument = Generator(adapter, "function generator")
 
     def release(self) -> None:
         """Let go of the resource."""
         instrument, self._instrument = self._instrument, None
         if instrument is not None:
             with self._told_as_faults():
-                instrument.adapter.close()
+                instrument.close()
 
     def write(self, command: str) -> None:
         """Send a command. Raises `PlateFault`."""
@@ -71,7 +66,7 @@ class GeneratorLine:
     def ask(self, query: str) -> str:
         """Return the answer to a query. Raises `PlateFault`."""
         with self._told_as_faults():
-            return str(self._require().ask(query)).strip()
+            return str(self._require().query(query)).strip()
 
     def _require(self) -> Any:
         if self._instrument is None:

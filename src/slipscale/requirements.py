@@ -47,7 +47,7 @@ class Need:
 
 
 #: The driver of a plate's SPEC, and what it imports.
-DRIVERS = {"serial": "serial", "scpi": "pymeasure"}
+DRIVERS = {"serial": "serial", "scpi": "pyvisa"}
 ON_A_PLATE = ("run", "check", "plate watch", "plate calibrate", "plate conform")
 
 NEEDS = (

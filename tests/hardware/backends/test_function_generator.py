@@ -157,8 +157,6 @@ def test_zero_amplitude_is_output_off():
 
 
 def test_the_output_is_off_after_an_exception():
-    """PyMeasure leaves it on."""
-
     def session(plate):
         with plate:
             plate.present(surface(1.2))
