@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
     import numpy as np
 
-    from slipscale.analysis.planning.answers import Row
-    from slipscale.analysis.planning.design import Design
+    from slipscale.analysis.planning.power.answers import Row
+    from slipscale.analysis.planning.power.design import Design
     from slipscale.analysis.reconstruction.answers import ColumnAnswer
-    from slipscale.analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.result import Analysis
     from slipscale.experiments.study.model import Study
     from slipscale.hardware.clock import Clock
@@ -114,13 +114,13 @@ class Power:
     @property
     def enough(self) -> int | None:
         """Participants from which on every comparison reaches the target; None if none do."""
-        from slipscale.analysis.planning.answers import fewest  # noqa: PLC0415
+        from slipscale.analysis.planning.power.answers import fewest  # noqa: PLC0415
 
         return next(iter(fewest(self.rows, self.target).values()))
 
     def __repr__(self) -> str:
         """Return power per number of participants, and what follows from it."""
-        from slipscale.analysis.planning.terminal import summary  # noqa: PLC0415
+        from slipscale.analysis.planning.power.terminal import summary  # noqa: PLC0415
 
         lines = [
             f"{row.condition.participants:>4} participants: power {row.weakest.value:.2f} "
@@ -173,9 +173,9 @@ def power(
     >>> power("biet2007", participants=[24], studies=100).enough
     24
     """
-    from slipscale.analysis.planning import answers, grid, run_grid  # noqa: PLC0415
-    from slipscale.analysis.planning.design import design_of  # noqa: PLC0415
-    from slipscale.analysis.planning.shard import Looks  # noqa: PLC0415
+    from slipscale.analysis.planning.power import answers, grid, run_grid  # noqa: PLC0415
+    from slipscale.analysis.planning.power.design import design_of  # noqa: PLC0415
+    from slipscale.analysis.planning.power.shard import Looks  # noqa: PLC0415
     from slipscale.experiments.participants.population import Population  # noqa: PLC0415
 
     sizes = (participants,) if isinstance(participants, int) else tuple(participants)
@@ -254,7 +254,7 @@ class Reconstruction:
         """
         import numpy as np  # noqa: PLC0415
 
-        from slipscale.analysis.reconstruction.sampling import Sampler  # noqa: PLC0415
+        from slipscale.analysis.reconstruction.data_sets.sampling import Sampler  # noqa: PLC0415
 
         if number < 1 or seed < 0:
             raise UserError(f"sample: number {number}, seed {seed}; expected 1 or more, 0 or more")
@@ -302,8 +302,8 @@ def reconstruct(table: str | Path) -> Reconstruction:
     (5, 12)
     """
     from slipscale.analysis.reconstruction.answers import column_answer  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.solutions import Solutions  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.table_files import read  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.table.table_files import read  # noqa: PLC0415
 
     printed = read(Path(table))
     solutions = tuple(Solutions(column) for column in printed.columns)

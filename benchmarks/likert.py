@@ -20,11 +20,11 @@ import time
 from fractions import Fraction
 from pathlib import Path
 
-from slipscale.analysis.reconstruction.batch import verdict
-from slipscale.analysis.reconstruction.published_table import Column, Scale
-from slipscale.analysis.reconstruction.rounding import Printed
-from slipscale.analysis.reconstruction.solutions import Solutions
-from slipscale.analysis.reconstruction.table_files import read_rows
+from slipscale.analysis.reconstruction.data_sets.batch import verdict
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.table.published_table import Column, Scale
+from slipscale.analysis.reconstruction.table.rounding import Printed
+from slipscale.analysis.reconstruction.table.table_files import read_rows
 
 # n, mean, SD and the scale's ends.
 COLUMNS = [

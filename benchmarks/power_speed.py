@@ -15,9 +15,9 @@ import time
 from pathlib import Path
 from statistics import median
 
-from slipscale.analysis.planning.design import design_of
-from slipscale.analysis.planning.grid import Condition
-from slipscale.analysis.planning.shard import Shard
+from slipscale.analysis.planning.power.design import design_of
+from slipscale.analysis.planning.power.grid import Condition
+from slipscale.analysis.planning.power.shard import Shard
 from slipscale.experiments.participants.population import Population
 from slipscale.experiments.study.file import read_study
 

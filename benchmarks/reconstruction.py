@@ -32,16 +32,16 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from slipscale.analysis.reconstruction.published_table import Column, Scale
-from slipscale.analysis.reconstruction.rounding import Printed
-from slipscale.analysis.reconstruction.sampling import Sampler
-from slipscale.analysis.reconstruction.solutions import Solutions
-from slipscale.analysis.reconstruction.table_files import read
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.table.published_table import Column, Scale
+from slipscale.analysis.reconstruction.table.rounding import Printed
+from slipscale.analysis.reconstruction.table.table_files import read
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from slipscale.analysis.reconstruction.partition import Wanted
+    from slipscale.analysis.reconstruction.counts.partition import Wanted
 
 BUDGET_S = 20.0
 DRAWN = 2**18

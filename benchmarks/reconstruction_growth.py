@@ -17,11 +17,11 @@ from math import log10
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reconstruction.problem import seconds_to_count
-from slipscale.analysis.reconstruction.published_table import Column, Scale
-from slipscale.analysis.reconstruction.rounding import Printed
-from slipscale.analysis.reconstruction.saddle_point import log10_multisets
-from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.counts.problem import seconds_to_count
+from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multisets
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.table.published_table import Column, Scale
+from slipscale.analysis.reconstruction.table.rounding import Printed
 from slipscale.figure_style import BLUE, canvas, styled, svg
 
 if TYPE_CHECKING:

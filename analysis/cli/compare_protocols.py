@@ -47,15 +47,15 @@ def compare_protocols(args: Namespace) -> int:
     from rich.console import Console  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415
 
-    from slipscale.analysis.planning.grid import values_of  # noqa: PLC0415
-    from slipscale.analysis.planning.protocol_output import (  # noqa: PLC0415
+    from slipscale.analysis.planning.power.grid import values_of  # noqa: PLC0415
+    from slipscale.analysis.planning.protocols.output import (  # noqa: PLC0415
         as_json,
         sentences,
         table,
         write_comparison,
     )
-    from slipscale.analysis.planning.protocol_precision import protocol_precision  # noqa: PLC0415
-    from slipscale.analysis.planning.protocol_studies import filling, protocol_study  # noqa: PLC0415
+    from slipscale.analysis.planning.protocols.precision import protocol_precision  # noqa: PLC0415
+    from slipscale.analysis.planning.protocols.studies import filling, protocol_study  # noqa: PLC0415
 
     _refuse_others(args)
     sizes = values_of("participants", args.participants or SIZES)

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Callable, Iterator
 
-    from slipscale.analysis.planning.answers import Assurance
-    from slipscale.analysis.planning.design import Design
-    from slipscale.analysis.planning.run_grid import Part
+    from slipscale.analysis.planning.power.answers import Assurance
+    from slipscale.analysis.planning.power.design import Design
+    from slipscale.analysis.planning.power.run_grid import Part
 
 #: Axis -> what it is, and its default where it is not the study's or the population's.
 AXES = {
@@ -138,7 +138,7 @@ def refuse_nonsense(args: Namespace) -> None:
 
 def axes_of(args: Namespace, design: Design) -> dict[str, tuple[Any, ...]]:
     """Return the values of every axis."""
-    from slipscale.analysis.planning.grid import orders_of, values_of  # noqa: PLC0415
+    from slipscale.analysis.planning.power.grid import orders_of, values_of  # noqa: PLC0415
 
     if args.catch_steps is not None and design.steps is None:
         raise UserError(
@@ -164,7 +164,7 @@ def axes_of(args: Namespace, design: Design) -> dict[str, tuple[Any, ...]]:
 
 def part_of(text: str | None, cache: Path | None) -> Part:
     """Return which part of the grid is computed here."""
-    from slipscale.analysis.planning.run_grid import Part  # noqa: PLC0415
+    from slipscale.analysis.planning.power.run_grid import Part  # noqa: PLC0415
 
     if text is None:
         return Part()
@@ -178,7 +178,7 @@ def part_of(text: str | None, cache: Path | None) -> Part:
 
 def assurance_of(text: str | None) -> Assurance | None:
     """Return the effect's distribution, if one was given."""
-    from slipscale.analysis.planning.answers import Assurance  # noqa: PLC0415
+    from slipscale.analysis.planning.power.answers import Assurance  # noqa: PLC0415
 
     if text is None:
         return None
@@ -193,19 +193,14 @@ def assurance_of(text: str | None) -> Assurance | None:
 
 def run_power(args: Namespace) -> int:
     """Simulate a grid of studies; 1 where no size reaches the power asked for."""
-    from slipscale.analysis.planning.answers import (  # noqa: PLC0415
-        as_json,
-        fewest,
-        largest_effect,
-        rows,
-    )
-    from slipscale.analysis.planning.design import design_of  # noqa: PLC0415
-    from slipscale.analysis.planning.grid import conditions, without_effect  # noqa: PLC0415
-    from slipscale.analysis.planning.power_page import write_power  # noqa: PLC0415
-    from slipscale.analysis.planning.run_grid import missing, run_grid, shards  # noqa: PLC0415
-    from slipscale.analysis.planning.shard import Looks  # noqa: PLC0415
-    from slipscale.analysis.planning.shard_cache import ShardCache  # noqa: PLC0415
-    from slipscale.analysis.planning.terminal import print_power  # noqa: PLC0415
+    from slipscale.analysis.planning.power.answers import as_json, fewest, largest_effect, rows  # noqa: PLC0415
+    from slipscale.analysis.planning.power.design import design_of  # noqa: PLC0415
+    from slipscale.analysis.planning.power.grid import conditions, without_effect  # noqa: PLC0415
+    from slipscale.analysis.planning.power.page import write_power  # noqa: PLC0415
+    from slipscale.analysis.planning.power.run_grid import missing, run_grid, shards  # noqa: PLC0415
+    from slipscale.analysis.planning.power.shard import Looks  # noqa: PLC0415
+    from slipscale.analysis.planning.power.shard_cache import ShardCache  # noqa: PLC0415
+    from slipscale.analysis.planning.power.terminal import print_power  # noqa: PLC0415
     from slipscale.experiments.study.file import read_study  # noqa: PLC0415
 
     refuse_nonsense(args)
@@ -274,7 +269,7 @@ def run_power(args: Namespace) -> int:
 
 def ask_for_long(args: Namespace, left: list[Any], part: Part) -> None:
     """Refuse a grid of more than an hour unless ``--yes`` was given."""
-    from slipscale.analysis.planning.run_grid import HOUR_S, estimated_s  # noqa: PLC0415
+    from slipscale.analysis.planning.power.run_grid import HOUR_S, estimated_s  # noqa: PLC0415
 
     if args.yes or args.scheduler:
         return

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from slipscale.analysis.reconstruction.answers import Across
-    from slipscale.analysis.reconstruction.published_table import Design, PublishedTable
-    from slipscale.analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+    from slipscale.analysis.reconstruction.table.published_table import Design, PublishedTable
 
 from slipscale.faults import ANSWER_IS_NO, DONE
 
@@ -100,8 +100,8 @@ def run(arguments: argparse.Namespace) -> int:
         from slipscale.analysis.cli.reconstruct_batch import run_batch  # noqa: PLC0415
 
         return run_batch(arguments)
-    from slipscale.analysis.reconstruction.solutions import Solutions  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.table_files import read  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.table.table_files import read  # noqa: PLC0415
 
     _check(arguments)
     table = read(arguments.table)
@@ -128,7 +128,7 @@ WORTH_SAYING_S = 5.0
 
 def _announce(columns: list[Solutions]) -> None:
     """Say on stderr what takes long, before it starts."""
-    from slipscale.analysis.reconstruction.problem import duration, seconds_to_count  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.counts.problem import duration, seconds_to_count  # noqa: PLC0415
 
     for solutions in columns:
         if solutions.refused:
@@ -187,7 +187,7 @@ def _answer(
     said = report.lines(table.title, found)
     tests = []
     if table.tests:
-        from slipscale.analysis.reconstruction.printed_test_answers import answer  # noqa: PLC0415 - if printed
+        from slipscale.analysis.reconstruction.inference.printed_test_answers import answer  # noqa: PLC0415 - if printed
 
         tests = [answer(test, columns) for test in table.tests]
         written["tests"] = report.printed_tests_json(tests)
@@ -223,7 +223,7 @@ def _across(columns: list[Solutions], design: Design, arguments: argparse.Namesp
     """Return what is known across columns, and show what goes on: it may take long."""
     from slipscale.analysis.cli.progress_line import telling  # noqa: PLC0415 - if asked for
     from slipscale.analysis.reconstruction.answers import across, seconds_across  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.problem import duration  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.counts.problem import duration  # noqa: PLC0415
 
     seconds = seconds_across(columns, design)
     if seconds > WORTH_SAYING_S:
@@ -274,7 +274,7 @@ def _write_samples(
 
     import numpy as np  # noqa: PLC0415
 
-    from slipscale.analysis.reconstruction.sampling import Sampler  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.data_sets.sampling import Sampler  # noqa: PLC0415
     from slipscale.experiments.dataset.spreadsheet_cells import harmless_cell  # noqa: PLC0415
 
     # All columns are checked before the first row is written.

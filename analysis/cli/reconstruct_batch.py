@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from slipscale.analysis.reconstruction.table_files import Row
+    from slipscale.analysis.reconstruction.table.table_files import Row
 
 
 def run_batch(arguments: Namespace) -> int:
     """Write a verdict a row, going on where an earlier run stopped; 1 if a row is inconsistent."""
-    from slipscale.analysis.reconstruction.batch import Verdict, summary, verdicts  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.table_files import read_rows  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.data_sets.batch import Verdict, summary, verdicts  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.table.table_files import read_rows  # noqa: PLC0415
 
     if arguments.out is None:
         raise UserError("--batch needs --out FILE, the CSV to write the verdicts to")
@@ -61,7 +61,7 @@ def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[st
     UserError
         The file holds something else, or verdicts on other rows.
     """
-    from slipscale.analysis.reconstruction.batch import digest  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.data_sets.batch import digest  # noqa: PLC0415
 
     if not path.exists():
         return []

@@ -87,7 +87,7 @@ def _freeze(args: Namespace) -> int:
 def _compute_power(args: Namespace, folder: Path) -> None:
     """Compute power around the planned number of participants, as slipscale power does."""
     from slipscale.analysis.cli.power import add_power, run_power  # noqa: PLC0415
-    from slipscale.analysis.planning.grid import FEWEST_PARTICIPANTS  # noqa: PLC0415
+    from slipscale.analysis.planning.power.grid import FEWEST_PARTICIPANTS  # noqa: PLC0415
     from slipscale.experiments.study.file import read_study  # noqa: PLC0415
     from slipscale.faults.parser import Parser  # noqa: PLC0415
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from slipscale.analysis.reconstruction.rounding import Printed
+from slipscale.analysis.reconstruction.table.rounding import Printed
 
 #: The name of the shipped study, which repeats the paper's.
 STUDY = "biet2007"

@@ -8,19 +8,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reconstruction.marginals import Marginals, marginals
-from slipscale.analysis.reconstruction.published_table import CONVENTIONS, Scale, in_words
-from slipscale.analysis.reconstruction.rounding import RULES
+from slipscale.analysis.reconstruction.data_sets.marginals import Marginals, marginals
+from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS, Scale, in_words
+from slipscale.analysis.reconstruction.table.rounding import RULES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from fractions import Fraction
 
-    from slipscale.analysis.reconstruction.conclusions import Conclusion
-    from slipscale.analysis.reconstruction.distributions import Distribution
-    from slipscale.analysis.reconstruction.partition import Wanted
-    from slipscale.analysis.reconstruction.published_table import Design
-    from slipscale.analysis.reconstruction.solutions import Solutions
+    from slipscale.analysis.reconstruction.counts.partition import Wanted
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+    from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
+    from slipscale.analysis.reconstruction.inference.distributions import Distribution
+    from slipscale.analysis.reconstruction.table.published_table import Design
 
 # What is worth its time on the command line: so many cells of the tables of states, each once
 # for every goal, and so many additions for the ordered samples when multisets are asked for.
@@ -160,7 +160,7 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
 
 def _uncounted(solutions: Solutions) -> ColumnAnswer:
     """Return what can be said of a column with too many data sets to count."""
-    from slipscale.analysis.reconstruction.saddle_point import log10_multisets  # noqa: PLC0415 - rare
+    from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multisets  # noqa: PLC0415 - rare
 
     column, found = solutions.column, solutions.targets
     return ColumnAnswer(
@@ -263,20 +263,15 @@ def across(
         The columns cannot be compared, or it is not said of whom they are.
     """
     if design == "independent":
-        from slipscale.analysis.reconstruction.independent import (  # noqa: PLC0415 - if asked for
-            independent_conclusions,
-        )
+        from slipscale.analysis.reconstruction.inference.independent import independent_conclusions  # noqa: PLC0415 - if asked for
 
         return Across(
             bounds=tuple(independent_conclusions(columns)), not_listed=(), distributions=()
         )
-    from slipscale.analysis.reconstruction.conclusions import (  # noqa: PLC0415 - if asked for
-        conclusions,
-        of_moments,
-    )
-    from slipscale.analysis.reconstruction.distributions import distributions  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.listing import LISTED  # noqa: PLC0415
-    from slipscale.analysis.reconstruction.sampling import Sampler  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.counts.listing import LISTED  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.data_sets.sampling import Sampler  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.inference.conclusions import conclusions, of_moments  # noqa: PLC0415 - if asked for
+    from slipscale.analysis.reconstruction.inference.distributions import distributions  # noqa: PLC0415
 
     long = tuple(s.column.label for s in columns if s.not_drawn or s.multisets > LISTED)
     drawable = not any(s.not_drawn for s in columns)
@@ -289,8 +284,8 @@ def across(
 
 def seconds_across(columns: Sequence[Solutions], design: Design) -> float:
     """Return about how long `across` takes on an ordinary processor."""
-    from slipscale.analysis.reconstruction.conclusions import seconds_to_conclude  # noqa: PLC0415 - if asked
-    from slipscale.analysis.reconstruction.listing import LISTED  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.counts.listing import LISTED  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.inference.conclusions import seconds_to_conclude  # noqa: PLC0415 - if asked
 
     if design == "independent" or any(s.not_drawn or s.multisets > LISTED for s in columns):
         return 0.0

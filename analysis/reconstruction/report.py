@@ -8,16 +8,16 @@ from itertools import groupby
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from slipscale.analysis.reconstruction.listing import LISTED
-from slipscale.analysis.reconstruction.saddle_point import words
+from slipscale.analysis.reconstruction.counts.listing import LISTED
+from slipscale.analysis.reconstruction.data_sets.saddle_point import words
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from slipscale.analysis.reconstruction.answers import Across, ColumnAnswer, Variant
-    from slipscale.analysis.reconstruction.conclusions import Conclusion
-    from slipscale.analysis.reconstruction.distributions import Distribution
-    from slipscale.analysis.reconstruction.printed_test_answers import PrintedTestAnswer
+    from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
+    from slipscale.analysis.reconstruction.inference.distributions import Distribution
+    from slipscale.analysis.reconstruction.inference.printed_test_answers import PrintedTestAnswer
 
 # Different ratings of a data set that are shown.
 SHOWN_VALUES = 20

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.reconstruction.answers import worth_marginals
-from slipscale.analysis.reconstruction.marginals import Marginals, marginals
+from slipscale.analysis.reconstruction.data_sets.marginals import Marginals, marginals
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.solutions import Solutions
-    from slipscale.analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
 # Bars of a histogram at most.
 BARS = 25

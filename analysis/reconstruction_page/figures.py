@@ -11,7 +11,7 @@ from slipscale.figure_style import BLUE, INK, canvas, styled
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from slipscale.analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction_page.distributions import Bands
 
 # Narrow, so that the words can be read on a telephone.

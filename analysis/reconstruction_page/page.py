@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from markupsafe import Markup
 
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
 from slipscale.analysis.reconstruction.report import column_lines, printed_test_details, ratings
-from slipscale.analysis.reconstruction.sampling import Sampler
 from slipscale.analysis.reconstruction_page.distributions import cumulative, histogram
 from slipscale.analysis.reconstruction_page.figures import cumulative_figure, histogram_figure
 from slipscale.analysis.writing import html
@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from slipscale.analysis.reconstruction.answers import Across, ColumnAnswer
-    from slipscale.analysis.reconstruction.conclusions import Conclusion
-    from slipscale.analysis.reconstruction.distributions import Distribution
-    from slipscale.analysis.reconstruction.printed_test_answers import PrintedTestAnswer
-    from slipscale.analysis.reconstruction.solutions import Solutions
-    from slipscale.analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+    from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
+    from slipscale.analysis.reconstruction.inference.distributions import Distribution
+    from slipscale.analysis.reconstruction.inference.printed_test_answers import PrintedTestAnswer
 
 # Data sets a column that the histograms are over, and those that come with the page.
 DRAWN = 2000

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from slipscale.analysis.published import biet2007
-from slipscale.analysis.reconstruction.published_table import CONVENTIONS
-from slipscale.analysis.reconstruction.sampling import Sampler
-from slipscale.analysis.reconstruction.solutions import Solutions
-from slipscale.analysis.reconstruction.table_files import read
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS
+from slipscale.analysis.reconstruction.table.table_files import read
 
 AMPLITUDES_UM_PP = tuple(biet2007.BY_AMPLITUDE)
 

@@ -16,22 +16,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.reconstruction.bounds import Range, as_table
-from slipscale.analysis.reconstruction.conclusions import conclusions, f_test, signs, t_test
-from slipscale.analysis.reconstruction.published_table import CONVENTIONS
-from slipscale.analysis.reconstruction.sampling import Sampler
-from slipscale.analysis.reconstruction.witness import gives_what_is_printed
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.witness import gives_what_is_printed
+from slipscale.analysis.reconstruction.inference.bounds import Range, as_table
+from slipscale.analysis.reconstruction.inference.conclusions import (
+    conclusions,
+    f_test,
+    signs,
+    t_test,
+)
+from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS
 from slipscale.analysis.reproduction.allowed_datasets import columns
 from slipscale.analysis.statistics import batched
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from slipscale.analysis.reconstruction.bounds import Table
-    from slipscale.analysis.reconstruction.conclusions import Conclusion
-    from slipscale.analysis.reconstruction.published_table import Convention
-    from slipscale.analysis.reconstruction.solutions import Solutions
-    from slipscale.analysis.reconstruction.state_table import Array
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+    from slipscale.analysis.reconstruction.inference.bounds import Table
+    from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
+    from slipscale.analysis.reconstruction.table.published_table import Convention
 
 RECORDED = Path(__file__).with_name("recorded") / "attained_bounds.json"
 COMMAND = "python -m slipscale.analysis.reproduction.attained_bounds"

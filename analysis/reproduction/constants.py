@@ -105,7 +105,7 @@ def harmonic_cross() -> Outcome:
 
 def first_test_felt() -> Outcome:
     """Return how many of the participants Table III, too, has above the still plate."""
-    from slipscale.analysis.reconstruction.published_table import CONVENTIONS  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS  # noqa: PLC0415
     from slipscale.analysis.reproduction.attained_bounds import known  # noqa: PLC0415 - see ITEMS
 
     least = [

@@ -14,8 +14,8 @@ from itertools import combinations
 from math import prod
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reconstruction.published_table import CONVENTIONS
 from slipscale.analysis.reconstruction.report import ratings
+from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS
 from slipscale.analysis.reproduction import allowed_datasets
 from slipscale.analysis.reproduction.attained_bounds import COMMAND, known
 from slipscale.analysis.reproduction.comparison import Outcome, record
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from slipscale.analysis.reconstruction.conclusions import Conclusion
+    from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
 
 AMPLITUDES_UM_PP = allowed_datasets.AMPLITUDES_UM_PP
 ENDS = ("lowest", "highest")

@@ -40,7 +40,8 @@ class GeneratorLine:
         # PyVISA takes a third of a second to import.
         from pyvisa import ResourceManager  # noqa: PLC0415
 
-        serial = {"baud_rate": BAUD} if self.resource.upper().startswith("ASRL") else {}
+        on_port = self.resource.upper().startswith("ASRL")
+        serial: dict[str, Any] = {"baud_rate": BAUD} if on_port else {}
         with self._told_as_faults(opening=True):
             self._instrument = ResourceManager(self._visa_library).open_resource(
                 self.resource,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reconstruction.constraints import targets
-from slipscale.analysis.reconstruction.table_files import SHIPPED, read
+from slipscale.analysis.reconstruction.data_sets.constraints import targets
+from slipscale.analysis.reconstruction.table.table_files import SHIPPED, read
 from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind

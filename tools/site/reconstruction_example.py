@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from slipscale.analysis.published.biet2007 import TABLE3_FILE
 from slipscale.analysis.reconstruction.answers import Across, column_answer
-from slipscale.analysis.reconstruction.distributions import distributions
-from slipscale.analysis.reconstruction.sampling import Sampler
-from slipscale.analysis.reconstruction.solutions import Solutions
-from slipscale.analysis.reconstruction.table_files import read
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.inference.distributions import distributions
+from slipscale.analysis.reconstruction.table.table_files import read
 from slipscale.analysis.reconstruction_page.page import Source, render
 from slipscale.analysis.reproduction.attained_bounds import known
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.planning.distribution.names import CONCLUSIONS, HEADLINES, said
 from slipscale.analysis.planning.distribution.numbers import TABLE3
-from slipscale.analysis.planning.distribution.wording import CONCLUSIONS, HEADLINES, said
-from slipscale.analysis.planning.outcome import Share
+from slipscale.analysis.planning.power.outcome import Share
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

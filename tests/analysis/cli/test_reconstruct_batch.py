@@ -7,7 +7,7 @@ import csv
 import pytest
 
 from slipscale import commands
-from slipscale.analysis.reconstruction.batch import verdict
+from slipscale.analysis.reconstruction.data_sets.batch import verdict
 
 HEADER = "label,n,mean,sd,scale_minimum,scale_maximum,median,observed_maximum"
 ROWS = {
@@ -68,7 +68,7 @@ def test_what_was_interrupted_anywhere_goes_on(table, tmp_path, monkeypatch, kep
     judged = []
     judge = verdict
     monkeypatch.setattr(
-        "slipscale.analysis.reconstruction.batch.verdict",
+        "slipscale.analysis.reconstruction.data_sets.batch.verdict",
         lambda row, **allowed: judged.append(row) or judge(row, **allowed),
     )
     batch(table, tmp_path / "torn.csv")

@@ -5,8 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from slipscale.analysis.planning.simulated_dataset import simulated_dataset
-from slipscale.analysis.planning.simulation import Task, simulate_ratings
+from slipscale.analysis.planning.simulated.dataset import simulated_dataset
+from slipscale.analysis.planning.simulated.estimates import Task, simulate_ratings
 from slipscale.analysis.preprocessing.data_quality import flags, measures
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.preprocessing.normalisation import normalise

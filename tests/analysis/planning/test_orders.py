@@ -6,7 +6,7 @@ from itertools import pairwise, permutations
 import numpy as np
 import pytest
 
-from slipscale.analysis.planning.orders import draw_orders
+from slipscale.analysis.planning.simulated.orders import draw_orders
 
 RULES = ("blocked", "simple", "williams")
 

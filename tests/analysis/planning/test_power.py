@@ -10,14 +10,14 @@ import pytest
 
 from slipscale import commands
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.planning.answers import Assurance, fewest, largest_effect, rows
-from slipscale.analysis.planning.design import design_of
-from slipscale.analysis.planning.fast_tests import pairwise, tables
-from slipscale.analysis.planning.grid import Condition, conditions, values_of
-from slipscale.analysis.planning.run_grid import run_grid, shards
-from slipscale.analysis.planning.shard import Looks, Shard, at_once, excluded
-from slipscale.analysis.planning.simulated_dataset import simulated_dataset
-from slipscale.analysis.planning.simulation import Ratings, Task, simulate_ratings
+from slipscale.analysis.planning.power.answers import Assurance, fewest, largest_effect, rows
+from slipscale.analysis.planning.power.design import design_of
+from slipscale.analysis.planning.power.grid import Condition, conditions, values_of
+from slipscale.analysis.planning.power.run_grid import run_grid, shards
+from slipscale.analysis.planning.power.shard import Looks, Shard, at_once, excluded
+from slipscale.analysis.planning.simulated.dataset import simulated_dataset
+from slipscale.analysis.planning.simulated.estimates import Ratings, Task, simulate_ratings
+from slipscale.analysis.planning.simulated.fast_tests import pairwise, tables
 from slipscale.experiments.participants.bare import bare_run
 from slipscale.experiments.participants.habits import REALISTIC
 from slipscale.experiments.participants.population import Population

@@ -10,10 +10,10 @@ import pytest
 
 from slipscale import commands
 from slipscale.analysis.load import load
-from slipscale.analysis.planning.protocol_answers import answers_of, read_answers
-from slipscale.analysis.planning.protocol_output import sentences
-from slipscale.analysis.planning.protocol_precision import protocol_precision, thresholds_of
-from slipscale.analysis.planning.protocol_studies import filling, protocol_study
+from slipscale.analysis.planning.protocols.answers import answers_of, read_answers
+from slipscale.analysis.planning.protocols.output import sentences
+from slipscale.analysis.planning.protocols.precision import protocol_precision, thresholds_of
+from slipscale.analysis.planning.protocols.studies import filling, protocol_study
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold

@@ -11,12 +11,12 @@ import pytest
 from scipy.special import ndtri
 
 from slipscale import commands
-from slipscale.analysis.planning.design import design_of
-from slipscale.analysis.planning.grid import Condition
-from slipscale.analysis.planning.run_grid import Part, estimated_s, missing, run_grid, shards
-from slipscale.analysis.planning.sequential import levels, look_sizes
-from slipscale.analysis.planning.shard import STUDIES_A_SHARD, Shard
-from slipscale.analysis.planning.shard_cache import MARK, ShardCache
+from slipscale.analysis.planning.power.design import design_of
+from slipscale.analysis.planning.power.grid import Condition
+from slipscale.analysis.planning.power.run_grid import Part, estimated_s, missing, run_grid, shards
+from slipscale.analysis.planning.power.sequential import levels, look_sizes
+from slipscale.analysis.planning.power.shard import STUDIES_A_SHARD, Shard
+from slipscale.analysis.planning.power.shard_cache import MARK, ShardCache
 from slipscale.experiments.participants.population import Population
 from slipscale.experiments.study.file import read_study
 from slipscale.faults import UserError
@@ -190,7 +190,7 @@ def test_a_cluster_that_loses_a_worker_finds_the_same_digits(alone, cluster, tmp
 
 def test_a_scheduler_that_is_not_there_is_said_in_a_sentence(capsys, monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("slipscale.analysis.planning.run_grid.REACHED_S", 0.3)
+    monkeypatch.setattr("slipscale.analysis.planning.power.run_grid.REACHED_S", 0.3)
     words = ["power", "--participants", "6", "--studies", "5", "--scheduler", "tcp://127.0.0.1:9"]
     assert commands.main(words) == 2
     said = capsys.readouterr().err

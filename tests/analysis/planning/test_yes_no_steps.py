@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from slipscale import commands
-from slipscale.analysis.planning.answers import rows
-from slipscale.analysis.planning.design import design_of
-from slipscale.analysis.planning.grid import Condition
-from slipscale.analysis.planning.run_grid import run_grid, shards
-from slipscale.analysis.planning.shard import Looks
-from slipscale.analysis.planning.yes_no_steps import (
+from slipscale.analysis.planning.power.answers import rows
+from slipscale.analysis.planning.power.design import design_of
+from slipscale.analysis.planning.power.grid import Condition
+from slipscale.analysis.planning.power.run_grid import run_grid, shards
+from slipscale.analysis.planning.power.shard import Looks
+from slipscale.analysis.planning.power.yes_no_steps import (
     CATCH_WIDTH,
     D_PRIME_LOW,
     StepAnswers,

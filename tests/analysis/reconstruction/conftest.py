@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from slipscale.analysis.reconstruction.published_table import Column, Scale
-from slipscale.analysis.reconstruction.rounding import Printed
+from slipscale.analysis.reconstruction.table.published_table import Column, Scale
+from slipscale.analysis.reconstruction.table.rounding import Printed
 
 NAMES = (
     "mean_percent",

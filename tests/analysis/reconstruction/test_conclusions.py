@@ -9,17 +9,17 @@ import pytest
 from scipy.stats import ttest_rel
 
 from slipscale.analysis.published.biet2007 import TABLE3, agrees
-from slipscale.analysis.reconstruction.bounds import larger
-from slipscale.analysis.reconstruction.conclusions import (
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.inference.bounds import larger
+from slipscale.analysis.reconstruction.inference.conclusions import (
     conclusions,
     pairs,
     seconds_to_conclude,
     together,
 )
-from slipscale.analysis.reconstruction.extreme_t import paired_t, t_of_moments
-from slipscale.analysis.reconstruction.least_f import least_f
-from slipscale.analysis.reconstruction.sampling import Sampler
-from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.inference.extreme_t import paired_t, t_of_moments
+from slipscale.analysis.reconstruction.inference.least_f import least_f
 from slipscale.analysis.reproduction.allowed_datasets import columns, table3_dataset
 from slipscale.analysis.statistics import batched
 
@@ -67,7 +67,7 @@ def test_nearest_neighbours_find_what_trying_every_pair_finds(column, monkeypatc
     for x, y in permutations(lists, 2):
         tried = paired_t(x, y)
         with monkeypatch.context() as patch:
-            patch.setattr("slipscale.analysis.reconstruction.extreme_t.SEARCHED", 0)
+            patch.setattr("slipscale.analysis.reconstruction.inference.extreme_t.SEARCHED", 0)
             found = paired_t(x, y)
             assert (found.low, found.high) == (tried.low, tried.high)
         for one in (tried, found):
@@ -76,7 +76,7 @@ def test_nearest_neighbours_find_what_trying_every_pair_finds(column, monkeypatc
 
 def test_too_many_pairs_to_compare_are_bounded_from_outside(small, monkeypatch):
     sharp = paired_t(*small)
-    monkeypatch.setattr("slipscale.analysis.reconstruction.extreme_t.COMPARED", 0)
+    monkeypatch.setattr("slipscale.analysis.reconstruction.inference.extreme_t.COMPARED", 0)
     loose = paired_t(*small)
     assert not loose.sharp
     assert loose.low <= sharp.low <= sharp.high <= loose.high

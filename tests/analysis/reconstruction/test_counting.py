@@ -8,17 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from slipscale.analysis.reconstruction import problem
-from slipscale.analysis.reconstruction.counting import (
+from slipscale.analysis.reconstruction.counts import problem
+from slipscale.analysis.reconstruction.counts.counting import (
     Estimate,
     attained,
     count,
     estimate,
     largest_possible,
 )
-from slipscale.analysis.reconstruction.problem import require_memory, simple_bound
-from slipscale.analysis.reconstruction.residues import WORD
-from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.counts.problem import require_memory, simple_bound
+from slipscale.analysis.reconstruction.counts.residues import WORD
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 from slipscale.faults import UserError
 
 

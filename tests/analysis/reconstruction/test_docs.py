@@ -4,7 +4,7 @@ import doctest
 import re
 from pathlib import Path
 
-from slipscale.analysis.reconstruction.table_files import from_toml
+from slipscale.analysis.reconstruction.table.table_files import from_toml
 
 PAGE = Path(__file__).parents[3] / "docs" / "reconstruct.md"
 

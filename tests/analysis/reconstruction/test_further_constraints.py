@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import t
 
-from slipscale.analysis.reconstruction.marginals import marginals
-from slipscale.analysis.reconstruction.saddle_point import log10_multisets
-from slipscale.analysis.reconstruction.sampling import Sampler
-from slipscale.analysis.reconstruction.solutions import Solutions
-from slipscale.analysis.reconstruction.table_files import from_csv, from_toml
-from slipscale.analysis.reconstruction.witness import gives_what_is_printed, witness
+from slipscale.analysis.reconstruction.data_sets.marginals import marginals
+from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multisets
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.data_sets.witness import gives_what_is_printed, witness
+from slipscale.analysis.reconstruction.table.table_files import from_csv, from_toml
 from slipscale.faults import UserError
 
 

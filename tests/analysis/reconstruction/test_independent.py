@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.stats import f_oneway, ttest_ind
 
-from slipscale.analysis.reconstruction import independent
-from slipscale.analysis.reconstruction.independent import independent_conclusions
-from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.inference import independent
+from slipscale.analysis.reconstruction.inference.independent import independent_conclusions
 from slipscale.faults import UserError
 
 # One decimal: several sums and sums of squares each; groups of different sizes.

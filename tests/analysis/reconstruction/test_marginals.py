@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from slipscale.analysis.reconstruction.marginals import marginals
-from slipscale.analysis.reconstruction.solutions import Solutions
-from slipscale.analysis.reconstruction.table_files import read
+from slipscale.analysis.reconstruction.data_sets.marginals import marginals
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.table.table_files import read
 
 CASES = [
     {"n": 6, "mean": "3.50", "sd": "1.87", "maximum": 8},

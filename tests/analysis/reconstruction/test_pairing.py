@@ -12,10 +12,15 @@ import pytest
 from scipy.stats import friedmanchisquare, linregress, ttest_rel
 from statsmodels.stats.anova import AnovaRM
 
-from slipscale.analysis.reconstruction.distributions import distributions
-from slipscale.analysis.reconstruction.pairing import at_random, least_alike, most_alike, searched
-from slipscale.analysis.reconstruction.sampling import Sampler
-from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.inference.distributions import distributions
+from slipscale.analysis.reconstruction.inference.pairing import (
+    at_random,
+    least_alike,
+    most_alike,
+    searched,
+)
 from slipscale.analysis.reproduction.allowed_datasets import columns
 from slipscale.analysis.statistics import batched as statistics
 from slipscale.faults import UserError

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import pytest
 
-from slipscale.analysis.reconstruction.solutions import Solutions
-from slipscale.analysis.reconstruction.table_files import from_csv
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.table.table_files import from_csv
 
 T, F = True, False
 

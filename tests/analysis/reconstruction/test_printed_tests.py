@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.stats import f_oneway, pearsonr, ttest_ind, ttest_rel
 
-from slipscale.analysis.reconstruction.printed_test_answers import answer
-from slipscale.analysis.reconstruction.printed_tests import PrintedTest
-from slipscale.analysis.reconstruction.solutions import Solutions
-from slipscale.analysis.reconstruction.table_files import from_toml
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.inference.printed_test_answers import answer
+from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
+from slipscale.analysis.reconstruction.table.table_files import from_toml
 from slipscale.faults import UserError
 
 FACTS = [(4, "2", "1.7"), (4, "3.5", "1"), (3, "1.0", "1.0")]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from slipscale.analysis.reconstruction.sampling import Sampler
-from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
 
 @pytest.mark.parametrize(

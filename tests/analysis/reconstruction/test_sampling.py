@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from scipy.stats import chisquare
 
-from slipscale.analysis.reconstruction import sampling
-from slipscale.analysis.reconstruction.listing import arrangements
-from slipscale.analysis.reconstruction.residues import WORD, primes
-from slipscale.analysis.reconstruction.sampling import Sampler, uniform
-from slipscale.analysis.reconstruction.solutions import Solutions
-from slipscale.analysis.reconstruction.table_files import read
-from slipscale.analysis.reconstruction.unranking import Ranking
+from slipscale.analysis.reconstruction.counts.listing import arrangements
+from slipscale.analysis.reconstruction.counts.residues import WORD, primes
+from slipscale.analysis.reconstruction.counts.unranking import Ranking
+from slipscale.analysis.reconstruction.data_sets import sampling
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler, uniform
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.table.table_files import read
 from slipscale.faults import UserError
 
 # A uniform sampler fails a test at this level once in ten thousand seeds; the seed is fixed.

@@ -10,14 +10,14 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from slipscale.analysis.reconstruction.answers import column_answer
-from slipscale.analysis.reconstruction.constraints import targets, within_reach
-from slipscale.analysis.reconstruction.partition import Moments
-from slipscale.analysis.reconstruction.problem import seconds_to_count
-from slipscale.analysis.reconstruction.rounding import Printed
-from slipscale.analysis.reconstruction.saddle_point import log10_multisets
-from slipscale.analysis.reconstruction.solutions import Solutions
-from slipscale.analysis.reconstruction.table_files import from_csv
-from slipscale.analysis.reconstruction.witness import gives_what_is_printed, witness
+from slipscale.analysis.reconstruction.counts.partition import Moments
+from slipscale.analysis.reconstruction.counts.problem import seconds_to_count
+from slipscale.analysis.reconstruction.data_sets.constraints import targets, within_reach
+from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multisets
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.data_sets.witness import gives_what_is_printed, witness
+from slipscale.analysis.reconstruction.table.rounding import Printed
+from slipscale.analysis.reconstruction.table.table_files import from_csv
 from slipscale.faults import UserError
 
 RATINGS = st.lists(st.integers(0, 9), min_size=2, max_size=9)
@@ -155,7 +155,7 @@ def test_too_few_decimals_leave_a_witness_and_an_estimate(column):
     listed = Solutions(column(40, "50.0", "20"))
     pairs = len(listed.targets.wanted)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("slipscale.analysis.reconstruction.constraints.MOST_PAIRS", 10)
+        patch.setattr("slipscale.analysis.reconstruction.data_sets.constraints.MOST_PAIRS", 10)
         answer = column_answer(Solutions(listed.column), "multisets")
     assert pairs > 10
     assert "too few decimals" in answer.refused

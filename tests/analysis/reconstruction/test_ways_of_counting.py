@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from slipscale.analysis.reconstruction import few_values, plane_by_plane
-from slipscale.analysis.reconstruction.counting import count, estimate
-from slipscale.analysis.reconstruction.residues import WORD
-from slipscale.analysis.reconstruction.solutions import Solutions
+from slipscale.analysis.reconstruction.counts import few_values, plane_by_plane
+from slipscale.analysis.reconstruction.counts.counting import count, estimate
+from slipscale.analysis.reconstruction.counts.residues import WORD
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
 PRIME = 2**31 - 1
 

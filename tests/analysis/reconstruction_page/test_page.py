@@ -11,9 +11,9 @@ import pytest
 
 from slipscale import commands
 from slipscale.analysis.published.biet2007 import TABLE3_FILE
-from slipscale.analysis.reconstruction.sampling import Sampler
-from slipscale.analysis.reconstruction.solutions import Solutions
-from slipscale.analysis.reconstruction.table_files import read
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.table.table_files import read
 from slipscale.analysis.reconstruction_page import distributions
 from slipscale.analysis.reconstruction_page.distributions import cumulative, histogram
 

@@ -12,9 +12,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from slipscale.analysis.reconstruction.pairing import least_alike, most_alike
-from slipscale.analysis.reconstruction.published_table import CONVENTIONS
-from slipscale.analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.inference.pairing import least_alike, most_alike
+from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS
 from slipscale.analysis.reproduction.allowed_datasets import AMPLITUDES_UM_PP, columns
 from slipscale.analysis.reproduction.comparison import recorded_values
 from slipscale.analysis.statistics.batched import paired_t, repeated_measures_f

@@ -6,9 +6,9 @@ import json
 
 import pytest
 
-from slipscale.analysis.reconstruction.conclusions import pairs
-from slipscale.analysis.reconstruction.published_table import CONVENTIONS
-from slipscale.analysis.reconstruction.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.inference.conclusions import pairs
+from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS
 from slipscale.analysis.reproduction import attained_bounds
 from slipscale.analysis.reproduction.allowed_datasets import columns
 from slipscale.analysis.reproduction.attained_bounds import known

@@ -1,0 +1,277 @@
+"""What a grid of simulated studies answers: power, precision, false alarms, how many people."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipscale.analysis.planning.power.grid import AXES, Condition, without_its_effect
+from slipscale.analysis.planning.power.outcome import Share
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from slipscale.analysis.planning.power.design import Design
+    from slipscale.analysis.planning.power.outcome import Outcome, Sums
+    from slipscale.analysis.planning.power.shard import Looks
+
+LOOK = "look after "
+#: Places of the effect's distribution that assurance is computed from (Gauss and Hermite's rule).
+EFFECTS = 9
+#: Mean sensations stay this far from the ends of the scale.
+ROOM = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """What is known of one condition.
+
+    Parameters
+    ----------
+    condition : Condition
+    power : Mapping
+        Test, or pair of neighbours -> share of studies that found something.
+    decisive : tuple of str
+        Those that the target is asked of: the primary test of any difference and all neighbours.
+    false_alarms : Mapping
+        The same without any effect.
+    widths : Mapping
+        What is estimated -> half-widths of its interval.
+    steps : Mapping
+        What catch steps tell; empty where they were not asked for.
+    unusable : Share
+        Studies that `analyse` would refuse.
+    looks : tuple of (int, Share)
+        Participants at each look, and the share of studies that ended there.
+    false_looks : Share or None
+        Share that ended at any look without an effect.
+    assurance : float or None
+        Expected power over the effect's uncertainty.
+    """
+
+    condition: Condition
+    power: Mapping[str, Share]
+    decisive: tuple[str, ...]
+    false_alarms: Mapping[str, Share]
+    widths: Mapping[str, Sums]
+    steps: Mapping[str, Sums]
+    unusable: Share
+    looks: tuple[tuple[int, Share], ...] = ()
+    false_looks: Share | None = None
+    assurance: float | None = None
+
+    @property
+    def weakest(self) -> Share:
+        """The least of the decisive shares."""
+        return min((self.power[name] for name in self.decisive), key=lambda share: share.value)
+
+    @property
+    def expected_participants(self) -> float:
+        """The mean number of participants, where the study may end at a look."""
+        ended = math.fsum(share.value for _, share in self.looks)
+        early = math.fsum(size * share.value for size, share in self.looks)
+        return early + (1 - ended) * self.condition.participants
+
+    @property
+    def any_look(self) -> float:
+        """The share of studies that ended at any look."""
+        return math.fsum(share.value for _, share in self.looks)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Assurance:
+    """An uncertain effect: a normal distribution of it."""
+
+    mean: float
+    sd: float
+
+    def effects(self, largest: float) -> list[tuple[float, float]]:
+        """Return effects and their weights; none below 0 or beyond what the scale holds."""
+        nodes, weights = np.polynomial.hermite_e.hermegauss(EFFECTS)
+        values = np.clip(self.mean + self.sd * nodes, 0.0, largest)
+        # Rounded: the last bit of an effect would be another condition on another machine.
+        return [
+            (round(float(value), 6), float(weight))
+            for value, weight in zip(values, weights / weights.sum(), strict=True)
+        ]
+
+
+def largest_effect(design: Design) -> float:
+    """Return how large an effect may be, so that mean sensations stay on the scale."""
+    mean = np.array(design.population.mean_sensation)
+    away = np.abs(mean - mean.mean()).max()
+    room = min(mean.mean(), 100 - mean.mean()) - ROOM
+    return float(room / away) if away > 0 else 1.0
+
+
+def rows(
+    design: Design,
+    wanted: Sequence[Condition],
+    outcomes: Mapping[Condition, Outcome],
+    *,
+    looks: Looks,
+    assurance: Assurance | None = None,
+) -> list[Row]:
+    """Return what is known of each condition that was computed, in their order."""
+    return [
+        _row(design, condition, outcomes, looks, assurance)
+        for condition in wanted
+        if condition in outcomes
+    ]
+
+
+def _row(
+    design: Design,
+    condition: Condition,
+    outcomes: Mapping[Condition, Outcome],
+    looks: Looks,
+    assurance: Assurance | None,
+) -> Row:
+    own = outcomes[condition]
+    without = outcomes.get(without_its_effect(condition))
+    tests = [name for name in own.found if not name.startswith(LOOK)]
+    neighbours = [name for name in tests if " - " in name]
+    first = [design.omnibus] if design.omnibus in tests else []
+    steps = [name for name in own.found if name.startswith(LOOK)]
+    expected = None
+    if assurance:
+        expected = math.fsum(
+            weight * weakest(outcomes[replace(condition, effect=effect)], [*first, *neighbours])
+            for effect, weight in assurance.effects(largest_effect(design))
+        )
+    return Row(
+        condition=condition,
+        power={name: own.power(name) for name in tests},
+        decisive=tuple([*first, *neighbours] or tests),
+        false_alarms={name: without.power(name) for name in tests} if without else {},
+        widths=own.widths,
+        steps=own.steps,
+        unusable=Share.of(own.unusable, own.studies),
+        looks=tuple((int(name.removeprefix(LOOK)), own.power(name)) for name in steps),
+        false_looks=Share.of(sum(without.found[name] for name in steps), without.studies)
+        if without and looks.number > 1
+        else None,
+        assurance=expected,
+    )
+
+
+def weakest(outcome: Outcome, tests: Sequence[str]) -> float:
+    """Return the least share of some tests."""
+    return min(outcome.power(name).value for name in tests or list(outcome.found))
+
+
+def varying(found: Sequence[Row]) -> list[str]:
+    """Return the axes along which the conditions differ, participants always among them."""
+    return [
+        axis
+        for axis in AXES
+        if axis == "participants" or len({getattr(row.condition, axis) for row in found}) > 1
+    ]
+
+
+def fewest(found: Sequence[Row], target: float) -> dict[Condition, int | None]:
+    """Return the smallest size from which on the target is reached, or None.
+
+    Returns
+    -------
+    dict
+        By the condition but for its participants, which are 0.
+    """
+    enough: dict[Condition, int | None] = {}
+    missed: set[Condition] = set()
+    for row in sorted(found, key=lambda one: -one.condition.participants):
+        others = replace(row.condition, participants=0)
+        enough.setdefault(others, None)
+        if row.weakest.value < target:
+            missed.add(others)
+        if others not in missed:
+            enough[others] = row.condition.participants
+    return enough
+
+
+def sentence(design: Design, row: Row) -> str:
+    """Return what a grant application says of a condition."""
+    condition, weak = row.condition, row.weakest
+    people = "" if condition.effect == 1 else f", with {condition.effect:g} times their effect"
+    ratings = "rating" if condition.repetitions == 1 else "ratings"
+    tests = PRIMARY_TESTS[design.choices.primary]
+    first = (
+        f"With {condition.participants} participants and {condition.repetitions} {ratings} of each "
+        f"of {len(design.task.amplitudes_um_pp)} surfaces, every planned comparison "
+        f"({tests}; two-sided, alpha = {design.alpha:g}) was significant in at least "
+        f"{weak.value:.0%} of {weak.studies:,} simulated studies (95 % Monte Carlo interval "
+        f"{weak.low:.1%} to {weak.high:.1%}) of people like population "
+        f"'{design.population.name}'{people}"
+    )
+    parts = [first]
+    if condition.lapses or condition.dropout:
+        parts.append(
+            f"of whom {condition.lapses:.0%} of answers lapse and {condition.dropout:.0%} drop out"
+        )
+    alarms = row.false_alarms.get(row.decisive[0])
+    if alarms:
+        parts.append(
+            f"without any effect {row.decisive[0]} was significant in {alarms.value:.1%} "
+            f"({alarms.low:.1%} to {alarms.high:.1%})"
+        )
+    width = row.widths["exponent"].mean
+    if math.isfinite(width):
+        level = design.choices.confidence
+        parts.append(f"the exponent's {level:.0%} interval is ± {width:.2f} wide on average")
+    return "; ".join(parts) + "."
+
+
+PRIMARY_TESTS = {
+    "ranks": "Friedman's test, and Wilcoxon's signed-rank tests between neighbours, Holm-corrected "
+    "over all pairs",
+    "logarithms": "repeated-measures ANOVA of logarithms with Greenhouse and Geisser's correction, "
+    "and paired t tests between neighbours, Holm-corrected over all pairs",
+}
+
+
+def as_json(design: Design, found: Sequence[Row], target: float) -> dict[str, Any]:
+    """Return everything as plain data."""
+    return {
+        "study": design.name,
+        "population": design.population.name,
+        "primary": design.choices.primary,
+        "normalisation": design.rule,
+        "exclusions": list(design.choices.exclusions),
+        "alpha": design.alpha,
+        "target": target,
+        "enough": [
+            {**asdict(others), "participants": size}
+            for others, size in fewest(found, target).items()
+        ],
+        "conditions": [_as_json(row) for row in found],
+    }
+
+
+def _as_json(row: Row) -> dict[str, Any]:
+    return {
+        **asdict(row.condition),
+        "weakest": row.weakest.value,
+        "power": {name: asdict(share) for name, share in row.power.items()},
+        "false_alarms": {name: asdict(share) for name, share in row.false_alarms.items()},
+        "half_widths": _means(row.widths),
+        "steps": _means(row.steps),
+        "not_analysable": row.unusable.value,
+        "looks": [{"participants": size, **asdict(share)} for size, share in row.looks],
+        "looks_false_alarms": asdict(row.false_looks) if row.false_looks else None,
+        "expected_participants": row.expected_participants if row.looks else None,
+        "assurance": row.assurance,
+    }
+
+
+def _means(sums: Mapping[str, Sums]) -> dict[str, dict[str, float | None]]:
+    return {
+        name: {"mean": _finite(each.mean), "error": _finite(each.error)}
+        for name, each in sums.items()
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,198 @@
+"""What of a study a power analysis rests on: surfaces, task, tests, normalisation, exclusions."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from slipscale.analysis.planning.power.yes_no_steps import StepTask
+from slipscale.analysis.planning.simulated.estimates import Task
+from slipscale.analysis.planning.simulated.fast_tests import DIVISORS, OMNIBUS, TESTS
+from slipscale.experiments.protocols.descending_difference import DescendingDifference, descent
+from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipscale.analysis.planning.power.grid import Condition
+    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.protocols.base import Context, Options
+    from slipscale.experiments.study.analysis_choices import AnalysisChoices
+    from slipscale.experiments.study.model import Study
+
+#: Tests that are computed study by study; "growth", "order" and "reliability" decide nothing.
+SLOW = ("page_trend", "mixed_model")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Design:
+    """A study as far as power depends on it; a condition sets the rest.
+
+    Parameters
+    ----------
+    name : str
+        Of the study.
+    task : Task
+        Its magnitude estimation.
+    steps : StepTask or None
+        Its descending difference.
+    declared : bool
+        Whether participants declare their scale's top.
+    choices : AnalysisChoices
+        The study's.
+    population : Population
+    alpha : float
+    """
+
+    name: str
+    task: Task
+    steps: StepTask | None
+    declared: bool
+    choices: AnalysisChoices
+    population: Population
+    alpha: float
+
+    @property
+    def rule(self) -> str:
+        """The rule of normalisation that `analyse` would take."""
+        return self.choices.normalisation or ("scale_top" if self.declared else "grand_maximum")
+
+    @property
+    def omnibus(self) -> str:
+        """The primary analysis' test of any difference."""
+        return OMNIBUS[self.choices.primary]
+
+    @property
+    def tests(self) -> tuple[str, ...]:
+        """The tests whose power is counted: the study's, or all that have a fast path."""
+        known = (*TESTS, *SLOW)
+        named = self.choices.tests
+        wanted = list(TESTS) if named is None else [test for test in known if test in set(named)]
+        # Friedman's test needs three amplitudes; of two, their one pair stands for any difference.
+        if len(self.task.amplitudes_um_pp) < 3:  # noqa: PLR2004
+            wanted = [test for test in wanted if test not in ("friedman", "page_trend")]
+        return tuple(wanted)
+
+    @property
+    def pairs(self) -> bool:
+        """Whether pairs of amplitudes are compared."""
+        return self.choices.tests is None or "pairwise" in self.choices.tests
+
+    def task_of(self, condition: Condition) -> Task:
+        """Return the task with a condition's repetitions, order and catch steps before or after."""
+        task = replace(self.task, repetitions=condition.repetitions)
+        if condition.order is not None:
+            task = replace(task, order=condition.order)
+        own, steps = self.steps, self.steps_of(condition)
+        if own is None or steps is None:
+            return task
+        more = steps.trials - own.trials
+        if own.trials_before < task.trials_before:
+            return replace(task, trials_before=task.trials_before + more)
+        return replace(task, trials_after=task.trials_after + more)
+
+    def steps_of(self, condition: Condition) -> StepTask | None:
+        """Return the descending difference with a condition's catch steps; None: not asked for."""
+        if self.steps is None or condition.catch_steps is None:
+            return None
+        return replace(self.steps, catch_steps=condition.catch_steps)
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """Return all that a result depends on beside the condition, as plain data."""
+        return {
+            "task": asdict(self.task),
+            "steps": None if self.steps is None else asdict(self.steps),
+            "declared": self.declared,
+            "choices": self.choices.model_dump(mode="json"),
+            "population": self.population.model_dump(mode="json", exclude={"name"}),
+            "alpha": self.alpha,
+        }
+
+
+def design_of(study: Study, text: str, population: Population, alpha: float) -> Design:
+    """Return what of a study power depends on.
+
+    Raises
+    ------
+    UserError
+        The study has no magnitude estimation, or fewer than two amplitudes to tell apart.
+    """
+    plan = RunPlan(
+        study_name=study.name,
+        study_text=text,
+        participant="01",
+        session=study.sessions[0] if study.sessions else "",
+        seed=0,
+        language=study.language,
+        mode="pilot",
+    )
+    context = plan.context()
+    counts = [(options, protocol.trials(options, context)) for protocol, options in plan.tasks()]
+    places = [n for n, (each, _) in enumerate(counts) if isinstance(each, MagnitudeEstimation)]
+    if not places:
+        raise UserError(
+            f"{study.name}: no magnitude_estimation among its tasks, the one protocol whose power "
+            "is planned; nothing to plan"
+        )
+    if len(study.amplitudes_um_pp) < 2:  # noqa: PLR2004
+        raise UserError(f"{study.name}: one amplitude; two or more are needed to tell apart")
+    place = places[0]
+    options = counts[place][0]
+    before, after = _around(counts, place)
+    if not isinstance(options, MagnitudeEstimation):
+        raise TypeError(type(options).__name__)
+    return Design(
+        name=study.name,
+        task=Task(
+            amplitudes_um_pp=tuple(sorted(study.amplitudes_um_pp)),
+            repetitions=options.repetitions,
+            practice=options.practice,
+            order=options.randomisation,
+            no_immediate_repeat=options.no_immediate_repeat,
+            trials_before=before,
+            trials_after=after,
+        ),
+        steps=_steps(counts, context),
+        declared=options.scale_top == "declared",
+        choices=_plannable(study),
+        population=population,
+        alpha=alpha,
+    )
+
+
+def _around(counts: Sequence[tuple[Options, int]], place: int) -> tuple[int, int]:
+    """Return how many trials of other tasks come before one, and after it."""
+    trials = [number for _, number in counts]
+    return sum(trials[:place]), sum(trials[place + 1 :])
+
+
+def _steps(counts: Sequence[tuple[Options, int]], context: Context) -> StepTask | None:
+    """Return the first descending difference among tasks, if there is one with a step."""
+    for place, (options, _) in enumerate(counts):
+        if isinstance(options, DescendingDifference):
+            falling = descent(options, context)
+            if len(falling) < 2:  # noqa: PLR2004
+                return None
+            before, after = _around(counts, place)
+            return StepTask(
+                descent_um_pp=tuple(falling),
+                series=options.series,
+                catch_steps=options.catch_steps,
+                trials_before=before,
+                trials_after=after,
+            )
+    return None
+
+
+def _plannable(study: Study) -> AnalysisChoices:
+    """Return the study's choices; UserError where simulated estimates cannot be so normalised."""
+    choices = study.analysis
+    if choices.normalisation not in (None, *DIVISORS):
+        raise UserError(
+            f"{study.name}: normalisation '{choices.normalisation}' needs a standard, which no "
+            f"simulated study has; expected one of {', '.join(DIVISORS)}"
+        )
+    return choices

@@ -1,0 +1,158 @@
+"""What simulated studies found: counts and sums, which add up in any order of shards' making."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any, Self
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from numpy.typing import NDArray
+
+#: Of the normal's 95 % interval.
+Z95 = 1.959963984540054
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Share:
+    """A share of simulated studies, with its Monte Carlo error.
+
+    Parameters
+    ----------
+    value : float
+    low, high : float
+        95 % interval (Wilson, 1927, J. Am. Stat. Assoc. 22, 209-212).
+    studies : int
+    """
+
+    value: float
+    low: float
+    high: float
+    studies: int
+
+    @classmethod
+    def of(cls, count: int, studies: int) -> Self:
+        """Return the share of so many in so many studies."""
+        if not studies:
+            return cls(value=math.nan, low=math.nan, high=math.nan, studies=0)
+        share, z2 = count / studies, Z95**2
+        centre = (share + z2 / (2 * studies)) / (1 + z2 / studies)
+        spread = share * (1 - share) / studies + z2 / (4 * studies**2)
+        half = Z95 * math.sqrt(spread) / (1 + z2 / studies)
+        return cls(
+            value=share,
+            low=max(centre - half, 0.0),
+            high=min(centre + half, 1.0),
+            studies=studies,
+        )
+
+    @property
+    def error(self) -> float:
+        """The Monte Carlo standard error."""
+        return math.sqrt(self.value * (1 - self.value) / self.studies)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sums:
+    """Values, summed: how many, their sum, the sum of their squares."""
+
+    n: int = 0
+    total: float = 0.0
+    squares: float = 0.0
+
+    @classmethod
+    def of(cls, values: NDArray[np.float64]) -> Self:
+        """Return the sums of the values that are finite."""
+        there = values[np.isfinite(values)]
+        return cls(n=len(there), total=float(there.sum()), squares=float((there**2).sum()))
+
+    def __add__(self, other: Sums) -> Sums:
+        return Sums(
+            n=self.n + other.n,
+            total=self.total + other.total,
+            squares=self.squares + other.squares,
+        )
+
+    @property
+    def mean(self) -> float:
+        """Their mean; NaN of none."""
+        return self.total / self.n if self.n else math.nan
+
+    @property
+    def error(self) -> float:
+        """The standard error of the mean; NaN of fewer than two."""
+        if self.n < 2:  # noqa: PLR2004
+            return math.nan
+        variance = max(self.squares - self.total**2 / self.n, 0.0) / (self.n - 1)
+        return math.sqrt(variance / self.n)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """What some simulated studies found.
+
+    Parameters
+    ----------
+    studies : int
+        How many; one that cannot be analysed is one that found nothing.
+    unusable : int
+        How many of them `analyse` would refuse.
+    found : Mapping
+        Test, or pair of neighbours ("0.5 - 1.2"), or look ("look 1") -> how many found something.
+    widths : Mapping
+        What is estimated ("exponent", "mean at 0.5") -> half-widths of its interval.
+    steps : Mapping
+        What catch steps tell, see `slipscale.analysis.planning.power.yes_no_steps.precision`;
+        empty if they were not requested.
+    """
+
+    studies: int = 0
+    unusable: int = 0
+    found: Mapping[str, int] = field(default_factory=dict)
+    widths: Mapping[str, Sums] = field(default_factory=dict)
+    steps: Mapping[str, Sums] = field(default_factory=dict)
+
+    def power(self, test: str) -> Share:
+        """Return the share of studies in which a test found something."""
+        return Share.of(self.found[test], self.studies)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain data."""
+        return asdict(self)
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Self:
+        """Return what `as_json` made; KeyError, TypeError or ValueError where it did not."""
+        return cls(
+            studies=int(data["studies"]),
+            unusable=int(data["unusable"]),
+            found={str(name): int(count) for name, count in data["found"].items()},
+            widths=_sums(data["widths"]),
+            steps=_sums(data["steps"]),
+        )
+
+
+def _sums(data: Mapping[str, Any]) -> dict[str, Sums]:
+    return {str(name): Sums(**sums) for name, sums in data.items()}
+
+
+def _added(one: Mapping[str, Sums], other: Mapping[str, Sums]) -> dict[str, Sums]:
+    return {name: one.get(name, Sums()) + sums for name, sums in other.items()}
+
+
+def total(outcomes: Iterable[Outcome]) -> Outcome:
+    """Return the sum of outcomes; in the order given, so that its digits are always the same."""
+    whole = Outcome()
+    for one in outcomes:
+        whole = Outcome(
+            studies=whole.studies + one.studies,
+            unusable=whole.unusable + one.unusable,
+            found={name: whole.found.get(name, 0) + count for name, count in one.found.items()},
+            widths=_added(whole.widths, one.widths),
+            steps=_added(whole.steps, one.steps),
+        )
+    return whole

@@ -1,0 +1,208 @@
+"""A grid's shards computed: here, over cores, over a cluster, or a part of them for an array job.
+
+The same digits in every case: each shard has a seed of its own, and shards are added up in their
+order, not in that of their making.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.planning.power.outcome import Outcome, total
+from slipscale.analysis.planning.power.shard import STUDIES_A_SHARD, Looks, Shard
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from slipscale.analysis.planning.power.design import Design
+    from slipscale.analysis.planning.power.grid import Condition
+    from slipscale.analysis.planning.power.shard_cache import ShardCache
+
+HOUR_S = 3600.0
+#: So many studies, and so many, are timed for an estimate of the whole.
+TRIED = (5, 45)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Part:
+    """Which of the shards are this run's: number of ``of``, from 1; all by default."""
+
+    number: int = 1
+    of: int = 1
+
+    def takes(self, place: int) -> bool:
+        """Return whether the shard at a place is this part's."""
+        return place % self.of == self.number - 1
+
+
+def shards(
+    design: Design,
+    wanted: Sequence[Condition],
+    *,
+    studies: int,
+    seed: int,
+    looks: Looks | None = None,
+) -> list[Shard]:
+    """Return the shards of some conditions, in their order."""
+    sizes = [STUDIES_A_SHARD] * (studies // STUDIES_A_SHARD)
+    if rest := studies % STUDIES_A_SHARD:
+        sizes.append(rest)
+    return [
+        Shard(
+            design=design,
+            condition=condition,
+            number=number,
+            studies=size,
+            seed=seed,
+            looks=looks or Looks(),
+        )
+        for condition in wanted
+        for number, size in enumerate(sizes)
+    ]
+
+
+def missing(wanted: Sequence[Shard], cache: ShardCache | None) -> list[Shard]:
+    """Return the shards that are not in the cache."""
+    return [shard for shard in wanted if cache is None or cache.get(shard) is None]
+
+
+def estimated_s(wanted: Sequence[Shard], jobs: int) -> float:
+    """Return about how long shards take, from a few studies of the one with most ratings."""
+    if not wanted:
+        return 0.0
+    largest = max(wanted, key=_ratings)
+    few, many = (min(number, largest.studies) for number in TRIED)
+    _timed(largest, few)  # tables and imports
+    small_s, large_s = _timed(largest, few), _timed(largest, many)
+    study_s = max(large_s - small_s, 0.0) / max(many - few, 1)
+    shard_s = max(small_s - few * study_s, 0.0)
+    of_largest = study_s / _ratings(largest) * largest.studies
+    return (len(wanted) * shard_s + of_largest * sum(map(_ratings, wanted))) / jobs
+
+
+def _timed(shard: Shard, studies: int) -> float:
+    """Return how long so many studies of a shard take."""
+    began = time.perf_counter()
+    replace(shard, studies=studies, number=-1).compute()
+    return time.perf_counter() - began
+
+
+def _ratings(shard: Shard) -> int:
+    condition = shard.condition
+    return shard.studies * condition.participants * condition.repetitions
+
+
+def run_grid(
+    wanted: Sequence[Shard],
+    *,
+    jobs: int = 1,
+    cache: ShardCache | None = None,
+    part: Part | None = None,
+    scheduler: str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> dict[Condition, Outcome]:
+    """Compute shards and add them up.
+
+    Parameters
+    ----------
+    wanted : sequence of Shard
+        Of one design.
+    jobs : int
+        How many processes.
+    cache : ShardCache, optional
+        Finished shards are taken from it, and put there as soon as each is finished.
+    part : Part, optional
+        Which of the missing shards are computed here.
+    scheduler : str, optional
+        A Dask scheduler's address, in place of processes here.
+    progress : callable, optional
+        Told how many shards are done, and how many there are.
+
+    Returns
+    -------
+    dict
+        Of each condition all of whose shards are there.
+    """
+    here = part or Part()
+    found: dict[Shard, Outcome] = {}
+    left: list[Shard] = []
+    for place, shard in enumerate(wanted):
+        known = cache.get(shard) if cache else None
+        if known is not None:
+            found[shard] = known
+        elif here.takes(place):
+            left.append(shard)
+    tell = progress or (lambda _done, _of: None)
+    tell(len(found), len(found) + len(left))
+    for shard, outcome in _computed(left, jobs, scheduler, cache):
+        found[shard] = outcome
+        tell(len(found), len(wanted) if here.of == 1 else len(found) + len(left))
+    return _sums(wanted, found)
+
+
+def _sums(wanted: Iterable[Shard], found: Mapping[Shard, Outcome]) -> dict[Condition, Outcome]:
+    """Return the outcome of each condition whose shards are all there."""
+    of: dict[Condition, list[Shard]] = {}
+    for shard in wanted:
+        of.setdefault(shard.condition, []).append(shard)
+    return {
+        condition: total(found[shard] for shard in own)
+        for condition, own in of.items()
+        if all(shard in found for shard in own)
+    }
+
+
+def _computed(
+    left: Sequence[Shard], jobs: int, scheduler: str | None, cache: ShardCache | None
+) -> Iterator[tuple[Shard, Outcome]]:
+    """Yield each shard with its outcome, as they are finished."""
+    if scheduler is not None:
+        for shard, outcome in _on_cluster(left, scheduler):
+            if cache:  # of this machine: a worker may not see its disk
+                cache.put(shard, outcome)
+            yield shard, outcome
+    elif jobs == 1 or len(left) < 2:  # noqa: PLR2004
+        for shard in left:
+            yield _kept(shard, cache)
+    else:
+        from joblib import Parallel, delayed  # noqa: PLC0415 - only where it is wanted
+
+        work = Parallel(n_jobs=jobs, return_as="generator_unordered")
+        yield from work(delayed(_kept)(shard, cache) for shard in left)
+
+
+def _kept(shard: Shard, cache: ShardCache | None = None) -> tuple[Shard, Outcome]:
+    """Compute a shard and keep it at once: whoever is killed loses the shard in hand alone."""
+    outcome = shard.compute()
+    if cache:
+        cache.put(shard, outcome)
+    return shard, outcome
+
+
+def _on_cluster(left: Sequence[Shard], scheduler: str) -> Iterator[tuple[Shard, Outcome]]:
+    """Yield shards that a Dask cluster computes; a worker that is lost has its shards redone."""
+    try:
+        from distributed import Client, as_completed  # noqa: PLC0415 - an extra
+    except ModuleNotFoundError:
+        raise UserError(
+            f"--scheduler {scheduler}: Dask is not installed; expected the extra slipscale[cluster]"
+        ) from None
+    try:
+        client = Client(scheduler, timeout=REACHED_S)  # type: ignore[no-untyped-call]
+    except (OSError, ValueError, TypeError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise UserError(
+            f"--scheduler {scheduler}: cannot be reached ({reason}); expected a running Dask "
+            "scheduler's address, as tcp://HOST:8786"
+        ) from None
+    with client:
+        futures = client.map(_kept, list(left), pure=False, retries=RETRIES)
+        for future in as_completed(futures):  # type: ignore[no-untyped-call]
+            yield future.result()
+
+
+REACHED_S = 10
+RETRIES = 5

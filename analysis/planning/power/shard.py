@@ -1,0 +1,250 @@
+"""A shard: some hundred simulated studies of one condition, from a seed of their own.
+
+The seed is the SHA-256 of design, condition, shard and the user's seed: whoever computes a shard,
+wherever and whenever, finds the same.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, replace
+from itertools import pairwise as neighbours
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipscale.analysis.pipeline import normalised
+from slipscale.analysis.planning.power.outcome import Outcome, Sums
+from slipscale.analysis.planning.power.sequential import levels, look_sizes
+from slipscale.analysis.planning.power.yes_no_steps import precision, simulate_steps
+from slipscale.analysis.planning.simulated.dataset import place_of, simulated_dataset
+from slipscale.analysis.planning.simulated.estimates import simulate_ratings
+from slipscale.analysis.planning.simulated.fast_tests import (
+    TESTS,
+    exponents,
+    half_widths,
+    pairs,
+    pairwise,
+    tables,
+)
+from slipscale.analysis.preprocessing import data_quality
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.omnibus import page_trend
+from slipscale.analysis.tasks.estimation.mixed_model import mixed_model
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from slipscale.analysis.planning.power.design import Design
+    from slipscale.analysis.planning.power.grid import Condition
+    from slipscale.analysis.planning.power.sequential import Spending
+    from slipscale.analysis.planning.simulated.estimates import Ratings
+    from slipscale.analysis.planning.simulated.fast_tests import Tables
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+
+    Array = NDArray[np.float64]
+
+#: What a shard's numbers mean; another number makes other seeds and another cache.
+VERSION = 2
+STUDIES_A_SHARD = 250
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Looks:
+    """Looks at the data before the end; one look is none before."""
+
+    number: int = 1
+    spending: Spending = "obrien-fleming"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Shard:
+    """What is to be computed.
+
+    Parameters
+    ----------
+    design : Design
+    condition : Condition
+    number : int
+        From 0.
+    studies : int
+    seed : int
+    looks : Looks
+    """
+
+    design: Design
+    condition: Condition
+    number: int
+    studies: int
+    seed: int
+    looks: Looks = Looks()
+
+    @property
+    def identity(self) -> dict[str, Any]:
+        """All that the result depends on, as plain data."""
+        return {
+            "version": VERSION,
+            "design": self.design.identity,
+            "condition": asdict(self.condition),
+            "looks": asdict(self.looks),
+            "number": self.number,
+            "studies": self.studies,
+            "seed": self.seed,
+        }
+
+    @property
+    def digest(self) -> str:
+        """SHA-256 of the identity, in hexadecimal."""
+        return hashlib.sha256(json.dumps(self.identity, sort_keys=True).encode()).hexdigest()
+
+    def compute(self) -> Outcome:
+        """Simulate the studies and count what they find."""
+        design, condition = self.design, self.condition
+        task = design.task_of(condition)
+        people = condition.people(design.population)
+        rng = np.random.default_rng(int(self.digest, 16))
+        ratings = simulate_ratings(
+            task,
+            participants=condition.participants,
+            studies=self.studies,
+            population=people,
+            rng=rng,
+        )
+        if design.choices.exclusions:
+            ratings = excluded(design, ratings)
+        found = tables(ratings, task.amplitudes_um_pp, design.rule, design.choices.zero_rule)
+        outcome = at_once(design, found, self.looks)
+        outcome = replace(outcome, found={**outcome.found, **one_by_one(design, ratings)})
+        steps = design.steps_of(condition)
+        # Without an effect a step is a catch step.
+        if steps is None or not condition.effect:
+            return outcome
+        answers = simulate_steps(
+            steps,
+            participants=condition.participants,
+            studies=self.studies,
+            population=people,
+            rng=rng,
+        )
+        return replace(outcome, steps=precision(answers, design.choices.confidence))
+
+
+def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
+    """Return what studies find by the tests on whole arrays."""
+    alpha = design.alpha
+    told = {
+        name: (TESTS[name](found) < alpha) & found.usable for name in design.tests if name in TESTS
+    }
+    if design.pairs:
+        told |= _pairs_told(design, found, alpha)
+    if looks.number > 1:
+        told |= _looks_told(design, found, looks)
+    confidence = design.choices.confidence
+    of_means = half_widths(found.cells, confidence)
+    widths = {"exponent": half_widths(exponents(found), confidence)} | {
+        f"mean at {amplitude:g}": of_means[:, place]
+        for place, amplitude in enumerate(found.amplitudes_um_pp)
+    }
+    return Outcome(
+        studies=len(found.usable),
+        unusable=int((~found.usable).sum()),
+        found={name: int(share.sum()) for name, share in told.items()},
+        widths={name: Sums.of(values[found.usable]) for name, values in widths.items()},
+    )
+
+
+def _pairs_told(design: Design, found: Tables, alpha: float) -> dict[str, NDArray[np.bool_]]:
+    """Return whether each study tells neighbours apart."""
+    p = pairwise(found, design.choices.primary)
+    known = pairs(found.amplitudes_um_pp)
+    return {
+        pair_name(*pair): (p[:, known.index(pair)] < alpha) & found.usable
+        for pair in neighbours(found.amplitudes_um_pp)
+    }
+
+
+def _looks_told(design: Design, found: Tables, looks: Looks) -> dict[str, NDArray[np.bool_]]:
+    """Return at which look each study ends, by the primary analysis' test of any difference."""
+    sizes = look_sizes(found.cells.shape[1], looks.number)
+    going_on = found.usable.copy()
+    told: dict[str, NDArray[np.bool_]] = {}
+    for size, level in zip(sizes, levels(sizes, design.alpha, looks.spending), strict=True):
+        ends = going_on & (_any_difference(design, found.first(size)) < level)
+        told[f"look after {size}"] = ends
+        going_on &= ~ends
+    return told
+
+
+def _any_difference(design: Design, found: Tables) -> Array:
+    if design.omnibus in design.tests:
+        return TESTS[design.omnibus](found)
+    return np.asarray(pairwise(found, design.choices.primary).min(axis=1))
+
+
+def pair_name(low_um_pp: float, high_um_pp: float) -> str:
+    """Return what a pair of amplitudes is called.
+
+    >>> pair_name(0.0, 0.5)
+    '0 - 0.5'
+    """
+    return f"{low_um_pp:g} - {high_um_pp:g}"
+
+
+def excluded(design: Design, ratings: Ratings) -> Ratings:
+    """Return the ratings without the participants whom the study's rule excludes.
+
+    By `analyse`'s own measures and flags, study by study.
+    """
+    choices = design.choices
+    percent = ratings.percent.copy()
+    for study in range(len(percent)):
+        data = simulated_dataset(
+            ratings, study, design.task.amplitudes_um_pp, choices, declared=design.declared
+        )
+        measured = data_quality.measures(data, choices.thresholds)
+        flags = data_quality.flags(measured, choices.thresholds)
+        out = flags[list(choices.exclusions)].any(axis=1)
+        percent[study, [place_of(str(who)) for who in out.index[out]]] = np.nan
+    return replace(ratings, percent=percent)
+
+
+def one_by_one(design: Design, ratings: Ratings) -> dict[str, int]:
+    """Return how many studies find something by tests that have no form for whole arrays."""
+    slow = [name for name in design.tests if name in SLOW]
+    found = dict.fromkeys(slow, 0)
+    for study in range(len(ratings.percent) if slow else 0):
+        data = simulated_dataset(
+            ratings, study, design.task.amplitudes_um_pp, design.choices, declared=design.declared
+        )
+        try:
+            _, prepared, _, _ = normalised(data, None)
+        except UserError:
+            continue  # `analyse` refuses it
+        for name in slow:
+            found[name] += bool(prepared and SLOW[name](prepared) < design.alpha)
+    return found
+
+
+def _page_p(data: Prepared) -> float:
+    found = page_trend(data)
+    return 1.0 if isinstance(found, NotComputed) else found.p
+
+
+def _mixed_model_p(data: Prepared) -> float:
+    from scipy import stats  # noqa: PLC0415
+
+    found = mixed_model(data)
+    if isinstance(found, NotComputed):
+        return 1.0
+    return float(2 * stats.t.sf(abs(found.exponent) / found.se, found.n - 1))
+
+
+#: Test of a study file that is computed study by study -> its p.
+SLOW: dict[str, Callable[[Prepared], float]] = {
+    "page_trend": _page_p,
+    "mixed_model": _mixed_model_p,
+}

@@ -1,0 +1,102 @@
+"""A folder of finished shards: what is there is not computed again, whoever computed it.
+
+One file a shard, written whole under another name and then renamed, so that a killed run leaves
+none half written. A file is believed only if its text fits its own SHA-256 and its identity is the
+shard's: one that was cut short, edited or brought from elsewhere is computed again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from typing import TYPE_CHECKING, Any
+
+from slipscale.analysis.planning.power.outcome import Outcome
+from slipscale.analysis.planning.power.shard import VERSION
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from slipscale.analysis.planning.power.shard import Shard
+
+MARK = "slipscale-power.json"
+
+
+class ShardCache:
+    """The finished shards in a folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if it is not there.
+
+    Raises
+    ------
+    UserError
+        The folder cannot be made or written, or is the cache of another version.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        mark = folder / MARK
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            if not mark.exists():
+                _write(mark, json.dumps({"version": VERSION}))
+            told: Any = json.loads(mark.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise UserError(f"--cache {folder}: {error.strerror}") from None
+        except ValueError:
+            told = None
+        if told != {"version": VERSION}:
+            raise UserError(
+                f"--cache {folder}: its shards are of another version of Slipscale; expected a new "
+                "folder, or one of this version"
+            )
+
+    def path(self, shard: Shard) -> Path:
+        """Return where a shard's file lies."""
+        return self.folder / f"{shard.digest}.json"
+
+    def get(self, shard: Shard) -> Outcome | None:
+        """Return a finished shard's outcome; None where it is not there, or not to be believed."""
+        try:
+            text = self.path(shard).read_text(encoding="utf-8")
+            digest, _, body = text.partition("\n")
+            if hashlib.sha256(body.encode()).hexdigest() != digest:
+                return None
+            data = json.loads(body)
+            if data["shard"] != json.loads(json.dumps(shard.identity)):
+                return None
+            return Outcome.from_json(data["outcome"])
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+
+    def put(self, shard: Shard, outcome: Outcome) -> None:
+        """Write a shard's outcome.
+
+        Raises
+        ------
+        UserError
+            The disk refuses it.
+        """
+        body = json.dumps({"shard": shard.identity, "outcome": outcome.as_json()}, indent=1)
+        try:
+            _write(self.path(shard), f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}")
+        except OSError as error:
+            raise UserError(
+                f"--cache {self.folder}: cannot write ({error.strerror}); the shards that are "
+                "there are whole: free some space and give the same command again"
+            ) from None
+
+
+def _write(path: Path, text: str) -> None:
+    """Write a file whole or not at all."""
+    being = path.with_name(f"{path.name}.{os.getpid()}.part")
+    try:
+        being.write_text(text, encoding="utf-8")
+        being.replace(path)
+    finally:
+        being.unlink(missing_ok=True)

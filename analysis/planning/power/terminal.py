@@ -1,0 +1,126 @@
+"""Power on the terminal."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from slipscale.analysis.planning.power.answers import PRIMARY_TESTS, fewest, sentence, varying
+from slipscale.analysis.planning.power.yes_no_steps import CATCH_WIDTH, D_PRIME_LOW
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from slipscale.analysis.planning.power.answers import Row
+    from slipscale.analysis.planning.power.design import Design
+
+#: Headings that are short enough for a column of short numbers.
+SHORT = {"participants": "N", "repetitions": "ratings", "catch_steps": "catch\nsteps"}
+WIDTH = 110
+#: With more columns of conditions than this only the weakest pair is shown.
+NARROW = 2
+
+
+def print_power(
+    design: Design, found: Sequence[Row], target: float, console: Console | None = None
+) -> None:
+    """Print power of each condition, and how many participants suffice."""
+    # Cut off, numbers would mislead: a narrower terminal breaks the lines.
+    target_console = console or Console()
+    target_console.width = max(target_console.width, WIDTH)
+    table = Table(
+        title=f"Power: share of {found[0].weakest.studies:,} simulated studies",
+        title_justify="left",
+        title_style="bold",
+        box=box.SIMPLE_HEAD,
+    )
+    axes = varying(found)
+    columns = _columns(found[0], target, brief=len(axes) > NARROW)
+    for title in (*(SHORT.get(axis, axis) for axis in axes), *columns):
+        table.add_column(title, justify="right", no_wrap=True)
+    for row in found:
+        values = [row.condition.told(axis) for axis in axes]
+        table.add_row(*values, *(cell(row) for cell in columns.values()))
+    target_console.print(table)
+    errors = [share.error for row in found for share in row.power.values()]
+    lines = [f"Monte Carlo standard errors are at most {max(errors):.3f}."]
+    for line in (*lines, *summary(design, found, target)):
+        target_console.print(line, highlight=False, markup=False)
+
+
+def _columns(first: Row, target: float, *, brief: bool) -> dict[str, Callable[[Row], str]]:
+    """Return heading -> what stands under it, of what was computed."""
+    columns: dict[str, Callable[[Row], str]] = {}
+    for name in first.decisive[: 1 if brief else None]:
+        title = f"{name}\nµm" if " - " in name else "any"
+        columns[title] = partial(_power, name, target)
+    if brief:
+        columns["weakest\npair"] = lambda row: _share(row.weakest.value, target)
+    columns["exponent\n±"] = _width
+    if first.steps:
+        columns["yes at\ncatch ±"] = lambda row: f"{row.steps[CATCH_WIDTH].mean:.3f}"
+        columns["d' at\nleast"] = lambda row: f"{row.steps[D_PRIME_LOW].mean:.2f}"
+    if first.false_alarms:
+        columns["false\nalarms"] = lambda row: f"{row.false_alarms[row.decisive[0]].value:.3f}"
+    if first.assurance is not None:
+        columns["assur-\nance"] = lambda row: f"{row.assurance:.3f}"
+    if first.looks:
+        columns["with\nlooks"] = lambda row: f"{row.any_look:.3f}"
+        columns["mean\nN"] = lambda row: f"{row.expected_participants:.1f}"
+    if first.false_looks:
+        columns["looks,\nno effect"] = lambda row: (
+            f"{row.false_looks.value:.3f}" if row.false_looks else ""
+        )
+    return columns
+
+
+def _power(name: str, target: float, row: Row) -> str:
+    return _share(row.power[name].value, target)
+
+
+def _share(value: float, target: float) -> str:
+    return f"[bold]{value:.3f}[/]" if value >= target else f"{value:.3f}"
+
+
+def _width(row: Row) -> str:
+    width = row.widths["exponent"].mean
+    return f"{width:.3f}" if math.isfinite(width) else "none"
+
+
+def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
+    """Return what follows from the table, a sentence each."""
+    lines = []
+    others = [axis for axis in varying(found) if axis != "participants"]
+    for condition, size in fewest(found, target).items():
+        where = condition.described(others)
+        said = (
+            f"{size} participants or more reach {target:g} on every comparison"
+            if size
+            else f"none of these sizes reaches {target:g} on every comparison"
+        )
+        line = f"{where}: {said}" if where else said[0].upper() + said[1:]
+        lines.append(f"{line}.")
+    if found[0].steps:
+        lines.append(
+            "Catch steps: half the interval of the share of yes at them, and the lower bound of "
+            "d', each the mean over studies."
+        )
+    best = next((row for row in found if row.weakest.value >= target), found[-1])
+    lines.append(f"For the application: {sentence(design, best)}")
+    refused = max(row.unusable.value for row in found)
+    if refused:
+        lines.append(
+            f"Up to {refused:.1%} of the studies could not be normalised; they count as "
+            "having found nothing."
+        )
+    lines.append(
+        f"Tests: {PRIMARY_TESTS[design.choices.primary]}; normalised by {design.rule}; excluded: "
+        f"{', '.join(design.choices.exclusions) or 'nobody'}. How people are is assumed: see "
+        "docs/simulated-people.md."
+    )
+    return lines

@@ -1,0 +1,165 @@
+"""The descending difference of simulated studies: what its catch steps tell.
+
+The same model as `Respondent.notices`, on whole arrays. The share of "yes" at catch steps has the
+report's own interval; d' by the report's probit model takes some tenths of a second, so that it is
+computed of the first studies of each shard alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.planning.power.outcome import Sums
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.difference.probit import d_primes
+from slipscale.analysis.tasks.difference.proportions import clustered_interval
+from slipscale.experiments.participants.population import curves
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from slipscale.experiments.participants.population import Population
+
+    Array = NDArray[np.float64]
+
+#: So many studies of a shard have their d' computed.
+D_PRIME_STUDIES = 10
+CATCH_WIDTH, D_PRIME_LOW = "yes at catch steps", "lower bound of d'"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepTask:
+    """A descending difference, as far as answers depend on it.
+
+    Parameters
+    ----------
+    descent_um_pp : tuple of float
+        Amplitudes of a series, falling.
+    series, catch_steps : int
+        How many series, and steps at which nothing changes in each.
+    trials_before, trials_after : int
+        Trials of other tasks in the run before this one, and after it.
+    """
+
+    descent_um_pp: tuple[float, ...]
+    series: int
+    catch_steps: int
+    trials_before: int = 0
+    trials_after: int = 0
+
+    @property
+    def trials(self) -> int:
+        """How many steps, catch steps included."""
+        return self.series * (len(self.descent_um_pp) - 1 + self.catch_steps)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StepAnswers:
+    """Answers to the steps of simulated studies, arrays of shape (studies, participants, trials).
+
+    Parameters
+    ----------
+    removed_um_pp : array
+        How much amplitude each step removed; 0 at catch steps.
+    felt : array
+        1 for "yes", 0 for "no", NaN where the person had dropped out.
+    """
+
+    removed_um_pp: Array
+    felt: Array
+
+
+def simulate_steps(
+    task: StepTask,
+    *,
+    participants: int,
+    studies: int,
+    population: Population,
+    rng: np.random.Generator,
+) -> StepAnswers:
+    """Return simulated studies, step by step; parameters as for `simulate_ratings`."""
+    shape = (studies, participants)
+    mean = np.array([curves(population).mean(each) for each in task.descent_um_pp])
+    catch = np.concatenate(
+        [_catch_marks(task, shape, rng) for _ in range(task.series)], axis=2, dtype=np.bool_
+    )
+    # Each series goes through the same real steps, in their order.
+    place = (np.cumsum(~catch, axis=2) - 1) % (len(task.descent_um_pp) - 1)
+    changes = np.where(catch, 0.0, np.abs(np.diff(mean))[place])
+    removed = np.where(catch, 0.0, np.abs(np.diff(task.descent_um_pp))[place])
+    threshold = population.noise * np.exp(population.threshold_sigma * rng.normal(size=shape))
+    criterion = population.criterion + population.criterion_sd * rng.normal(size=shape)
+    strength = changes / threshold[..., None] + rng.normal(size=changes.shape)
+    felt = (strength > criterion[..., None]).astype(np.float64)
+    habits = population.habits
+    if habits.lapses:
+        lapse = rng.uniform(size=felt.shape) < habits.lapses
+        felt = np.where(lapse, rng.integers(2, size=felt.shape), felt)
+    if habits.dropout:
+        planned = task.trials_before + task.trials + task.trials_after
+        last = np.floor(rng.uniform(size=shape) * planned)
+        last = np.where(rng.uniform(size=shape) < habits.dropout, last, math.inf)
+        number = task.trials_before + np.arange(task.trials)
+        felt = np.where(number > last[..., None], np.nan, felt)
+    return StepAnswers(removed_um_pp=removed, felt=felt)
+
+
+def _catch_marks(
+    task: StepTask, shape: tuple[int, int], rng: np.random.Generator
+) -> NDArray[np.bool_]:
+    """Return which steps of a series are catch steps: every choice of places is as likely."""
+    marks = np.array([False] * (len(task.descent_um_pp) - 1) + [True] * task.catch_steps)
+    return rng.permuted(np.broadcast_to(marks, (*shape, len(marks))), axis=2)
+
+
+def precision(answers: StepAnswers, confidence: float) -> dict[str, Sums]:
+    """Return how precisely the studies tell false alarms, and what d' they can claim.
+
+    Returns
+    -------
+    dict
+        Half-widths of the interval of the share of "yes" at catch steps, and lower bounds of the
+        d' of all sizes of step together.
+    """
+    widths = [
+        _half_width(*_catch_counts(removed, felt), confidence)
+        for removed, felt in zip(answers.removed_um_pp, answers.felt, strict=True)
+    ]
+    bounds = [
+        _lower_bound(removed, felt, confidence)
+        for removed, felt in zip(
+            answers.removed_um_pp[:D_PRIME_STUDIES], answers.felt[:D_PRIME_STUDIES], strict=True
+        )
+    ]
+    return {CATCH_WIDTH: Sums.of(np.array(widths)), D_PRIME_LOW: Sums.of(np.array(bounds))}
+
+
+def _catch_counts(removed: Array, felt: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return each participant's "yes" and answers at catch steps, in an order of their own."""
+    answered = (removed == 0) & ~np.isnan(felt)
+    number = answered.sum(axis=1)
+    yes = np.where(answered, felt, 0.0).sum(axis=1)
+    people = sorted((float(y), float(n)) for y, n in zip(yes, number, strict=True) if n)
+    return tuple(y for y, _ in people), tuple(n for _, n in people)
+
+
+@lru_cache(maxsize=10_000)
+def _half_width(yes: tuple[float, ...], answers: tuple[float, ...], confidence: float) -> float:
+    """Return half the report's interval; many studies have the same counts."""
+    if not answers:
+        return math.nan
+    found = clustered_interval(np.array(yes), np.array(answers), confidence)
+    return (found.high - found.low) / 2
+
+
+def _lower_bound(removed: Array, felt: Array, confidence: float) -> float:
+    who, step = np.nonzero(~np.isnan(felt))
+    people = np.unique(who, return_inverse=True)[1]
+    changed = (removed[who, step] > 0).astype(np.float64)
+    found = d_primes(changed, felt[who, step], people, confidence)
+    return math.nan if isinstance(found, NotComputed) else found[0].interval.low

@@ -1,0 +1,1 @@
+"""Precision of the other protocols: simulated studies, their answers and the output."""

@@ -1,0 +1,116 @@
+"""Answers of simulated people to choices and ratios, as `analyse` would read them.
+
+The people go through the protocol itself, without plate, screen and files; their rows are made by
+the data set's own code, and read by the analysis' own.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.planning.protocols.studies import RATIO, minutes_of
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
+from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.analysis.tasks.thresholds.reading import told_choices
+from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.dataset.schema import INTERVAL, MAIN
+from slipscale.experiments.journal.record import Record
+from slipscale.experiments.journal.serialisation import answer_record, step_record
+from slipscale.experiments.participants.bare import bare_run, drops_out
+from slipscale.experiments.protocols.steps import Ask, EndTrial, Present
+
+if TYPE_CHECKING:
+    from slipscale.analysis.planning.protocols.studies import ProtocolStudy
+    from slipscale.experiments.participants.bare import BareStep
+    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.study.run_plan import RunPlan
+
+
+#: Steps that a choice's row is made of.
+TOLD = (Present, Ask, EndTrial)
+
+
+class Answered(NamedTuple):
+    """One person's answers to main trials: choices and how they are to be read, or ratios."""
+
+    method: str
+    answers: Answers | None = None
+    exponent: float = math.nan
+
+
+class StudyAnswers(NamedTuple):
+    """Everybody's answers in one simulated study, None without any; and their minutes."""
+
+    people: list[Answered | None]
+    minutes: list[float]
+
+
+def answers_of(
+    study: ProtocolStudy, participants: int, seed: int, population: Population
+) -> StudyAnswers:
+    """Return the answers of one simulated study."""
+    rows: dict[str, list[pd.DataFrame]] = {}
+    minutes: dict[str, float] = {}
+    for plan in study.plans(participants, seed, population):
+        if plan.visit and drops_out(plan, population):
+            continue  # whoever gave up is not invited again
+        steps = list(bare_run(plan, population))
+        who = plan.participant
+        minutes[who] = minutes.get(who, 0.0) + minutes_of(steps)
+        rows.setdefault(who, []).append(_rows(study, plan, steps))
+    everybody = [read_answers(study, pd.concat(own, ignore_index=True)) for own in rows.values()]
+    return StudyAnswers(everybody, list(minutes.values()))
+
+
+def _rows(study: ProtocolStudy, plan: RunPlan, steps: list[BareStep]) -> pd.DataFrame:
+    """Return the main trials of a run, as its table has them."""
+    protocol = next(each for each, _ in plan.tasks() if each.task == study.task)
+    trials = gather(_records(steps)).trials.get(study.task, [])
+    main = [trial for trial in trials if trial.trial.phase == MAIN]
+    columns = {**protocol.design, **protocol.stimulus, **protocol.response}
+    found = {name: [column.value(trial) for trial in main] for name, column in columns.items()}
+    third = f"{INTERVAL}3_surface"
+    return pd.DataFrame(
+        {**found, "task": study.task, third: [trial.intervals.get(3) for trial in main]}
+    )
+
+
+def _records(steps: list[BareStep]) -> list[Record]:
+    """Return the steps as a journal holds them."""
+    found: list[Record] = []
+    for done in steps:
+        if isinstance(done.step, TOLD):
+            began = {"what": step_record(done.step)}
+            ended = {"answer": answer_record(done.answer)}
+            found.append(Record(number=len(found), time_s=0.0, kind="begin", data=began))
+            found.append(Record(number=len(found), time_s=0.0, kind="done", data=ended))
+    return found
+
+
+def read_answers(study: ProtocolStudy, rows: pd.DataFrame) -> Answered | None:
+    """Return what a person's rows say; None where nothing was answered."""
+    if rows.empty or study.marks is None:
+        return None
+    if study.marks == RATIO:
+        return Answered("ratio", exponent=_exponent(rows))
+    frame = rows.rename(columns={study.marks[0]: "level_um_pp"})
+    frame = told_choices(frame.astype({"level_um_pp": float}), study.marks)
+    main = frame[frame["correct"].notna() & frame["level_um_pp"].notna() & ~frame["catch"]]
+    if main.empty:
+        return None
+    method = str(main["method"].iloc[0])
+    levels, correct = main["level_um_pp"].tolist(), main["correct"].astype(bool).tolist()
+    return Answered(method, Answers.of_trials(levels, correct))
+
+
+def _exponent(rows: pd.DataFrame) -> float:
+    """Return the slope of mean log ratios on log amplitude: as of magnitude estimates."""
+    amplitude, ratio = RATIO
+    there = rows[(rows["catch"] != "true") & (rows[amplitude] > 0) & rows[ratio].notna()]
+    logs = there[ratio].astype(float).map(math.log)
+    means = logs.groupby(there[amplitude].astype(float)).mean()
+    return float(fit_lines(np.log(means.index.to_numpy()), means.to_numpy()).slope)

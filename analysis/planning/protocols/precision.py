@@ -1,0 +1,196 @@
+"""Which protocol: how precisely studies know their exponent or threshold, for the same minutes.
+
+Compared is the half-width of the group's interval in % of what it is an interval of: the mean of
+participants' exponents, or the geometric mean of participants' thresholds (of a comparison below
+and above a standard half the distance between 25 and 75 %), by the estimators of `analyse`.
+Magnitude estimation goes through `slipscale.analysis.planning.simulated.estimates`; other
+protocols are answered step by step.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.planning.power.design import design_of
+from slipscale.analysis.planning.power.grid import Condition
+from slipscale.analysis.planning.power.shard import excluded
+from slipscale.analysis.planning.protocols.answers import answers_of
+from slipscale.analysis.planning.protocols.studies import EXPONENT, seed_of
+from slipscale.analysis.planning.simulated.estimates import simulate_ratings
+from slipscale.analysis.planning.simulated.fast_tests import exponents, half_widths, tables
+from slipscale.analysis.preprocessing.sufficiency import FEWEST
+from slipscale.analysis.statistics.psychometrics.thresholds import threshold_values
+from slipscale.analysis.tasks.thresholds.statistics import COMPARED, CURVE_OF
+from slipscale.experiments.study.file import parse_study
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from slipscale.analysis.planning.protocols.answers import Answered, StudyAnswers
+    from slipscale.analysis.planning.protocols.studies import ProtocolStudy
+    from slipscale.experiments.participants.population import Population
+
+    Array = NDArray[np.float64]
+
+QUANTILES = (5, 95)
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProtocolPrecision:
+    """How precisely one study knows what it asks for.
+
+    Parameters
+    ----------
+    study : ProtocolStudy
+    participants : int
+    trials : int
+        Of a participant in a run, practice and other tasks included.
+    minutes : float
+        Median over participants.
+    value : float
+        Mean exponent, or geometric mean of the thresholds, µm peak to peak.
+    half_width_percent, error : float
+        Mean half-width of the 95 % interval in % of the value, and its Monte Carlo standard error.
+    low, high : float
+        Half-widths of 5 and 95 % of the studies.
+    without : float
+        Share of studies with fewer than three people who have a value: no interval at all.
+    studies : int
+        How many were simulated.
+    """
+
+    study: ProtocolStudy
+    participants: int
+    trials: int
+    minutes: float
+    value: float
+    half_width_percent: float
+    error: float
+    low: float
+    high: float
+    without: float
+    studies: int
+
+
+def protocol_precision(
+    study: ProtocolStudy,
+    sizes: Sequence[int],
+    *,
+    studies: int,
+    seed: int,
+    population: Population,
+    jobs: int = 1,
+) -> list[ProtocolPrecision]:
+    """Return how precise a study is with each number of participants.
+
+    Parameters
+    ----------
+    studies : int
+        How many are simulated; a smaller study has the first participants of the largest.
+    """
+    largest = max(sizes)
+    if study.marks is None:
+        values = _exponents(study, largest, studies, seed, population)
+        minutes = study.minutes(population)
+    else:
+        from joblib import Parallel, delayed  # noqa: PLC0415 - only where it is wanted
+
+        answered: list[StudyAnswers] = Parallel(n_jobs=jobs)(
+            delayed(answers_of)(study, largest, seed_of(seed, study.name, number), population)
+            for number in range(studies)
+        )
+        everybody = [person for one in answered for person in one.people]
+        own = np.array([person.exponent if person else np.nan for person in everybody])
+        found = own if study.quantity == EXPONENT else thresholds_of(everybody)
+        values = found.reshape(studies, largest)
+        minutes = float(np.median([taken for one in answered for taken in one.minutes]))
+    trials = study.plans(1, 0, population)[0].planned_trials()
+    return [
+        _summary(study, values[:, :size], trials=trials, minutes=minutes) for size in sorted(sizes)
+    ]
+
+
+def _summary(
+    study: ProtocolStudy, values: Array, *, trials: int, minutes: float
+) -> ProtocolPrecision:
+    """Return a study's precision from its participants' values, (studies, participants)."""
+    if study.quantity == EXPONENT:
+        value = _mean(values)
+        percent = 100 * half_widths(values, CONFIDENCE) / value
+    else:
+        logs = np.log(values)
+        value = math.exp(_mean(logs))
+        # The interval runs from value / factor to value * factor.
+        percent = 100 * np.sinh(half_widths(logs, CONFIDENCE))
+    there = percent[np.isfinite(percent)]
+    low, high = np.percentile(there, QUANTILES) if len(there) else (np.nan, np.nan)
+    return ProtocolPrecision(
+        study=study,
+        participants=values.shape[1],
+        trials=trials,
+        minutes=minutes,
+        value=value,
+        half_width_percent=float(there.mean()) if len(there) else np.nan,
+        error=float(there.std(ddof=1) / len(there) ** 0.5) if len(there) > 1 else np.nan,
+        low=float(low),
+        high=float(high),
+        without=float((np.isfinite(values).sum(axis=1) < FEWEST).mean()),
+        studies=len(values),
+    )
+
+
+def _mean(values: Array) -> float:
+    """Return the mean of what there is; NaN of nothing."""
+    there = values[np.isfinite(values)]
+    return float(there.mean()) if len(there) else math.nan
+
+
+def _exponents(
+    study: ProtocolStudy, participants: int, studies: int, seed: int, population: Population
+) -> Array:
+    """Return participants' exponents, (studies, participants), by the batched path."""
+    parsed = parse_study(study.text, study.name)
+    design = design_of(parsed, study.text, population, 0.05)
+    habits = population.habits
+    condition = Condition(
+        participants=participants,
+        repetitions=study.number,
+        lapses=habits.lapses,
+        dropout=habits.dropout,
+    )
+    ratings = simulate_ratings(
+        design.task_of(condition),
+        participants=participants,
+        studies=studies,
+        population=population,
+        rng=np.random.default_rng(seed_of(seed, study.name)),
+    )
+    if design.choices.exclusions:
+        ratings = excluded(design, ratings)
+    found = tables(ratings, design.task.amplitudes_um_pp, design.rule, design.choices.zero_rule)
+    return np.where(found.usable[:, None], exponents(found), np.nan)
+
+
+def thresholds_of(people: Sequence[Answered | None]) -> Array:
+    """Return everybody's threshold, µm peak to peak; NaN where there is none."""
+    found = np.full(len(people), np.nan)
+    for method in sorted({each.method for each in people if each}):
+        own = {
+            place: each.answers
+            for place, each in enumerate(people)
+            if each and each.answers and each.method == method
+        }
+        found[list(own)] = threshold_values(
+            list(own.values()),
+            method=method,
+            curve=CURVE_OF.get(method, "weibull"),
+            half_width=method == COMPARED,
+        )
+    return found

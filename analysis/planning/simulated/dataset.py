@@ -1,0 +1,86 @@
+"""One simulated study as the data set that `analyse` would read, for what has no fast path."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.reading.cleaning import empty_differences
+from slipscale.analysis.reading.dataset import Dataset
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipscale.analysis.planning.simulated.estimates import Ratings
+    from slipscale.experiments.study.analysis_choices import AnalysisChoices
+
+
+def simulated_dataset(
+    ratings: Ratings,
+    study: int,
+    amplitudes_um_pp: Sequence[float],
+    choices: AnalysisChoices,
+    *,
+    declared: bool,
+) -> Dataset:
+    """Return one of some simulated studies.
+
+    Parameters
+    ----------
+    ratings : Ratings
+    study : int
+        Which of them, from 0.
+    amplitudes_um_pp : sequence of float
+        Ascending.
+    choices : AnalysisChoices
+        The study's.
+    declared : bool
+        Whether participants declared their scale's top.
+    """
+    percent = ratings.percent[study]
+    people, trials = percent.shape
+    width = max(2, len(str(people)))
+    names = [f"sub-{number:0{width}d}" for number in range(1, people + 1)]
+    who = np.repeat(np.arange(people), trials)
+    top = ratings.scale_top[study][who]
+    frame = pd.DataFrame(
+        {
+            PARTICIPANT: pd.Categorical(np.array(names)[who]),
+            "session": _label("", len(who)),
+            "run": _label("01", len(who)),
+            "trial": np.tile(np.arange(1.0, trials + 1), people),
+            "amplitude_um_pp": np.array(amplitudes_um_pp)[ratings.amplitude[study].ravel()],
+            "estimate": np.round(percent.ravel() / 100 * top, 6),
+            "response_time": np.full(len(who), np.nan),
+            "scale_top": top if declared else np.full(len(who), np.nan),
+            "modulus": np.full(len(who), np.nan),
+            "flag": _label("", len(who)),
+            "timed_out": False,
+            "faulty": False,
+        }
+    )
+    # Excluded or dropped out: no answer, no row.
+    answered = frame[frame["estimate"].notna()].reset_index(drop=True)
+    there = answered[PARTICIPANT].cat.remove_unused_categories()
+    answered = answered.assign(**{PARTICIPANT: there})
+    return Dataset(
+        name="simulated",
+        estimates=answered,
+        answers=answered,
+        differences=empty_differences(),
+        participants=pd.DataFrame({PARTICIPANT: names}),
+        mode="pilot",
+        choices=choices,
+    )
+
+
+def _label(label: str, rows: int) -> pd.Categorical[str]:
+    return pd.Categorical([label] * rows)
+
+
+def place_of(label: str) -> int:
+    """Return a simulated participant's place, from 0, by their label."""
+    return int(label.removeprefix("sub-")) - 1

@@ -1,0 +1,244 @@
+"""Simulated studies by the thousand: the pilot's people, whole arrays of them at a time.
+
+The same model as `slipscale.experiments.participants.respondent`, habit by habit, without plate,
+screen and session; a test compares both. Random numbers are NumPy's. Both are needed: a person in a
+session answers one trial at a time and can be resumed, a power analysis needs millions of answers.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.planning.simulated.orders import draw_orders
+from slipscale.experiments.participants.habits import (
+    ROUND_TO_PERCENT,
+    Frame,
+    History,
+    distorts,
+    reported,
+)
+from slipscale.experiments.participants.population import curves
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.protocols.orders import Rule
+
+    Array = NDArray[np.float64]
+
+#: Sensation is tabulated at this many places of the population, and interpolated.
+PLACES = 241
+FARTHEST = 6.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Task:
+    """A magnitude estimation, as far as answers depend on it.
+
+    Parameters
+    ----------
+    amplitudes_um_pp : tuple of float
+        Ascending.
+    repetitions, practice : int
+        How often each surface is rated, and how often before that, for practice.
+    order : {"blocked", "simple", "williams"}
+        The rule of the surfaces' order; but for "simple" a rest follows each repetition.
+    no_immediate_repeat : bool
+        Whether no surface follows itself.
+    trials_before : int
+        Trials of other tasks in the run before this one.
+    trials_after : int
+        And after it: somebody who drops out may do so there.
+    """
+
+    amplitudes_um_pp: tuple[float, ...]
+    repetitions: int = 1
+    practice: int = 0
+    order: Rule = "blocked"
+    no_immediate_repeat: bool = True
+    trials_before: int = 0
+    trials_after: int = 0
+
+    @property
+    def trials(self) -> int:
+        """How many trials, practice included."""
+        return len(self.amplitudes_um_pp) * (self.repetitions + self.practice)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ratings:
+    """The main trials of simulated studies.
+
+    Parameters
+    ----------
+    amplitude : int array, shape (studies, participants, trials)
+        Which amplitude, ascending, in order of presentation; everybody has each equally often.
+    percent : array, shape as ``amplitude``
+        Estimates, 0 to 100 of the participant's scale; NaN where they had dropped out.
+    scale_top : array, shape (studies, participants)
+    """
+
+    amplitude: NDArray[np.int64]
+    percent: Array
+    scale_top: Array
+
+    def means(self, amplitudes: int) -> Array:
+        """Return mean estimates in % of the scale, shape (studies, participants, amplitudes)."""
+        return means(self.by_amplitude(self.percent, amplitudes))
+
+    def by_amplitude(self, values: Array, amplitudes: int) -> Array:
+        """Return values of the trials by amplitude.
+
+        Returns
+        -------
+        array, shape (repetitions, studies, participants, amplitudes)
+        """
+        order = np.argsort(self.amplitude, axis=2, kind="stable")
+        sorted_ = np.take_along_axis(values, order, axis=2)
+        repeated = sorted_.reshape(*self.scale_top.shape, amplitudes, -1)
+        return np.ascontiguousarray(np.moveaxis(repeated, 3, 0))
+
+
+def means(values: Array) -> Array:
+    """Return the mean over the first axis; NaN left out, and of nothing."""
+    if len(values) == 1:
+        return np.asarray(values[0])
+    there = ~np.isnan(values)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(np.where(there, values, 0.0).sum(axis=0) / there.sum(axis=0))
+
+
+def simulate_ratings(
+    task: Task, *, participants: int, studies: int, population: Population, rng: np.random.Generator
+) -> Ratings:
+    """Return simulated studies, trial by trial.
+
+    Parameters
+    ----------
+    task : Task
+    participants, studies : int
+    population : Population
+    rng : Generator
+        The only source of chance.
+    """
+    shape = (studies, participants)
+    people = _People(task, shape, population, rng)
+    order = draw_orders(
+        task.order,
+        len(task.amplitudes_um_pp),
+        task.repetitions,
+        task.practice,
+        no_immediate_repeat=task.no_immediate_repeat,
+        shape=shape,
+        rng=rng,
+    )
+    percent = np.stack([people.rate(order[..., trial]) for trial in range(task.trials)], axis=2)
+    habits = population.habits
+    if habits.dropout:
+        planned = task.trials_before + task.trials + task.trials_after
+        last = np.floor(rng.uniform(size=shape) * planned)
+        last = np.where(rng.uniform(size=shape) < habits.dropout, last, np.inf)
+        number = task.trials_before + np.arange(task.trials)
+        percent = np.where(number > last[..., None], np.nan, percent)
+    main = slice(task.practice * len(task.amplitudes_um_pp), None)
+    tops = rng.choice(np.array(population.scale_tops), size=shape)
+    return Ratings(amplitude=order[..., main], percent=percent[..., main], scale_top=tops)
+
+
+class _People:
+    """Everybody of some studies, who rate one trial after another."""
+
+    def __init__(
+        self, task: Task, shape: tuple[int, int], population: Population, rng: np.random.Generator
+    ) -> None:
+        self.population, self.habits, self.rng, self.shape = (
+            population,
+            population.habits,
+            rng,
+            shape,
+        )
+        known = curves(population)
+        amplitudes = task.amplitudes_um_pp
+        self.block = len(amplitudes) if task.order != "simple" else 0
+        self.practice = task.practice * len(amplitudes)
+        self.amplitudes = np.array(amplitudes)
+        self.tables = _tables(population, amplitudes)
+        self.turns = np.array([known.turns(amplitude) for amplitude in amplitudes])
+        self.logs = np.log([known.mean(amplitude) for amplitude in amplitudes])
+        self.intercept, self.exponent = rng.normal(size=shape), rng.normal(size=shape)
+        sigma = population.noise_sigma
+        self.noise = math.sqrt(population.trial_to_trial) * np.exp(
+            sigma * rng.normal(size=shape) - sigma**2
+        )
+        self.misread = rng.uniform(size=shape) < self.habits.misread
+        self.pace = np.exp(population.pace_sigma * rng.normal(size=shape))
+        ends = population.amplitude_um_pp[0], population.amplitude_um_pp[-1]
+        low, high = (math.log(known.mean(end)) for end in ends)
+        self.frame = Frame(log_range=abs(high - low), middle_um_pp=sum(ends) / 2)
+        self.distorts = distorts(self.habits)
+        self.past = History(contact_s=np.zeros(shape))
+        self.before = np.zeros(shape)
+
+    def rate(self, which: NDArray[np.int64]) -> Array:
+        """Return everybody's estimate of one surface each, in % of their scale."""
+        self._feel(which)
+        noise = self.noise * self.rng.normal(size=self.shape)
+        if self.habits.learning:
+            noise = noise * float(self.past.trials) ** -self.habits.learning
+        turns = self.turns[which]
+        deviate = turns[..., 0] * self.intercept + turns[..., 1] * self.exponent + noise
+        place = (np.clip(deviate, -FARTHEST, FARTHEST) + FARTHEST) * ((PLACES - 1) / (2 * FARTHEST))
+        below = np.minimum(place.astype(np.int64), PLACES - 2)
+        lower, upper = self.tables[which, below], self.tables[which, below + 1]
+        percent = np.asarray(lower + (place - below) * (upper - lower))
+        if self.habits.misread:
+            percent = np.where(self.misread, 100 - percent, percent)
+        if self.distorts:
+            percent = reported(percent, self.habits, self.past, self.frame)
+        if self.habits.lapses:
+            percent = self._instead(percent, self.habits.lapses, self._anything())
+        # People answer in whole hundredths of their scale, so that ties and zeros occur.
+        percent = np.asarray(np.round(np.minimum(percent, 100)), np.float64)
+        if self.habits.rounding:
+            rounded = np.asarray(np.round(percent / ROUND_TO_PERCENT) * ROUND_TO_PERCENT)
+            percent = self._instead(percent, self.habits.rounding, rounded)
+        return percent
+
+    def _feel(self, which: NDArray[np.int64]) -> None:
+        """Add one trial to everybody's history."""
+        trials = self.past.trials
+        amplitude = self.amplitudes[which]
+        self.past = self.past.with_trial(self.logs[which], self.before if trials else amplitude)
+        self.before = amplitude
+        if not self.habits.settling:
+            return
+        rested = trials == self.practice or (self.block and trials % self.block == 0)
+        contact_s = np.zeros(self.shape) if rested else self.past.contact_s
+        people = self.population
+        wish_s = people.exploration_s * self.pace
+        contact_s = contact_s + wish_s * np.exp(
+            people.exploration_sigma * self.rng.normal(size=self.shape)
+        )
+        self.past = self.past.after_contact(contact_s)
+
+    def _anything(self) -> Array:
+        return 100 * self.rng.uniform(size=self.shape)
+
+    def _instead(self, percent: Array, share: float, other: Array) -> Array:
+        return np.where(self.rng.uniform(size=self.shape) < share, other, percent)
+
+
+def _tables(population: Population, amplitudes: Sequence[float]) -> Array:
+    """Return the sensation at each place of the population, a row an amplitude."""
+    from scipy.special import betaincinv, ndtr  # noqa: PLC0415 - half a second
+
+    places = ndtr(np.linspace(-FARTHEST, FARTHEST, PLACES))
+    known = curves(population)
+    return np.array([100 * betaincinv(*known.shapes(each), places) for each in amplitudes])

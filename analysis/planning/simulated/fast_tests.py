@@ -1,0 +1,272 @@
+"""The report's tests of thousands of simulated studies at once, under the study's own choices.
+
+The same tests as `slipscale.analysis.statistics`, on arrays; a test compares both. Of Wilcoxon's
+test ties are ranked, and small samples take the exact distribution without ties, where the report
+permutes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from slipscale.analysis.planning.simulated.estimates import means
+from slipscale.analysis.preprocessing.sufficiency import FEWEST
+from slipscale.analysis.statistics import batched
+from slipscale.analysis.statistics.regression import fit_lines
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+    from slipscale.analysis.planning.simulated.estimates import Ratings
+    from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
+
+    Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tables:
+    """Participants' means of simulated studies, normalised.
+
+    Parameters
+    ----------
+    amplitudes_um_pp : tuple of float
+    cells, logs : array, shape (studies, participants, amplitudes)
+        Mean estimates, and mean natural logarithms; NaN where there is none.
+    usable : bool array, shape (studies,)
+        False where the rule of normalisation cannot be applied: `analyse` refuses such data.
+    """
+
+    amplitudes_um_pp: tuple[float, ...]
+    cells: Array
+    logs: Array
+    usable: NDArray[np.bool_]
+
+    def first(self, participants: int) -> Tables:
+        """Return the studies as they were after so many participants."""
+        return Tables(
+            amplitudes_um_pp=self.amplitudes_um_pp,
+            cells=self.cells[:, :participants],
+            logs=self.logs[:, :participants],
+            usable=self.usable,
+        )
+
+
+#: Rule -> what each participant's estimates are divided by and multiplied with, from estimates
+#: (repetitions, studies, participants, amplitudes), their means and the scales' tops.
+DIVISORS: dict[str, tuple[float, Callable[[Array, Array, Array], Array]]] = {
+    "none": (1.0, lambda _estimates, _cells, tops: np.ones_like(tops)),
+    "scale_top": (100.0, lambda _estimates, _cells, tops: tops),
+    "grand_maximum": (
+        100.0,
+        lambda _estimates, cells, tops: (
+            np.zeros_like(tops) + np.nanmax(cells, axis=(1, 2))[:, None]
+        ),
+    ),
+    "participant_maximum": (
+        100.0,
+        lambda _estimates, cells, _tops: np.nanmax(cells, axis=2),
+    ),
+    "participant_largest_trial": (
+        100.0,
+        lambda estimates, _cells, _tops: np.nanmax(estimates, axis=(0, 3)),
+    ),
+    "top_stimulus": (100.0, lambda _estimates, cells, _tops: cells[:, :, -1]),
+    "modulus_equalisation": (1.0, lambda estimates, _cells, _tops: _moduli(estimates)),
+}
+
+
+def _moduli(estimates: Array) -> Array:
+    """Return each participant's geometric mean over that of all, zeros left out."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = means(np.where(estimates > 0, np.log(estimates), np.nan))
+    own = np.nanmean(logs, axis=2)
+    return np.asarray(np.exp(own - np.nanmean(own, axis=1)[:, None]))
+
+
+def tables(
+    ratings: Ratings, amplitudes_um_pp: Sequence[float], rule: str, zero_rule: ZeroRule
+) -> Tables:
+    """Return normalised means of simulated studies.
+
+    Parameters
+    ----------
+    rule : str
+        A key of `DIVISORS`.
+    zero_rule : str
+        What becomes of estimates of zero where a logarithm is taken.
+    """
+    import warnings  # noqa: PLC0415
+
+    k = len(amplitudes_um_pp)
+    percent = ratings.by_amplitude(ratings.percent, k)
+    estimates = percent / 100 * ratings.scale_top[..., None]
+    with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
+        # Somebody who dropped out before the first trial, or answers zero throughout.
+        warnings.filterwarnings("ignore", "All-NaN|Mean of empty", RuntimeWarning)
+        top, divisor = DIVISORS[rule]
+        below = divisor(estimates, means(estimates), ratings.scale_top)
+        there = ~np.isnan(percent).all(axis=(0, 3))
+        usable = np.asarray(((below > 0) | ~there).all(axis=1))
+        factor = (top / below)[..., None]
+        scaled = percent if rule == "scale_top" else estimates * factor
+        zero: NDArray[np.bool_] = np.asarray(scaled == 0)
+        if zero_rule == "half_minimum":
+            least = np.nanmin(np.where(scaled > 0, scaled, np.nan), axis=(0, 2, 3)) / 2
+            scaled_positive = np.where(zero, least[:, None, None], scaled)
+        else:
+            scaled_positive = np.where(zero, np.nan, scaled)
+        final = np.log(scaled_positive)
+        if zero_rule == "refuse":
+            final = np.where(np.any(zero, axis=(0, 2, 3), keepdims=True), np.nan, final)
+        return Tables(
+            amplitudes_um_pp=tuple(amplitudes_um_pp),
+            cells=means(scaled),
+            logs=means(final),
+            usable=usable,
+        )
+
+
+def _of_complete(values: Array, test: Callable[[Array], Array]) -> Array:
+    """Return a test's p of each study's complete participants; 1 of fewer than three."""
+    p = np.ones(len(values))
+    whole: NDArray[np.bool_] = np.array(np.isfinite(values).all(axis=2), dtype=np.bool_)
+    number = whole.sum(axis=1)
+    for n in np.unique(number[number >= FEWEST]):
+        studies = np.flatnonzero(number == n)
+        complete = values[studies][whole[studies]].reshape(len(studies), n, -1)
+        found = test(complete)
+        p[studies] = np.where(np.isnan(found), 1.0, found)
+    return p
+
+
+def _anova(logs: Array) -> Array:
+    from scipy.special import fdtrc  # noqa: PLC0415 - half a second
+
+    n, k = logs.shape[1:]
+    epsilon = batched.greenhouse_geisser(logs)
+    f = batched.repeated_measures_f(logs)
+    return np.asarray(fdtrc((k - 1) * epsilon, (k - 1) * (n - 1) * epsilon, f))
+
+
+class _Means(NamedTuple):
+    """Means over participants, NaN left out, their standard errors, and of how many."""
+
+    mean: Array
+    error: Array
+    n: NDArray[np.int64]
+
+
+def _mean_over_participants(values: Array) -> _Means:
+    """Return the means over the second axis."""
+    here = np.isfinite(values)
+    n = here.sum(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        mean = np.where(here, values, 0.0).sum(axis=1) / n
+        squares = np.where(here, values - mean[:, None], 0.0) ** 2
+        return _Means(mean, np.sqrt(squares.sum(axis=1) / (n - 1) / n), n)
+
+
+def _mean_p(values: Array) -> Array:
+    """Return the t test's p of each row's mean against 0, NaN left out; 1 of fewer than three."""
+    from scipy.special import stdtr  # noqa: PLC0415 - half a second
+
+    mean, error, n = _mean_over_participants(values)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        p = 2 * stdtr(n - 1, -np.abs(mean) / error)
+    return np.where((n >= FEWEST) & np.isfinite(p), p, 1.0)
+
+
+def _trend(found: Tables) -> Array:
+    amplitudes = np.array(found.amplitudes_um_pp)
+    weights = amplitudes - amplitudes.mean()
+    return _mean_p(found.logs @ (weights / (weights**2).sum()))
+
+
+def exponents(found: Tables) -> Array:
+    """Return participants' exponents, shape (studies, participants); NaN where there is none."""
+    amplitudes = np.array(found.amplitudes_um_pp)
+    above = amplitudes > 0
+    if above.sum() < 2:  # noqa: PLR2004
+        return np.full(found.cells.shape[:2], np.nan)
+    return fit_lines(np.log(amplitudes[above]), found.logs[..., above]).slope
+
+
+#: Test of a study file -> its p, study by study.
+TESTS: dict[str, Callable[[Tables], Array]] = {
+    "friedman": lambda found: _of_complete(found.cells, batched.friedman_p),
+    "rm_anova": lambda found: _of_complete(found.logs, _anova),
+    "linear_trend": _trend,
+    "power_law": lambda found: _mean_p(exponents(found)),
+}
+OMNIBUS: dict[Primary, str] = {"ranks": "friedman", "logarithms": "rm_anova"}
+
+
+def pairs(amplitudes_um_pp: Sequence[float]) -> list[tuple[float, float]]:
+    """Return all pairs of amplitudes, in the report's order."""
+    return list(combinations(amplitudes_um_pp, 2))
+
+
+def pairwise(found: Tables, primary: Primary) -> Array:
+    """Return Holm's p of every pair, shape (studies, pairs); 1 where there is none."""
+    values = found.cells if primary == "ranks" else found.logs
+    low, high = np.transpose(list(combinations(range(len(found.amplitudes_um_pp)), 2)))
+    # A row for each study and pair.
+    differences = np.swapaxes(values[..., high] - values[..., low], 1, 2)
+    raw = PAIRED[primary](differences.reshape(-1, values.shape[1])).reshape(len(values), -1)
+    return np.where(np.isnan(raw), 1.0, _holm(raw))
+
+
+def _signed_ranks(differences: Array) -> Array:
+    """Return Wilcoxon's p of each row; NaN of fewer than three people or no change at all."""
+    p = batched.signed_rank_p(differences)
+    enough = np.isfinite(differences).sum(axis=1) >= FEWEST
+    changed = (np.nan_to_num(differences) != 0).any(axis=1)
+    return np.where(enough & changed, p, np.nan)
+
+
+def _paired_t(differences: Array) -> Array:
+    enough = np.isfinite(differences).sum(axis=1) >= FEWEST
+    return np.where(enough, _mean_p(differences), np.nan)
+
+
+PAIRED: dict[Primary, Callable[[Array], Array]] = {
+    "ranks": _signed_ranks,
+    "logarithms": _paired_t,
+}
+
+
+def _holm(p: Array) -> Array:
+    """Return Holm's p in each row's family; what is NaN is no member of it."""
+    order = np.argsort(p, axis=1)  # NaN last
+    left = np.isfinite(p).sum(axis=1)[:, None] - np.arange(p.shape[1])
+    steps = np.take_along_axis(p, order, axis=1) * np.maximum(left, 1)
+    adjusted = np.empty_like(p)
+    np.put_along_axis(adjusted, order, np.fmax.accumulate(steps, axis=1), axis=1)
+    return np.minimum(adjusted, 1.0)
+
+
+def half_widths(values: Array, confidence: float) -> Array:
+    """Return half the width of Student's interval of each study's mean over participants.
+
+    Parameters
+    ----------
+    values : array, shape (studies, participants, ...)
+
+    Returns
+    -------
+    array, shape (studies, ...)
+        NaN of fewer than three participants.
+    """
+    from scipy.special import stdtrit  # noqa: PLC0415 - half a second
+
+    _, error, n = _mean_over_participants(values)
+    people = np.arange(values.shape[1] + 1)
+    with np.errstate(invalid="ignore"):
+        width = error * stdtrit(people - 1, (1 + confidence) / 2)[n]
+    return np.where(n >= FEWEST, width, np.nan)

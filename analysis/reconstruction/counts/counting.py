@@ -1,0 +1,181 @@
+"""Exact counts of the solutions of a column, of any size."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, isfinite, prod
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.counts import plane_by_plane
+from slipscale.analysis.reconstruction.counts.problem import (
+    MEMORY_GIB,
+    MINUTES,
+    require_countable,
+    require_memory,
+    simple_bound,
+)
+from slipscale.analysis.reconstruction.counts.residues import WORD, join, primes
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Joint
+    from slipscale.analysis.reconstruction.counts.problem import Problem
+
+
+def total(joint: Joint, modulus: int | None) -> float | int:
+    """Return the number of solutions in a pair of slices, modulo `modulus`."""
+    if modulus is None or modulus == WORD:
+        # No product in memory; machine words wrap, as residues of 2^64 should.
+        found = np.einsum("ij,ij", joint.below, joint.above)
+        if modulus is None:
+            return float(found) * float(joint.ways)
+        return int(found) * joint.ways % WORD
+    product = joint.below * joint.above
+    divisor = np.uint64(modulus)
+    product -= product // divisor * divisor
+    return int(product.sum()) * joint.ways % modulus
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A count in floating point and how far it can be off.
+
+    Parameters
+    ----------
+    value : float
+        Infinite if it exceeds what floating point holds.
+    error : float
+        Bound on the relative error. Every term is positive and passes through no more than so
+        many roundings, each of relative size 2^-53.
+    """
+
+    value: float
+    error: float
+
+    @property
+    def bound(self) -> float:
+        """A number that the count does not exceed."""
+        return self.value * (1 + 2 * self.error) + 1
+
+    def settles(self, modulus: int) -> bool:
+        """Whether only one number with a known residue modulo `modulus` is near enough."""
+        return isfinite(self.value) and 2 * self.bound * self.error < modulus / 4
+
+    def nearest(self, residue: int, modulus: int) -> int:
+        """Return the nearest integer that leaves `residue` modulo `modulus`."""
+        half = modulus // 2
+        return int(self.value) + (residue - int(self.value) + half) % modulus - half
+
+
+def estimate(tasks: list[Problem], measure: str) -> Estimate:
+    """Return the number of solutions in floating point."""
+    value, roundings = 0.0, 0
+    with np.errstate(over="ignore", invalid="ignore"):
+        for task in tasks:
+            tables = task.tables(measure, None)
+            # A step adds up to k terms, each times a number of arrangements.
+            steps = sum(len(table.distances()) * (len(table.planes) + 3) for table in tables)
+            for joint in task.joints(*tables):
+                value += float(total(joint, None))
+                roundings = max(roundings, steps + joint.below.size) + 4
+    return Estimate(value if isfinite(value) else inf, roundings * 2.0**-53)
+
+
+def largest_possible(tasks: list[Problem], measure: str) -> int:
+    """Return an upper bound on the number of solutions, close if it exceeds a machine word."""
+    bound = simple_bound(tasks, measure)
+    if bound < WORD:
+        return bound
+    close = estimate(tasks, measure).bound
+    return int(close) + 1 if isfinite(close) else bound
+
+
+def count(
+    tasks: list[Problem],
+    measure: str,
+    memory_gib: float = MEMORY_GIB,
+    minutes: float = MINUTES,
+) -> int:
+    """Return the exact number of solutions.
+
+    Parameters
+    ----------
+    tasks : list of Problem
+        The parts of a column.
+    measure : {"multisets", "ordered"}
+        What is counted.
+    memory_gib : float
+        Memory allowed.
+    minutes : float
+        Time allowed to a count of multisets, as far as it can be told beforehand.
+
+    Returns
+    -------
+    int
+        Of any size.
+    """
+    if measure == "ordered":
+        require_memory(tasks, memory_gib)
+        return _exact(
+            simple_bound(tasks, measure),
+            lambda: estimate(tasks, measure),
+            lambda modulus: _residue(tasks, measure, modulus),
+        )
+    require_countable(tasks, memory_gib, minutes)
+    few = [task.of_few_values for task in tasks]
+    many = [task for task, found in zip(tasks, few, strict=True) if found is None]
+    return sum(found for found in few if found is not None) + _exact(
+        simple_bound(many, measure),
+        lambda: _estimated_multisets(many),
+        lambda modulus: sum(int(_multisets(task, modulus)) for task in many) % modulus,
+    )
+
+
+def _exact(bound: int, estimated: Callable[[], Estimate], residue: Callable[[int], int]) -> int:
+    """Return a count of at most `bound` from its residues, as few as will do."""
+    if bound < WORD:
+        return residue(WORD) if bound else 0
+    close = estimated()
+    moduli: tuple[int, ...] = (WORD,)
+    while not close.settles(prod(moduli)) and prod(moduli) <= bound:
+        moduli = (WORD, *primes(len(moduli)))
+    found = join(tuple(residue(modulus) for modulus in moduli), moduli)
+    return close.nearest(found, prod(moduli)) if close.settles(prod(moduli)) else found
+
+
+def _multisets(task: Problem, modulus: int | None) -> float | int:
+    return plane_by_plane.number(task.below, task.above, task.goals, modulus)
+
+
+def _estimated_multisets(tasks: list[Problem]) -> Estimate:
+    """Return the number of multisets in floating point."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        value = sum(float(_multisets(task, None)) for task in tasks)
+    roundings = max(
+        plane_by_plane.roundings(task.below, task.above, task.goals) for task in tasks
+    ) + len(tasks)
+    return Estimate(value if isfinite(value) else inf, roundings * 2.0**-53)
+
+
+def attained(tasks: list[Problem], memory_gib: float = MEMORY_GIB) -> set[tuple[int, int]]:
+    """Return the pairs of a sum and a sum of squares that some solution has."""
+    require_memory(tasks, memory_gib)
+    found = set()
+    for task in tasks:
+        # Terms are positive and at least 1: floating point loses none of them.
+        for joint in task.joints(*task.tables("multisets", None)):
+            if total(joint, None) > 0:
+                found.add(joint.goal.part.all_moments)
+    return found
+
+
+def _residue(tasks: list[Problem], measure: str, modulus: int) -> int:
+    """Return the number of solutions modulo `modulus`."""
+    found = 0
+    for task in tasks:
+        for joint in task.joints(*task.tables(measure, modulus)):
+            found += int(total(joint, modulus))
+    return found % modulus

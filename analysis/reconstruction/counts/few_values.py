@@ -1,0 +1,135 @@
+"""Counts for scales of few values, such as Likert's: in closed form but for the outer values.
+
+Take three neighbouring values, c - 1, c and c + 1. Once it is known how often every other value is
+there, with k values, a sum d of their distances from c and a sum q of the squared distances, the
+three are settled by n, D and V (see `meet_in_the_middle`): w = V - q of the values left lie beside
+c, those above less those below are D - d, and all this is possible if and only if
+``|D - d| <= w <= n - k``. With the sums of squares in a range of every other number, w ranges, too,
+so that each choice of the outer values is worth a subtraction.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Goal
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+
+# Choices of the outer values that are written down; of more, another way of counting is quicker.
+CHOICES = 100_000
+# Values of a scale beyond which there are more choices in any case.
+VALUES = 12
+
+
+# For each sum of distances from the centre: first and last of every run of sums of squared
+# distances, in steps of two.
+Runs = dict[int, list[tuple[int, int]]]
+
+
+def number(values: Sequence[int], goals: Iterable[Goal]) -> int | None:
+    """Return how many multisets of `values`, which ascend, reach one of the goals.
+
+    None where other ways are quicker, or where no three values are neighbours.
+    """
+    groups: dict[int, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
+    for goal in goals:
+        groups[goal.n][goal.part.moments.total].append(goal.part.moments.squares)
+    found = 0
+    for n, of_sum in groups.items():
+        runs = {total: list(_runs(sorted(squares))) for total, squares in of_sum.items()}
+        of_n = number_of_runs(values, n, runs)
+        if of_n is None:
+            return None
+        found += of_n
+    return found
+
+
+def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
+    """Return how many multisets of n values have one of the sums and sums of squares.
+
+    Parameters
+    ----------
+    values : sequence of int
+        Ascending.
+    n : int
+        Of a multiset.
+    of_sum : dict of int to list of (int, int)
+        For each sum the first and the last of every run of sums of squares, in steps of two.
+    """
+    centres = [b for a, b, c in zip(values, values[1:], values[2:], strict=False) if c - a == 2]  # noqa: PLR2004
+    if not centres or len(values) > VALUES:
+        return None
+    # Near the mean the outer values are few.
+    mean = sum(of_sum) / max(len(of_sum) * n, 1)
+    centre = min(centres, key=lambda c: abs(c - mean))
+    shifted = {
+        total - n * centre: [
+            (least - 2 * centre * total + n * centre**2, most - 2 * centre * total + n * centre**2)
+            for least, most in runs
+        ]
+        for total, runs in of_sum.items()
+    }
+    least = min((first for runs in shifted.values() for first, _ in runs), default=0)
+    most = max((last for runs in shifted.values() for _, last in runs), default=-1)
+    chosen = _outer(n, [v - centre for v in values if abs(v - centre) > 1], least, most)
+    if chosen is None:
+        return None
+    k, d, q = chosen
+    found = 0
+    for signed_sum, runs in shifted.items():
+        reach = np.abs(signed_sum - d) + q, n - k + q
+        for first, last in runs:
+            # All of a parity, so that rounding down is right.
+            room = np.minimum(reach[1], last) - np.maximum(reach[0], first) + 2
+            found += int((np.maximum(room, 0) // 2).sum())
+    return found
+
+
+def without_median(goal: Goal) -> bool:
+    """Whether a goal's values may lie on either side of the centre, as many as please."""
+    part = goal.part
+    together = part.split.below + 1 == part.split.centre == part.split.above
+    return together and part.fewest_below == 0 and part.most_below == goal.n
+
+
+def _runs(square_sums: list[int]) -> Iterator[tuple[int, int]]:
+    """Yield the first and the last of every run in steps of two."""
+    breaks = [i + 1 for i, (a, b) in enumerate(pairwise(square_sums)) if b != a + 2]
+    for first, end in pairwise([0, *breaks, len(square_sums)]):
+        yield square_sums[first], square_sums[end - 1]
+
+
+def _outer(
+    n: int, distances: list[int], least: int, most: int
+) -> tuple[Array, Array, Array] | None:
+    """Return (k, d, q) of all choices of the outer values; None if there are too many.
+
+    Left out are those whose squares exceed `most`, or fall short of `least` whatever follows.
+    """
+    k = d = q = np.zeros(1, dtype=np.int64)
+    far_to_near = sorted(distances, key=abs, reverse=True)
+    for x, following in pairwise([*far_to_near, 1]):
+        square, rest = x * x, following * following
+        top = np.minimum((most - q) // square, n - k)
+        # With f of x, the others add at most (n - k - f) * rest.
+        lacking = least - q - (n - k) * rest
+        if square > rest:
+            bottom = np.maximum(-(-lacking // (square - rest)), 0)
+        else:
+            bottom, top = np.zeros_like(top), np.where(lacking <= 0, top, -1)
+        choices = np.maximum(top - bottom + 1, 0)
+        total = int(choices.sum())
+        if total > CHOICES:
+            return None
+        before = np.repeat(np.cumsum(choices) - choices - bottom, choices)
+        f = np.arange(total) - before
+        added = ((k, 1), (d, x), (q, square))
+        k, d, q = (np.repeat(part, choices) + f * size for part, size in added)
+    return k, d, q

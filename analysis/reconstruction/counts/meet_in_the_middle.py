@@ -1,0 +1,246 @@
+"""Meet in the middle: the tables below and above the centre, joined to whole solutions.
+
+With c the centre, n free values of sum S and sum of squares Q have signed distances that add
+up to D = S - nc and squared distances that add up to V = Q - 2cS + nc².
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb, isqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.counts.state_table import Array, Shape
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from slipscale.analysis.reconstruction.counts.partition import Part, Split
+
+
+@dataclass(frozen=True)
+class Goal:
+    """What a part of the solutions must add up to, in distances from its centre.
+
+    Parameters
+    ----------
+    part : Part
+        What it came from.
+    n : int
+        Free values.
+    signed_sum : int
+        D, sum of the signed distances.
+    square_sum : int
+        V, sum of the squared distances; of the same parity as `signed_sum`.
+    """
+
+    part: Part
+    n: int
+    signed_sum: int
+    square_sum: int
+
+    @property
+    def numbers_above(self) -> range:
+        """How many free values may lie above."""
+        return range(self.n - self.part.most_below, self.n - self.part.fewest_below + 1)
+
+
+def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
+    """Return what can be reached at all, grouped by what shares its tables."""
+    groups: dict[Split, list[Goal]] = {}
+    for part in parts:
+        n, total, squares = part.moments.n, part.moments.total, part.moments.squares
+        c = part.split.centre
+        signed_sum = total - n * c
+        square_sum = squares - 2 * c * total + n * c * c
+        if square_sum >= 0 and (square_sum - signed_sum) % 2 == 0:
+            groups.setdefault(part.split, []).append(Goal(part, n, signed_sum, square_sum))
+    return groups
+
+
+def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
+    """Return the shapes of the tables below and above that hold every solution of `wanted`."""
+    below, above = _halves(split, wanted)
+    return (
+        below.shape(frozenset(split.centre - value for value in split.holes)),
+        above.shape(frozenset(value - split.centre for value in split.holes)),
+    )
+
+
+def glimpses(split: Split, wanted: list[Goal]) -> list[Glimpse]:
+    """Return how far a few planes of both tables must reach, at once."""
+    return [half.glimpse() for half in _halves(split, wanted)]
+
+
+# Planes, sums in each and distances, from which the size of a table is guessed.
+PLANES_LOOKED_AT = 16
+SUMS_LOOKED_AT = 256
+DISTANCES_LOOKED_AT = 1024
+
+
+@dataclass(frozen=True)
+class Glimpse:
+    """A few planes of a table.
+
+    Parameters
+    ----------
+    ks : ndarray, shape (planes,)
+        Numbers of values.
+    cells : ndarray, shape (planes,)
+        Cells of each plane.
+    sizes : ndarray, shape (planes, distances)
+        Cells that values at a distance or farther out need; each stands for `share` distances.
+    share : float
+        Distances a column.
+    """
+
+    ks: Array
+    cells: Array
+    sizes: Array
+    share: float
+
+
+@dataclass(frozen=True)
+class _Half:
+    """One half of the values, and bounds on what they can add up to on the way to a solution.
+
+    Bounds on k values in [low, high] with sum a: their squares add up to at least a²/k, and to
+    at most (low + high) a - k low high. The same holds for the n - k values still to come, on
+    either half, whose sum and squares are what is left of D and V.
+    """
+
+    nearest: int
+    farthest: int
+    sign: int
+    lowest: int  # value still to come, seen from here
+    most: int  # values
+    # Goals with the same n share their bounds: n, least and largest D, least and largest V.
+    groups: tuple[tuple[int, tuple[int, int], tuple[int, int]], ...]
+
+    def shape(self, holes: frozenset[int]) -> Shape:
+        """Return for every k the largest a and w that occur on the way to a solution."""
+        reach = ((0, 0), *(self._reach_of(k, 0) for k in range(1, self.most + 1)))
+        own = frozenset(d for d in holes if self.nearest <= d <= self.farthest)
+        return Shape(self.nearest, self.farthest, self.sign, reach, own)
+
+    def glimpse(self) -> Glimpse:
+        """Return a few planes."""
+        ks = np.unique(np.linspace(0, self.most, PLANES_LOOKED_AT).astype(int))
+        found = [self._reach_of(int(k), SUMS_LOOKED_AT) if k else (0, 0) for k in ks]
+        a, w = np.array(found, dtype=np.float64).T[:, :, None]
+        number = max(self.farthest - self.nearest + 1, 0)
+        d = np.linspace(self.nearest, self.farthest, min(number, DISTANCES_LOOKED_AT))
+        rows, columns = a + 1 - ks[:, None] * d, w + 1 - ks[:, None] * (d * (d + self.sign) / 2)
+        return Glimpse(
+            ks,
+            ((a + 1) * (w + 1))[:, 0],
+            np.maximum(rows, 0) * np.maximum(columns, 0),
+            number / max(len(d), 1),
+        )
+
+    def _reach_of(self, k: int, looked_at: int) -> tuple[int, int]:
+        """Return the largest a and w of k values; from so many sums only, if not 0."""
+        largest = (0, 0)
+        for n, signed_sums, square_sums in self.groups:
+            if k > n:
+                continue
+            first, last = k * self.nearest, min(k * self.farthest, isqrt(k * square_sums[1]))
+            if last < first:
+                continue
+            if looked_at and last - first >= looked_at:
+                a = np.linspace(first, last, looked_at).astype(np.int64)
+            else:
+                a = np.arange(first, last + 1, dtype=np.int64)
+            rest = n - k
+            # Sums that the values still to come may have, seen from here.
+            ends = sorted(-self.sign * signed_sum for signed_sum in signed_sums)
+            b_least, b_most = ends[0] - a, ends[1] - a
+            nearest_to_0 = np.clip(0, b_least, b_most)
+            rest_least = -(-(nearest_to_0**2) // max(rest, 1))
+            total, inner = self.lowest + self.farthest, rest * self.lowest * self.farthest
+            rest_most = np.maximum(total * b_least, total * b_most) - inner
+            own = (self.nearest + self.farthest) * a - k * self.nearest * self.farthest
+            most = np.minimum(own, square_sums[1] - rest_least)
+            least = np.maximum(-(-(a * a) // k), square_sums[0] - rest_most)
+            fits = (
+                (least <= most) & (b_most >= rest * self.lowest) & (b_least <= rest * self.farthest)
+            )
+            if fits.any():
+                w = (most + self.sign * a)[fits] // 2
+                largest = (max(largest[0], int(a[fits].max())), max(largest[1], int(w.max())))
+        return largest
+
+
+def _halves(split: Split, wanted: list[Goal]) -> tuple[_Half, _Half]:
+    below = (split.centre - split.below, split.centre - split.low)
+    above = (split.above - split.centre, split.high - split.centre)
+    of_n: dict[int, list[Goal]] = {}
+    for goal in wanted:
+        of_n.setdefault(goal.n, []).append(goal)
+    groups = tuple(
+        (n, _ends([g.signed_sum for g in found]), _ends([g.square_sum for g in found]))
+        for n, found in of_n.items()
+    )
+    most_below = max(goal.part.most_below for goal in wanted)
+    most_above = max(goal.n - goal.part.fewest_below for goal in wanted)
+    return _half(below, above, +1, most_below, groups), _half(above, below, -1, most_above, groups)
+
+
+def _ends(values: list[int]) -> tuple[int, int]:
+    return min(values), max(values)
+
+
+def _half(
+    own: tuple[int, int],
+    other: tuple[int, int],
+    sign: int,
+    most: int,
+    groups: tuple[tuple[int, tuple[int, int], tuple[int, int]], ...],
+) -> _Half:
+    here = own[1] >= own[0]
+    lowest = -other[1] if other[1] >= other[0] else own[0]
+    return _Half(*own, sign, lowest, most if here else 0, groups)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """Two aligned slices: cell by cell, the halves that together reach a goal.
+
+    ``ways`` counts the arrangements of each pair (1 for multisets).
+    """
+
+    goal: Goal
+    k_below: int
+    k_above: int
+    first_a_above: int
+    first_w_above: int
+    below: Array
+    above: Array
+    ways: int
+
+
+def joints(
+    goal: Goal,
+    outlines: tuple[Shape, Shape],
+    planes: tuple[list[Array], list[Array]],
+    measure: str,
+) -> Iterator[Joint]:
+    """Yield the aligned slices of two tables, one for each number of values above."""
+    (shape_below, shape_above), (planes_below, planes_above) = outlines, planes
+    constant = (goal.square_sum - goal.signed_sum) // 2
+    for k in goal.numbers_above:
+        m = goal.n - k
+        if k >= len(shape_above.reach) or m >= len(shape_below.reach):
+            continue
+        (high_a, high_w), (high_b, high_v) = shape_above.reach[k], shape_below.reach[m]
+        a = (max(0, goal.signed_sum), min(high_a, high_b + goal.signed_sum))
+        w = (max(0, constant - high_v), min(high_w, constant))
+        if a[0] > a[1] or w[0] > w[1]:
+            continue
+        above = planes_above[k][a[0] : a[1] + 1, w[0] : w[1] + 1]
+        rows = planes_below[m][a[0] - goal.signed_sum : a[1] - goal.signed_sum + 1]
+        below = rows[:, constant - w[1] : constant - w[0] + 1][:, ::-1]
+        ways = goal.part.arrangements * comb(goal.n, k) if measure == "ordered" else 1
+        yield Joint(goal, m, k, a[0], w[0], below, above, ways)

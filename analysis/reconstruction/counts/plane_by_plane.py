@@ -1,0 +1,292 @@
+"""How many multisets reach a goal, with the planes of one number of values in memory at a time.
+
+`state_table` holds for every k how the k values so far add up, because samples and marginals need
+it. A count does not. Let T_k[d] be the table of k values that all lie at least d from the centre;
+the nearest of them lies at d or farther out, so that
+
+    T_k[d](a, w) = T_k[d + 1](a, w) + T_{k-1}[d](a - d, w - w_d).
+
+With i = a - k d and j = w - k w_d the second term stands at the same place as the first time: a
+table is kept and T_k[d + 1] is added to it, at the offset (k, k (w_{d+1} - w_d)). These are the
+conjugate partitions. Values that lie far out have small tables that die out early.
+
+The values above the centre enter so, k ascending. Those below run through the transposed
+recursion, k descending: tables of weights, what a state of the values below is worth with all
+that lies above it. Both halves thus meet at every k without either being kept, and nothing but
+additions occurs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.counts.residues import WORD
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Goal
+    from slipscale.analysis.reconstruction.counts.state_table import Array, Shape
+
+
+def number(below: Shape, above: Shape, goals: Sequence[Goal], modulus: int | None) -> float | int:
+    """Return how many multisets reach one of the goals, modulo `modulus`.
+
+    Parameters
+    ----------
+    below, above : Shape
+        Distances of both halves from the centre, and how far they must reach.
+    goals : sequence of Goal
+        That share these halves.
+    modulus : int or None
+        2**64 or a prime below 2**31; None counts in floating point.
+    """
+    found: float | int = 0
+    for n in sorted({goal.n for goal in goals}):
+        of_n = [goal for goal in goals if goal.n == n]
+        found += _Meeting(below, above, modulus).number(n, of_n)
+    return found if modulus is None else int(found) % modulus
+
+
+def cells(below: Shape, above: Shape, goals: Iterable[Goal]) -> int:
+    """Return how many cells are held at most: those above die out while those below are born."""
+    most = 0
+    for n in {goal.n for goal in goals}:
+        alive = np.zeros(n + 1, dtype=np.int64)
+        for place, (last, size) in enumerate(_lives(above)):
+            # The nearest plane is what the halves meet by.
+            alive[: (last if place else n) + 1] += size
+        for last, size in _lives(below):
+            # Of n values, those that are not above are still to come below.
+            alive[max(n - last, 0) :] += size
+        most = max(most, int(alive.max()))
+    return most
+
+
+def roundings(below: Shape, above: Shape, goals: Sequence[Goal]) -> int:
+    """Return how many roundings a term passes through at most: one addition a step."""
+    distances = sum(len(half.distances) for half in (below, above))
+    return (len(above.reach) + len(below.reach)) * (len(goals) + 2) + 2 * distances + 8
+
+
+def _lives(shape: Shape) -> list[tuple[int, int]]:
+    """Return for each distance the largest k that needs it, and its number of cells."""
+    return [(last, (i + 1) * (j + 1)) for last, i, j in _extents(shape)]
+
+
+def _extents(shape: Shape) -> list[tuple[int, int, int]]:
+    """Return for each distance the largest k that needs it, and the largest i and j over all k."""
+    if not shape.distances:
+        return []
+    k, d = np.arange(len(shape.reach))[:, None], np.array(shape.distances, dtype=np.int64)
+    a, w = np.array(shape.reach, dtype=np.int64).T[:, :, None]
+    i, j = a - k * d, w - k * (d * (d + shape.sign) // 2)
+    there = (i >= 0) & (j >= 0)
+    found = (np.where(there, values, -1).max(axis=0).tolist() for values in (k, i, j))
+    return list(zip(*found, strict=True))
+
+
+@dataclass
+class _Plane:
+    """T_k[d] of one distance, whichever k it is at."""
+
+    distance: int
+    last: int
+    values: Array
+
+
+class _Half:
+    """The planes of one half, near to far."""
+
+    def __init__(self, shape: Shape, kind: type) -> None:
+        self.shape = shape
+        self.planes = []
+        for d, (last, most_i, most_j) in zip(shape.distances, _extents(shape), strict=True):
+            self.planes.append(_Plane(d, last, np.zeros((most_i + 1, most_j + 1), dtype=kind)))
+
+    def extent(self, place: int, k: int) -> tuple[int, int]:
+        """Return how many rows and columns the plane at `place` has with k values; 0 if none."""
+        a, w = self.shape.reach[k]
+        d = self.planes[place].distance
+        i, j = a - k * d + 1, w - k * self.shape.triangle(d) + 1
+        return (i, j) if i > 0 and j > 0 else (0, 0)
+
+    def between(self, place: int, k: int) -> tuple[Array, Array] | None:
+        """Return the plane at `place` and where it stands in that before; None if it is empty."""
+        rows, columns = self.extent(place, k)
+        if not rows:
+            return None
+        far, near = self.planes[place], self.planes[place - 1]
+        down = k * (far.distance - near.distance)
+        right = k * (self.shape.triangle(far.distance) - self.shape.triangle(near.distance))
+        return (
+            far.values[:rows, :columns],
+            near.values[down : down + rows, right : right + columns],
+        )
+
+    def reduce(self, modulus: int, k: int) -> None:
+        """Bring every cell below the modulus, in the planes that k values or more have filled."""
+        divisor = np.uint64(modulus)
+        for plane in self.planes:
+            # Row by row, so that what comes up on the way stays small.
+            for row in plane.values if plane.last >= k else ():
+                np.subtract(row, row // divisor * divisor, out=row)
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Goals with one signed sum whose constants, (V - D) / 2, are all from `first` to `last`."""
+
+    signed_sum: int
+    numbers_above: range
+    first: int
+    last: int
+
+
+def _runs(goals: Iterable[Goal]) -> list[_Run]:
+    """Return the goals in runs."""
+    groups: dict[tuple[int, range], list[int]] = {}
+    for goal in goals:
+        constant = (goal.square_sum - goal.signed_sum) // 2
+        groups.setdefault((goal.signed_sum, goal.numbers_above), []).append(constant)
+    found = []
+    for key, constants in groups.items():
+        ordered = sorted(constants)
+        breaks = [i for i in range(1, len(ordered)) if ordered[i] != ordered[i - 1] + 1]
+        for first, end in pairwise([0, *breaks, len(ordered)]):
+            found.append(_Run(*key, ordered[first], ordered[end - 1]))
+    return found
+
+
+class _Meeting:
+    """Both halves on their way past each other."""
+
+    def __init__(self, below: Shape, above: Shape, modulus: int | None) -> None:
+        kind = np.float64 if modulus is None else np.uint64
+        self.modulus = modulus
+        self.below, self.above = _Half(below, kind), _Half(above, kind)
+        self.none = np.ones((1, 1), dtype=kind)  # no values: one way
+        for plane in self.above.planes:
+            if plane.values.size:
+                plane.values[0, 0] = 1
+        # Largest values that cells above and below may hold.
+        self.ceilings = (1, 0)
+
+    def number(self, n: int, goals: list[Goal]) -> float | int:
+        """Return what the goals, of n values each, are worth together."""
+        found: float | int = 0
+        runs = _runs(goals)
+        for k in range(n + 1):
+            left = n - k
+            self._make_room(len(goals), left)
+            if 0 < k < len(self.above.shape.reach):
+                self._enter(k)
+            for run in runs:
+                if k in run.numbers_above:
+                    found += self._meet(run, k, left)
+            if 0 < left < len(self.below.shape.reach):
+                self._leave(left)
+        ends = [plane.values[0, 0] for plane in self.below.planes if plane.values.size]
+        return found + sum(end if self.modulus is None else int(end) for end in ends)
+
+    def _enter(self, k: int) -> None:
+        """Go from k - 1 to k values above: far to near."""
+        planes = self.above.planes
+        for place in range(len(planes) - 1, 0, -1):
+            if pair := self.above.between(place, k):
+                far, near = pair
+                near += far
+        for plane in planes[1:]:
+            if plane.last <= k:
+                plane.values = plane.values[:0, :0]
+
+    def _leave(self, k: int) -> None:
+        """Go from k to k - 1 values below, backwards: near to far."""
+        for place in range(1, len(self.below.planes)):
+            pair = self.below.between(place, k)
+            if pair is None:
+                break
+            far, near = pair
+            far += near
+
+    def _meet(self, run: _Run, k: int, left: int) -> float | int:
+        """Give the states of `left` values below the worth of k values above.
+
+        Returns what is complete with it: those without any value below.
+        """
+        above, below = self.above.shape, self.below.shape
+        if k >= len(above.reach) or left >= len(below.reach):
+            return 0
+        if (k and not self.above.planes) or (left and not self.below.planes):
+            return 0
+        (high_a, high_w), (high_b, high_v) = above.reach[k], below.reach[left]
+        low_a, low_w = _lowest(above, k)
+        low_b, low_v = _lowest(below, left)
+        a = max(low_a, low_b + run.signed_sum), min(high_a, high_b + run.signed_sum)
+        w = max(low_w, run.first - high_v), min(high_w, run.last - low_v)
+        if a[0] > a[1] or w[0] > w[1]:
+            return 0
+        source = self.above.planes[0].values if k else self.none
+        there = source[a[0] - low_a : a[1] - low_a + 1, w[0] - low_w : w[1] - low_w + 1]
+        # Of every w of the values below those above have one of so many in a row.
+        v = max(low_v, run.first - w[1]), min(high_v, run.last - w[0])
+        before, after = w[0] - (run.first - v[1]), run.last - v[0] - w[1]
+        worth = _window(there, before, after, run.last - run.first + 1)[:, ::-1]
+        if not left:
+            return float(worth.sum()) if self.modulus is None else int(worth.sum())
+        row = a[0] - run.signed_sum - low_b
+        target = self.below.planes[0].values[row : row + worth.shape[0]]
+        target[:, v[0] - low_v : v[1] - low_v + 1] += worth
+        return 0
+
+    def _make_room(self, goals: int, left: int) -> None:
+        """Reduce now if the next k could overflow.
+
+        Above, a plane receives all those farther out; below, every goal and all those nearer.
+        """
+        if self.modulus in (None, WORD):
+            return
+        above, below = self._grown(*self.ceilings, goals)
+        if max(above, below) >= WORD:
+            for half, numbers in ((self.above, 0), (self.below, left)):
+                half.reduce(self.modulus or 0, numbers)
+            largest = (self.modulus or 0) - 1
+            above, below = self._grown(largest, largest, goals)
+        self.ceilings = above, below
+
+    def _grown(self, above: int, below: int, goals: int) -> tuple[int, int]:
+        """Return the largest values that cells above and below may hold one k later."""
+        grown = above * (len(self.above.planes) + 1)
+        return grown, (below + goals * grown) * (len(self.below.planes) + 1)
+
+
+def _window(cells: Array, before: int, after: int, length: int) -> Array:
+    """Return sums of `length` neighbouring columns, with so many empty ones before and after.
+
+    By doubling: sums of 1, 2, 4, ... columns.
+    """
+    if length == 1:
+        return cells
+    width = before + cells.shape[1] + after - length + 1
+    sums = np.zeros((cells.shape[0], width + length - 1), dtype=cells.dtype)
+    sums[:, before : before + cells.shape[1]] = cells
+    found = np.zeros((cells.shape[0], width), dtype=cells.dtype)
+    covered, size = 0, 1
+    while True:
+        if length & size:
+            found += sums[:, covered : covered + width]
+            covered += size
+        if 2 * size > length:
+            return found
+        sums = sums[:, :-size] + sums[:, size:]
+        size *= 2
+
+
+def _lowest(shape: Shape, k: int) -> tuple[int, int]:
+    """Return the least a and w of k values."""
+    nearest = shape.distances[0] if shape.distances else shape.nearest
+    return k * nearest, k * shape.triangle(nearest)

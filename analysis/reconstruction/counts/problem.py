@@ -1,0 +1,235 @@
+"""The parts of a column's solutions that share their tables, and what working on them costs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from math import ceil, comb
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.counts import few_values, plane_by_plane
+from slipscale.analysis.reconstruction.counts.meet_in_the_middle import (
+    Goal,
+    Joint,
+    glimpses,
+    goals,
+    joints,
+    shapes,
+)
+from slipscale.analysis.reconstruction.counts.state_table import Shape, StateTable
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from slipscale.analysis.reconstruction.counts.partition import Part, Split
+
+# Memory allowed to tables, and time to a count, unless the user allows more.
+MEMORY_GIB = 4.0
+MINUTES = 10.0
+# Steps between the least and the largest rating.
+WIDEST = 10_000_000
+# Measured at n = 50 to 200 on 0 to 100 and at n = 200 on 1 to 7, an ordinary processor: 1.3 to 2.4.
+NANOSECONDS_AN_ADDITION = 2.0
+# Beyond this many bits a count takes a pass in floating point, and one for so many bits.
+WORD_BITS = 64
+BITS_A_PASS = 31
+
+
+@dataclass(frozen=True)
+class Problem:
+    """Parts of the solutions that share their tables.
+
+    Parameters
+    ----------
+    split : Split
+        Where the free values lie.
+    goals : tuple of Goal
+        What they must add up to.
+    """
+
+    split: Split
+    goals: tuple[Goal, ...]
+
+    @cached_property
+    def _shapes(self) -> tuple[Shape, Shape]:
+        return shapes(self.split, list(self.goals))
+
+    @property
+    def below(self) -> Shape:
+        """Shape of the table of the values below the centre."""
+        return self._shapes[0]
+
+    @property
+    def above(self) -> Shape:
+        """Shape of the table of the values above the centre, and of those at it."""
+        return self._shapes[1]
+
+    @cached_property
+    def of_few_values(self) -> int | None:
+        """Number of multisets where the scale has few values; None where this way is no use."""
+        if not all(map(few_values.without_median, self.goals)):
+            return None
+        split = self.split
+        if split.high - split.low > 2 * few_values.VALUES:
+            return None
+        values = [v for v in range(split.low, split.high + 1) if v not in split.holes]
+        return few_values.number(values, self.goals)
+
+    @property
+    def bytes(self) -> int:
+        """Memory of both tables, one modulus."""
+        return 8 * (self.below.cells + self.above.cells)
+
+    @property
+    def count_bytes(self) -> int:
+        """Memory that counting the multisets takes."""
+        return 8 * plane_by_plane.cells(self.below, self.above, self.goals)
+
+    @cached_property
+    def rough(self) -> Rough:
+        """What it costs, guessed at once from a few of the planes."""
+        return _rough(self)
+
+    def tables(self, measure: str, modulus: int | None) -> tuple[StateTable, StateTable]:
+        """Return the two tables, filled."""
+        return StateTable(self.below, measure, modulus).fill(), StateTable(
+            self.above, measure, modulus
+        ).fill()
+
+    def joints(self, below: StateTable, above: StateTable) -> list[Joint]:
+        """Return every pair of aligned slices."""
+        return [
+            joint
+            for goal in self.goals
+            for joint in joints(
+                goal, (self.below, self.above), (below.planes, above.planes), below.measure
+            )
+        ]
+
+
+@dataclass(frozen=True)
+class Rough:
+    """About what a problem costs.
+
+    Parameters
+    ----------
+    table_gib, count_gib : float
+        Memory of both tables, and of a count.
+    additions : float
+        Of a count, one modulus.
+    """
+
+    table_gib: float
+    count_gib: float
+    additions: float
+
+
+def problems(parts: Iterable[Part]) -> list[Problem]:
+    """Return `parts` grouped by what shares its tables.
+
+    Raises
+    ------
+    UserError
+        Values lie too far apart.
+    """
+    groups = goals(parts)
+    for split in groups:
+        if split.high - split.low > WIDEST:
+            raise UserError(
+                f"ratings may lie {split.high - split.low:,} steps apart, more than {WIDEST:,}: "
+                "narrow the scale (observed_minimum, observed_maximum, maximum_deviation)"
+            )
+    return [Problem(split, tuple(wanted)) for split, wanted in groups.items()]
+
+
+def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> None:
+    """Refuse tables that would not fit, before they are made.
+
+    Raises
+    ------
+    UserError
+        The largest table needs more than `memory_gib`.
+    """
+    for task in tasks:
+        # The exact size takes long where the tables are large; a guess does not.
+        guess_gib = task.rough.table_gib * moduli
+        need_gib = guess_gib if guess_gib > 2 * memory_gib else task.bytes * moduli / 2**30
+        if need_gib > memory_gib:
+            raise UserError(
+                f"the table of states needs about {need_gib:.1f} GiB, more than the "
+                f"{memory_gib:g} GiB allowed: {NARROW} or allow more with --memory-gib"
+            )
+
+
+NARROW = "narrow the scale (observed_minimum, observed_maximum, maximum_deviation)"
+
+
+def require_countable(tasks: list[Problem], memory_gib: float, minutes: float) -> None:
+    """Refuse counts that take too much memory or time, before they start.
+
+    Raises
+    ------
+    UserError
+        A count needs more than `memory_gib`, or all together more than about `minutes`.
+    """
+    large = _large(tasks)
+    seconds = seconds_to_count(tasks)
+    need_gib = max((task.rough.count_gib for task in large), default=0.0)
+    if seconds <= 60 * minutes and need_gib <= 2 * memory_gib:
+        # The exact size takes long where there are many planes; a guess does not.
+        need_gib = max((task.count_bytes for task in large), default=0) / 2**30
+        if need_gib <= memory_gib:
+            return
+    raise UserError(
+        f"counting needs about {need_gib:.1f} GiB and takes {duration(seconds)}; "
+        f"{memory_gib:g} GiB and {minutes:g} min are allowed: {NARROW} or allow more with "
+        "--memory-gib and --minutes"
+    )
+
+
+def _large(tasks: Iterable[Problem]) -> list[Problem]:
+    return [task for task in tasks if task.of_few_values is None]
+
+
+def seconds_to_count(tasks: Sequence[Problem]) -> float:
+    """Return about how long counting the multisets takes on an ordinary processor."""
+    large = _large(tasks)
+    bits = simple_bound(large, "multisets").bit_length()
+    passes = 1 if bits <= WORD_BITS else 2 + ceil((bits - WORD_BITS) / BITS_A_PASS)
+    additions = sum(task.rough.additions for task in large)
+    return additions * passes * NANOSECONDS_AN_ADDITION * 1e-9
+
+
+def duration(seconds: float) -> str:
+    """Return a length of time for people.
+
+    >>> duration(0.2), duration(90), duration(7200)
+    ('about 1 s', 'about 2 min', 'about 2 h')
+    """
+    for size, unit in ((3600, "h"), (60, "min")):
+        if seconds >= size:
+            return f"about {ceil(seconds / size):,} {unit}"
+    return f"about {max(round(seconds), 1)} s"
+
+
+def simple_bound(tasks: Iterable[Problem], measure: str) -> int:
+    """Return what the free values could be at all, each given one's places included."""
+    bound = 0
+    for task in tasks:
+        values = max(task.split.high - task.split.low + 1, 1)
+        for goal in task.goals:
+            free = values**goal.n if measure == "ordered" else comb(goal.n + values - 1, goal.n)
+            bound += free * (goal.part.arrangements if measure == "ordered" else 1)
+    return bound
+
+
+def _rough(task: Problem) -> Rough:
+    tables, held, additions = 0.0, 0.0, 0.0
+    for half in glimpses(task.split, list(task.goals)):
+        tables += float(np.trapezoid(half.cells, half.ks)) + 1
+        held += half.share * float(half.sizes.max(axis=0, initial=0).sum())
+        additions += half.share * float(np.trapezoid(half.sizes.sum(axis=1), half.ks))
+    return Rough(8 * tables / 2**30, 8 * held / 2**30, additions)

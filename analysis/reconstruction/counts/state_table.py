@@ -1,0 +1,233 @@
+"""A table of the dynamic programme: how many ways values on one side of the centre add up.
+
+A value that lies d steps from the centre adds (1, d, w_d) to the state (k, a, w): k values so
+far, a the sum of their distances, and w = (q ± a)/2 with q the sum of squared distances. The
+triangular number w_d = d(d ± 1)/2 takes the place of d², because q and a always have the same
+parity: half of the cells of a table over (k, a, q) could never be reached.
+
+With the plus sign below the centre and the minus sign above it, the two halves of a solution
+fit where a_above = a_below + D and w_above = constant - w_below, so that joining them is a
+product of two slices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from math import comb
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from slipscale.analysis.reconstruction.counts.residues import WORD
+
+Array = npt.NDArray[Any]
+
+
+def multiset_ways(_k: int, _j: int) -> int:
+    """Ways to put j equal values among k when the order does not count."""
+    return 1
+
+
+Ways = Callable[[int, int], int]
+# Measure: the ways to place j equal values among k.
+WAYS: dict[str, Ways] = {"multisets": multiset_ways, "ordered": comb}
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The distances of one half and how far its table must reach.
+
+    Parameters
+    ----------
+    nearest, farthest : int
+        Distances from the centre, in steps; none if ``farthest < nearest``.
+    sign : int
+        +1 below the centre, -1 above.
+    reach : tuple of (int, int)
+        For every k from 0 on, the largest a and w that a solution can have.
+    holes : frozenset of int
+        Distances between at which no value lies.
+    """
+
+    nearest: int
+    farthest: int
+    sign: int
+    reach: tuple[tuple[int, int], ...]
+    holes: frozenset[int] = frozenset()
+
+    @cached_property
+    def distances(self) -> tuple[int, ...]:
+        """The distances, near to far."""
+        every = range(self.nearest, self.farthest + 1)
+        return tuple(d for d in every if d not in self.holes)
+
+    @property
+    def cells(self) -> int:
+        """Number of cells of the table."""
+        return sum((a + 1) * (w + 1) for a, w in self.reach)
+
+    def triangle(self, distance: int) -> int:
+        """Return what one value at `distance` adds to w."""
+        return distance * (distance + self.sign) // 2
+
+
+class StateTable:
+    """A table of counts over (k, a, w), one modulus.
+
+    The values enter one distance after the other, far to near (`advance`), and leave again
+    near to far (`retreat`); both work in place. Far values are few and near ones are all that
+    is left when many have entered, so most steps touch a small corner of the table.
+
+    Parameters
+    ----------
+    shape : Shape
+        Distances and reach.
+    measure : {"multisets", "ordered"}
+        What is counted.
+    modulus : int or None
+        2**64 or a prime below 2**31; None counts in floating point, for an estimate.
+    """
+
+    def __init__(self, shape: Shape, measure: str, modulus: int | None) -> None:
+        self.shape, self.measure, self.modulus = shape, measure, modulus
+        kind = np.float64 if modulus is None else np.uint64
+        self.width = np.array([w + 1 for _, w in shape.reach], dtype=np.int64)
+        sizes = np.array([(a + 1) * (w + 1) for a, w in shape.reach], dtype=np.int64)
+        self.start = np.concatenate(([0], np.cumsum(sizes)[:-1]))
+        self.flat: Array = np.zeros(int(sizes.sum()), dtype=kind)
+        self.planes: list[Array] = [
+            self.flat[s : s + n].reshape(-1, w)
+            for s, n, w in zip(self.start, sizes, self.width, strict=True)
+        ]
+        self.planes[0][0, 0] = 1
+        self._filled = False
+        # Largest value that a cell may hold before the next reduction.
+        self._ceiling = 1
+
+    def distances(self) -> tuple[int, ...]:
+        """Return the distances, far to near."""
+        return self.shape.distances[::-1]
+
+    def fill(self) -> StateTable:
+        """Let every distance enter, unless all are in already; return the table itself."""
+        if not self._filled:
+            for distance in self.distances():
+                self.advance(distance)
+            self.reduce()
+            self._filled = True
+        return self
+
+    def reduce(self) -> None:
+        """Bring every cell below the modulus."""
+        if self.modulus in (None, WORD):
+            return
+        divisor = np.uint64(self.modulus or 0)
+        for plane in self.planes:
+            # Four times quicker than the remainder operator.
+            plane[...] -= plane // divisor * divisor
+        self._ceiling = (self.modulus or 0) - 1
+
+    def advance(self, distance: int) -> None:
+        """Let values at `distance` enter; all that are in already lie farther out."""
+        top = len(self.planes) - 1
+        if self.measure == "multisets":
+            self._make_room(top + 1)
+            for k in range(1, top + 1):
+                for here, there in self._shifted(k, 1, distance):
+                    here[...] += there
+            return
+        for k in range(top, 0, -1):
+            for j in range(1, k + 1):
+                for here, there in self._shifted(k, j, distance):
+                    here[...] += self.scaled(there, comb(k, j))
+                    self._settle(here)
+
+    def retreat(self, distance: int) -> None:
+        """Undo `advance`: take the values at `distance`, the nearest that are in, out again."""
+        self._filled = False
+        top = len(self.planes) - 1
+        if self.measure == "multisets":
+            for k in range(top, 0, -1):
+                for here, there in self._shifted(k, 1, distance):
+                    self._subtract(here, there)
+            return
+        for k in range(1, top + 1):
+            for j in range(1, k + 1):
+                for here, there in self._shifted(k, j, distance):
+                    self._subtract(here, self.scaled(there, comb(k, j)))
+
+    def pull_back(self, distance: int) -> None:
+        """Turn weights of the states after `distance` entered into weights of those before.
+
+        The adjoint of `advance`: a state before is worth what all states after it, that values
+        at `distance` lead to, are worth together. For a table of weights, not counts.
+        """
+        top = len(self.planes) - 1
+        if self.measure == "multisets":
+            for k in range(top, 0, -1):
+                for here, there in self._shifted(k, 1, distance):
+                    there[...] += here
+                    self._settle(there)
+            return
+        for low in range(top):
+            for j in range(1, top - low + 1):
+                for here, there in self._shifted(low + j, j, distance):
+                    there[...] += self.scaled(here, comb(low + j, j))
+                    self._settle(there)
+
+    def _shifted(self, k: int, j: int, distance: int) -> Iterator[tuple[Array, Array]]:
+        """Yield cells of k values and the cells that j values at `distance` lead there from.
+
+        Every value so far lies at least `distance` out, which bounds a and w from below.
+        """
+        step_a, step_w = j * distance, j * self.shape.triangle(distance)
+        low_a, low_w = k * distance, k * self.shape.triangle(distance)
+        far, far_w = self.shape.farthest, self.shape.triangle(self.shape.farthest)
+        high_a = min(self.shape.reach[k][0], self.shape.reach[k - j][0] + step_a, k * far)
+        high_w = min(self.shape.reach[k][1], self.shape.reach[k - j][1] + step_w, k * far_w)
+        if low_a <= high_a and low_w <= high_w:
+            yield (
+                self.planes[k][low_a : high_a + 1, low_w : high_w + 1],
+                self.planes[k - j][
+                    low_a - step_a : high_a - step_a + 1, low_w - step_w : high_w - step_w + 1
+                ],
+            )
+
+    def _make_room(self, growth: int) -> None:
+        """Reduce now if one more step, which multiplies by at most `growth`, could overflow."""
+        if self.modulus in (None, WORD):
+            return
+        if self._ceiling * growth >= WORD:
+            self.reduce()
+        self._ceiling *= growth
+
+    def scaled(self, cells: Array, factor: int) -> Array:
+        """Return `cells` times `factor`, below the modulus."""
+        if self.modulus is None:
+            weighted: Array = cells * float(factor)
+            return weighted
+        product: Array = cells * np.uint64(factor % self.modulus)
+        return self._remainder(product)
+
+    def _remainder(self, cells: Array) -> Array:
+        if self.modulus in (None, WORD):
+            return cells
+        divisor = np.uint64(self.modulus or 0)
+        rest: Array = cells - cells // divisor * divisor
+        return rest
+
+    def _settle(self, cells: Array) -> None:
+        """Keep prime residues below their modulus after an addition of two."""
+        if self.modulus not in (None, WORD):
+            cells[...] = self._remainder(cells)
+            self._ceiling = (self.modulus or 0) - 1
+
+    def _subtract(self, cells: Array, part: Array) -> None:
+        if self.modulus in (None, WORD):
+            cells -= part
+        else:
+            cells += np.uint64(self.modulus or 0) - part
+            self._settle(cells)

@@ -1,0 +1,138 @@
+"""Thousands of columns, of any tables: a verdict each, whichever worker gives it.
+
+A verdict depends on its row alone, so that any number of workers gives the same, in the order of
+the rows, and what was interrupted goes on where it stopped.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from hashlib import sha256
+from multiprocessing import get_context
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multisets
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.table.contradictions import impossible
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from slipscale.analysis.reconstruction.data_sets.constraints import Targets
+    from slipscale.analysis.reconstruction.table.table_files import Row
+
+# Rows that a worker takes at a time.
+TOGETHER = 8
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """What is said of a row.
+
+    Parameters
+    ----------
+    line : int
+        Of the file, on which the row ends.
+    digest : str
+        Of the row's cells: whether an earlier verdict is on the same row.
+    label : str
+        The column's.
+    verdict : {"consistent", "inconsistent", "not counted", "not understood"}
+        In short. "Not counted" means that GRIM and GRIMMER are passed.
+    failed : {"", "impossible", "GRIM", "GRIMMER", "extremes", "count"}
+        The first test that an inconsistent row does not pass.
+    multisets : str
+        How many data sets, exactly; empty if not counted.
+    log10_estimate : str
+        Where they are not counted, about how many; empty if that is not known either.
+    reason : str
+        Why there is none, or why it is not counted or not understood.
+    """
+
+    line: int
+    digest: str
+    label: str
+    verdict: str
+    failed: str = ""
+    multisets: str = ""
+    log10_estimate: str = ""
+    reason: str = ""
+
+
+def verdict(row: Row, memory_gib: float, minutes: float) -> Verdict:
+    """Return the verdict on one row."""
+    give = partial(Verdict, line=row.line, digest=digest(row))
+    if row.column is None:
+        said = "; ".join(words for _, words in row.told)
+        return give(label="", verdict="not understood", reason=said)
+    solutions = Solutions(row.column, memory_gib, minutes)
+    label = row.column.label
+    if solutions.refused:
+        about = log10_multisets(solutions.targets)
+        return give(
+            label=label,
+            verdict="not counted",
+            log10_estimate="" if about is None else f"{about:.2f}",
+            reason=solutions.refused,
+        )
+    if solutions.consistent:
+        multisets = str(solutions.multisets)
+        return give(label=label, verdict="consistent", multisets=multisets)
+    return give(
+        label=label,
+        verdict="inconsistent",
+        failed="impossible" if impossible(row.column) else _failed(solutions.targets),
+        multisets="0",
+        reason=solutions.reason,
+    )
+
+
+def _failed(targets: Targets) -> str:
+    """Return the first test that is not passed, in the order in which they are asked."""
+    tests = ((targets.grim, "GRIM"), (targets.grimmer, "GRIMMER"), (not targets.reason, "extremes"))
+    return next((name for passed, name in tests if not passed), "count")
+
+
+def digest(row: Row) -> str:
+    """Return what tells a row's cells from others'."""
+    return sha256("\0".join(row.cells).encode()).hexdigest()[:12]
+
+
+def verdicts(
+    rows: Sequence[Row], memory_gib: float, minutes: float, workers: int
+) -> Iterator[Verdict]:
+    """Yield the verdicts in the order of the rows.
+
+    Parameters
+    ----------
+    rows : sequence of Row
+        Of the file.
+    memory_gib, minutes : float
+        Allowed to each row.
+    workers : int
+        Processes; with one no other process is started.
+    """
+    judge = partial(verdict, memory_gib=memory_gib, minutes=minutes)
+    if workers == 1 or len(rows) <= TOGETHER:
+        yield from map(judge, rows)
+        return
+    # Not a fork: threads of numerical libraries would be copied in any state.
+    with ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn")) as pool:
+        yield from pool.map(judge, rows, chunksize=TOGETHER)
+
+
+def summary(found: Iterable[tuple[str, str]]) -> list[str]:
+    """Return how many rows have which verdict, a line each, from verdicts and failed tests."""
+    counts = Counter(found)
+    rows = counts.total()
+    lines = [f"{rows:,} rows"]
+    for name in ("consistent", "inconsistent", "not counted", "not understood"):
+        of_it = {failed: number for (word, failed), number in counts.items() if word == name}
+        number = sum(of_it.values())
+        which = ", ".join(f"{failed} {of_it[failed]:,}" for failed in sorted(of_it) if failed)
+        share = f"{number / rows:.1%}" if rows else ""
+        lines.append(f"  {name:<15}{number:>9,}  {share:>6}" + (f"  ({which})" if which else ""))
+    return lines

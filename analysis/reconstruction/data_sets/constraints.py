@@ -1,0 +1,358 @@
+"""From printed numbers to what whole ratings must add up to; GRIM and GRIMMER reasons.
+
+Ratings are counted in steps above the scale's minimum, so every quantity here is a whole
+number. GRIM (Brown and Heathers, 2017) asks whether n whole numbers can have the printed mean;
+GRIMMER (Anaya, 2016; Allard, 2018) whether a whole sum of squares of the right parity gives
+the printed standard deviation. Both are necessary, neither is sufficient: the count decides.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+from math import isqrt
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.reconstruction.counts.partition import Moments, Wanted
+from slipscale.analysis.reconstruction.table.contradictions import impossible, occurrences
+from slipscale.analysis.reconstruction.table.rounding import Interval
+
+if TYPE_CHECKING:
+    from slipscale.analysis.reconstruction.table.published_table import Column
+
+
+# Pairs of a sum and a sum of squares that are looked at one by one.
+MOST_PAIRS = 100_000
+# Sums of a plain column that are looked at one by one.
+MOST_SUMS = 1000
+# Of more, so many sums are looked at, each with its middle sum of squares.
+LOOKED_AT = 9
+# Ratings that may be the extremes or the middle ones, over all pairs; more take gigabytes.
+MOST_VALUES = 3_000_000
+
+
+@dataclass(frozen=True)
+class Targets:
+    """What a column's ratings, in steps above the minimum, must meet.
+
+    Parameters
+    ----------
+    wanted : tuple of Wanted
+        One for each admissible sum and sum of squares.
+    grim : bool
+        Whether some sum gives the printed mean.
+    grimmer : bool
+        Whether some sum of squares, too, gives the printed standard deviation.
+    reason : str
+        Why not, if not; empty otherwise.
+    refused : str
+        Why they cannot be listed; then `wanted` is empty without meaning anything.
+    looked_at : tuple of Wanted
+        Some of them, where they are not listed.
+    pairs : int
+        About how many there are, where they are not listed.
+    """
+
+    wanted: tuple[Wanted, ...]
+    grim: bool
+    grimmer: bool
+    reason: str
+    refused: str = ""
+    looked_at: tuple[Wanted, ...] = ()
+    pairs: int = 0
+
+    @property
+    def moments(self) -> tuple[Moments, ...]:
+        """The admissible sums and sums of squares, in steps above the minimum."""
+        return tuple(wish.moments for wish in self.wanted)
+
+
+def targets(column: Column) -> Targets:
+    """Return what the ratings of `column` must meet."""
+    sums = admissible_sums(column)
+    reason = impossible(column)
+    number = _number_of_pairs(column, sums)
+    if max(number, len(sums)) > MOST_PAIRS:
+        if reason:
+            return Targets((), grim=True, grimmer=True, reason=reason)
+        return _unlisted(column, sums, number)
+    pairs = [(s, q) for s in sums for q in admissible_squares(column, s)]
+    possible: tuple[Wanted, ...] = ()
+    if pairs and not reason:
+        try:
+            extremes = _Extremes(column)
+            wanted = [extremes.beside(Moments(column.n, *pair)) for pair in pairs]
+        except _TooManyValues as too_many:
+            return Targets((), grim=True, grimmer=True, reason="", refused=str(too_many))
+        possible = tuple(wish for wish in wanted if wish is not None)
+    if not reason and not possible:
+        if not sums:
+            reason = _grim_reason(column)
+        elif not pairs:
+            reason = _grimmer_reason(column)
+        else:
+            reason = "no rating on the scale gives the printed extremes, median or frequencies"
+    return Targets(possible, grim=bool(sums), grimmer=bool(pairs), reason=reason)
+
+
+def plain_sums(column: Column) -> dict[int, range] | None:
+    """Return the sums of squares beside each sum; None if more is printed than these decide."""
+    more = (
+        column.maximum_deviation,
+        column.observed_minimum,
+        column.observed_maximum,
+        column.median,
+    )
+    told = column.present or column.absent or column.frequencies or column.percentages
+    if told or any(more) or impossible(column):
+        return None
+    sums = admissible_sums(column)
+    if len(sums) > MOST_SUMS:
+        return None
+    return {total: squares for total in sums if (squares := admissible_squares(column, total))}
+
+
+def _number_of_pairs(column: Column, sums: range) -> int:
+    """Return about how many sums and sums of squares the printed decimals admit."""
+    # They differ little from sum to sum.
+    middle = admissible_squares(column, sums[len(sums) // 2]) if sums else range(0)
+    return len(sums) * len(middle)
+
+
+def _unlisted(column: Column, sums: range, number: int) -> Targets:
+    """Say that there are too many to list, and look at some."""
+    places = {len(sums) * (2 * i + 1) // (2 * LOOKED_AT) for i in range(LOOKED_AT)}
+    some = (sums[place] for place in sorted(places))
+    middles = ((total, admissible_squares(column, total)) for total in some)
+    try:
+        extremes = _Extremes(column)
+        wanted = [
+            extremes.beside(Moments(column.n, total, squares[len(squares) // 2]))
+            for total, squares in middles
+            if squares
+        ]
+    except _TooManyValues:
+        wanted = []
+    said = (
+        f"about {number:,} pairs of a sum and a sum of squares give the printed mean and SD"
+        if number
+        else f"{len(sums):,} sums give the printed mean"
+    )
+    return Targets(
+        (),
+        grim=True,
+        grimmer=True,
+        reason="",
+        refused=(
+            f"{said}, more than {MOST_PAIRS:,}: too few decimals for n = {column.n:,} on this scale"
+        ),
+        looked_at=tuple(wish for wish in wanted if wish is not None),
+        pairs=number,
+    )
+
+
+def within_reach(moments: Moments, most: int) -> tuple[int, int]:
+    """Return the least and the largest value that may occur beside these sums, from 0 to `most`.
+
+    None of n values lies farther from their mean than (n - 1) / n of the sum of squared
+    deviations allows (Samuelson, 1968).
+
+    >>> within_reach(Moments(5, 250, 12504), 100)
+    (49, 51)
+    """
+    n, total = moments.n, moments.total
+    # (n x - total)² <= (n - 1) (n squares - total²)
+    root = isqrt(max((n - 1) * (n * moments.squares - total**2), 0))
+    return max(-((root - total) // n), 0), min((total + root) // n, most)
+
+
+def admissible_sums(column: Column) -> range:
+    """Return the sums, in steps above the minimum, that give the printed mean or sum."""
+    n, scale = Fraction(column.n), column.scale
+    found = Interval(Fraction(0), n * scale.steps)
+    for printed, factor in column.means():
+        mean = printed.values(column.rounding).scaled(1 / factor)
+        found = found.meet(_steps(column, mean).scaled(n))
+    return found.integers()
+
+
+def admissible_squares(column: Column, total: int) -> range:
+    """Return the sums of squares, in steps, that give the printed SD, SE or interval beside a sum.
+
+    A whole number and its square have the same parity, so only every other one is possible.
+    """
+    n, steps = column.n, column.scale.steps
+    variance = variances(column, column.scale.minimum + column.scale.step * Fraction(total, n))
+    degrees = n - 1 if column.sd_convention == "sample" else n
+    found = variance.scaled(degrees / column.scale.step**2, Fraction(total * total, n))
+    # No rating lies outside the scale: x (steps - x) >= 0.
+    squares = found.meet(Interval(Fraction(0), Fraction(total * steps))).integers()
+    first = squares.start + (squares.start - total) % 2
+    return range(first, max(squares.stop, first), 2)
+
+
+# How far the quantile of a confidence interval may be off, as a share of its square.
+QUANTILE_ERROR = Fraction(1, 10**9)
+
+
+def variances(column: Column, mean: Fraction) -> Interval:
+    """Return the variances that give the printed SD, SE and confidence interval beside a mean."""
+    found = Interval(Fraction(0), (column.scale.maximum - column.scale.minimum) ** 2 * column.n)
+    n = Fraction(column.n)
+    if column.sd is not None:
+        found = found.meet(column.sd.values(column.rounding).squared())
+    if column.se is not None:
+        found = found.meet(column.se.values(column.rounding).squared().scaled(n))
+    if column.ci_low is not None and column.ci_high is not None:
+        low, high = (end.values(column.rounding) for end in (column.ci_low, column.ci_high))
+        below = Interval(mean - low.high, mean - low.low, low.high_closed, low.low_closed)
+        above = Interval(high.low - mean, high.high - mean, high.low_closed, high.high_closed)
+        half = below.meet(above)
+        if half.high < 0 or half.low > half.high:
+            return Interval(Fraction(1), Fraction(0))
+        factor = n / Fraction(quantile(column)) ** 2
+        squared = half.squared()
+        found = found.meet(
+            Interval(
+                squared.low * factor * (1 - QUANTILE_ERROR),
+                squared.high * factor * (1 + QUANTILE_ERROR),
+            )
+        )
+    return found
+
+
+def quantile(column: Column) -> float:
+    """Return how many standard errors the confidence interval reaches to either side."""
+    from scipy.special import ndtri, stdtrit  # noqa: PLC0415 - SciPy takes longer than the counts
+
+    p = 0.5 + column.ci_percent / 200
+    return float(stdtrit(column.n - 1, p) if column.ci_quantile == "t" else ndtri(p))
+
+
+def _steps(column: Column, values: Interval) -> Interval:
+    """Return an interval of ratings in steps above the scale's minimum."""
+    scale = column.scale
+    return values.scaled(1 / scale.step, -scale.minimum / scale.step)
+
+
+class _TooManyValues(Exception):
+    """More ratings than can be listed may be the printed extremes or the middle ones."""
+
+
+class _Extremes:
+    """What a column's extremes, median and ratings ask, beside a sum and a sum of squares.
+
+    Raises
+    ------
+    _TooManyValues
+        Here or in `beside`: the scale is so fine that listing what is asked takes gigabytes.
+    """
+
+    def __init__(self, column: Column) -> None:
+        self.column, self.steps = column, column.scale.steps
+        self.listed = 0
+        self.medians: dict[tuple[int, int], tuple[tuple[int, int], ...] | None] = {}
+        self.told = occurrences(column)
+        low, high = 0, self.steps
+        self.present: list[frozenset[int]] = []
+        if column.observed_minimum:
+            found = _steps(column, column.observed_minimum.values(column.rounding)).integers()
+            low = max(low, found.start)
+            self.present.append(self._listed(found))
+        if column.observed_maximum:
+            found = _steps(column, column.observed_maximum.values(column.rounding)).integers()
+            high = min(high, found.stop - 1)
+            self.present.append(self._listed(found))
+        self.low, self.high = low, high
+
+    def _count(self, values: int) -> None:
+        self.listed += values
+        if self.listed > MOST_VALUES:
+            raise _TooManyValues(
+                f"more than {MOST_VALUES:,} ratings may be the printed extremes or the middle "
+                f"ones: too few decimals for steps of {self.column.scale.step}"
+            )
+
+    def _listed(self, values: range) -> frozenset[int]:
+        self._count(len(values))
+        return frozenset(values)
+
+    def beside(self, moments: Moments) -> Wanted | None:
+        """Return what is wanted of these moments; None if no rating can meet it."""
+        low, high = within_reach(moments, self.steps)
+        low, high, present = max(low, self.low), min(high, self.high), self.present
+        if self.column.maximum_deviation:
+            inside, shell = self._shell(moments)
+            low, high = max(low, inside.start), min(high, inside.stop - 1)
+            present = [*present, shell]
+        if present:
+            self._count(sum(map(len, present)))
+            present = [frozenset(v for v in wish if low <= v <= high) for wish in present]
+            if not all(present):
+                return None
+        # Ratings beyond the bounds are nobody's.
+        if any(least for value, least, _ in self.told if not low <= value <= high):
+            return None
+        told = tuple(entry for entry in self.told if low <= entry[0] <= high)
+        if (low, high) not in self.medians:
+            self.medians[low, high] = self._medians(low, high)
+        return Wanted(moments, low, high, tuple(present), self.medians[low, high], told)
+
+    def _shell(self, moments: Moments) -> tuple[range, frozenset[int]]:
+        """Return the ratings within the printed deviation from the mean, and those at it."""
+        printed, one = self.column.maximum_deviation, Fraction(1)
+        if printed is None:
+            return range(self.steps + 1), frozenset()
+        mean = Fraction(moments.total, moments.n)
+        allowed = printed.values(self.column.rounding).scaled(one / self.column.scale.step)
+        above, below = (allowed.scaled(one, shift).integers() for shift in (mean, -mean))
+        edge = allowed.high_closed
+        inside = Interval(mean - allowed.high, mean + allowed.high, edge, edge).integers()
+        self._count(len(above) + len(below))
+        return inside, frozenset(above) | frozenset(-v for v in below)
+
+    def _medians(self, low: int, high: int) -> tuple[tuple[int, int], ...] | None:
+        """Return the pairs of middle values that give the printed median."""
+        column = self.column
+        if column.median is None:
+            return None
+        middle = _steps(column, column.median.values(column.rounding))
+        twice = middle.scaled(Fraction(2)).integers()
+        if column.n % 2:
+            self._count(len(twice))
+            return tuple((t // 2, t // 2) for t in twice if t % 2 == 0 and low <= t // 2 <= high)
+        pairs: list[tuple[int, int]] = []
+        for t in twice:
+            lower = range(max(low, t - high), t // 2 + 1)
+            self._count(len(lower))
+            pairs += [(a, t - a) for a in lower if t - a <= high]
+        return tuple(pairs)
+
+
+def _grim_reason(column: Column) -> str:
+    step, n = column.scale.step, column.n
+    reasons = []
+    for printed, factor in column.means():
+        mean = printed.value / factor
+        below = (mean - column.scale.minimum) * n / step // 1
+        near = [float((column.scale.minimum + (below + i) * step / n) * factor) for i in (0, 1)]
+        allowed = _steps(column, printed.values(column.rounding).scaled(1 / factor))
+        if not allowed.scaled(Fraction(n)).integers():
+            name = "sum" if printed is column.sum else "mean"
+            reasons.append(
+                f"GRIM: no {name} of {n} ratings in steps of {step} is printed as {printed.text}; "
+                f"the nearest are {near[0]:.6g} and {near[1]:.6g}"
+            )
+    texts = " and ".join(printed.text for printed, _ in column.means())
+    return "; ".join(reasons) or f"GRIM: {texts}, printed for one mean, contradict each other"
+
+
+def _grimmer_reason(column: Column) -> str:
+    printed = {
+        f"a {column.sd_convention} standard deviation of": column.sd,
+        "a standard error of": column.se,
+        "a confidence interval from": column.ci_low,
+    }
+    asked = " and ".join(f"{words} {number.text}" for words, number in printed.items() if number)
+    mean = next(text.text for text, _ in column.means())
+    return f"GRIMMER: no sum of squares of {column.n} ratings with mean {mean} gives {asked}"

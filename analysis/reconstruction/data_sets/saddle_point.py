@@ -1,0 +1,153 @@
+"""How many data sets a column allows, about: the saddle-point approximation of the count.
+
+The multisets with n values, sum S and sum of squares Q are the coefficient of z^n x^S y^Q in
+the product over all values v of 1 / (1 - z x^v y^(v²)), which is the partition function of a
+Bose-Einstein gas. Its logarithm is convex in the logarithms of z, x and y; at the minimum of
+that convex function the coefficient follows by Laplace's method (Good, 1957; Daniels, 1954).
+S and Q have the same parity, so that every reachable pair counts twice.
+"""
+
+from __future__ import annotations
+
+from itertools import chain, combinations
+from math import exp, log, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from slipscale.analysis.reconstruction.counts.partition import Moments, Wanted
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.data_sets.constraints import Targets
+
+# Sums for which the estimate is computed; those between are like them.
+SUMS_LOOKED_AT = 15
+STEPS = 200
+# A printed extreme is in so large a share of the multisets at least, or nothing is estimated.
+LEAST_SHARE = 0.02
+CONVERGED = 1e-10
+# Values of the scale that are summed over; more take gigabytes.
+MOST_VALUES = 1_000_000
+
+
+def log10_multisets(targets: Targets) -> float | None:
+    """Return the decimal logarithm of about how many multisets there are.
+
+    None where a median is printed, which the approximation does not cover, where a printed extreme
+    is in few of the multisets, where a rating's number is left open, where the scale is too fine
+    to be summed over, and where it does not converge.
+    """
+    by_sum: dict[int, list[Wanted]] = {}
+    for wish in targets.wanted or targets.looked_at:
+        if wish.medians is not None or wish.high - wish.low > MOST_VALUES:
+            return None
+        by_sum.setdefault(wish.moments.total, []).append(wish)
+    if not by_sum:
+        return None
+    sums = sorted(by_sum)
+    chosen = {sums[round(i)] for i in np.linspace(0, len(sums) - 1, SUMS_LOOKED_AT)}
+    logs = []
+    for total in chosen:
+        wishes = by_sum[total]
+        found = _log_with_extremes(wishes[len(wishes) // 2])
+        if found is None:
+            return None
+        logs.append(found + log(len(wishes)))
+    mean = np.logaddexp.reduce(logs) - log(len(logs))
+    # Of the pairs that were not listed those looked at stand for all.
+    more = targets.pairs / len(targets.looked_at) if targets.looked_at else 1.0
+    return float((mean + log(len(sums)) + log(more)) / log(10))
+
+
+def _log_with_extremes(wish: Wanted) -> float | None:
+    """Return the natural logarithm for one sum and sum of squares, printed extremes present.
+
+    By inclusion and exclusion: those within the bounds, less those that lack one of the values.
+    """
+    told = _told(wish)
+    if told is None:
+        return None
+    moments, holes, present = told
+    every = chain.from_iterable(combinations(present, size) for size in range(len(present) + 1))
+    reference: float | None = None
+    share = 0.0
+    for lacking in every:
+        without = holes.union(*lacking)
+        values = [v for v in range(wish.low, wish.high + 1) if v not in without]
+        found = _log_coefficient(moments, values)
+        if found is None:
+            return None
+        reference = found if reference is None else reference
+        share += (-1) ** len(lacking) * exp(found - reference)
+    return reference + log(share) if reference is not None and share > LEAST_SHARE else None
+
+
+def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] | None:
+    """Return the moments of the free values, the others, and of what one must be present.
+
+    None where a rating's number is left open otherwise.
+    """
+    moments, holes, there = wish.moments, set(), set()
+    forced = []
+    for value, least, most in wish.occurrences:
+        if least == most:
+            moments = moments.without(value, least)
+            holes.add(value)
+            there |= {value} if least else set()
+        elif (least, most) == (1, wish.moments.n):
+            forced.append(frozenset({value}))
+        else:
+            return None
+    if moments.n < 2 or moments.squares < 0:  # noqa: PLR2004 - nothing left to approximate
+        return None
+    present = [frozenset(kept - holes) for kept in wish.present if not kept & there]
+    return moments, frozenset(holes), [*present, *forced]
+
+
+def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
+    """Return the natural logarithm for one sum and sum of squares `of` these values."""
+    n, total, squares = moments.n, moments.total, moments.squares
+    mean = total / n
+    scale = max((squares / n - mean**2), 1e-12) ** 0.5
+    if len(of) < 3:  # noqa: PLR2004 - n, sum and sum of squares leave nothing open
+        return None
+    u = (np.array(of) - mean) / scale
+    powers = np.stack([np.ones_like(u), u, u**2])
+    wanted = np.array([n, 0.0, float(n)])  # of u: its mean is 0 and its variance 1
+    at = np.array([-3.0, 0.0, -0.5])
+    value = _objective(at, powers, wanted)
+    for _ in range(STEPS):
+        occupied = 1 / np.expm1(-(at @ powers))
+        gradient = powers @ occupied - wanted
+        hessian = (powers * (occupied * (1 + occupied))) @ powers.T
+        step = np.linalg.solve(hessian, -gradient)
+        decrease = float(-gradient @ step)
+        if decrease < CONVERGED:
+            _, log_determinant = np.linalg.slogdet(2 * pi * hessian)
+            # Twice for the parity; S and Q are scale and scale² times as fine as their like of u.
+            return float(log(2) + value - log_determinant / 2 - 3 * log(scale))
+        size = 1.0
+        while (new := _objective(at + size * step, powers, wanted)) > value - size * decrease / 4:
+            size /= 2
+            if size < CONVERGED:
+                return None
+        at, value = at + size * step, new
+    return None
+
+
+def _objective(at: Array, powers: Array, moments: Array) -> float:
+    """Return the logarithm of the product at a point, less its linear part; infinite outside."""
+    exponents = at @ powers
+    if exponents.max() >= 0:
+        return float("inf")
+    return float(-np.log(-np.expm1(exponents)).sum() - at @ moments)
+
+
+def words(log10_count: float) -> str:
+    """Return a count of this decimal logarithm for people.
+
+    >>> words(40.398)
+    'about 2.5e+40'
+    """
+    power = int(log10_count // 1)
+    return f"about {10 ** (log10_count - power):.1f}e+{power}"

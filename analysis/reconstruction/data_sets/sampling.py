@@ -1,0 +1,143 @@
+"""Exactly uniform samples of the data sets behind a column, any number, streaming."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.counts.listing import CHUNK, LISTED, arrangements, rankings
+from slipscale.analysis.reconstruction.counts.residues import WORD
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.counts.unranking import Ranking
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+
+# To draw more than a fraction of the multisets, listing them once and picking from the list is
+# quicker.
+LISTING_PAYS = 4
+FEW = 2**12
+
+
+class Sampler:
+    """Draws data sets that a column allows, every one equally likely.
+
+    Parameters
+    ----------
+    solutions : Solutions
+        Of the column.
+    measure : {"multisets", "ordered"}
+        What is equally likely: every multiset of ratings (then a data set is a multiset in
+        random order), or every assignment of ratings to participants.
+
+    Raises
+    ------
+    UserError
+        No data set agrees with the column, or the tables need too much memory.
+    """
+
+    def __init__(self, solutions: Solutions, measure: str = "multisets") -> None:
+        self.solutions, self.measure = solutions, measure
+        if solutions.listed_apart:
+            self._ranked: list[Ranking] = []
+            ordered = measure == "ordered"
+            self.total = solutions.ordered if ordered else solutions.multisets
+        else:
+            self._ranked = rankings(solutions.problems, measure, solutions.memory_gib)
+            self.total = sum(ranking.total for ranking in self._ranked)
+        if not self.total:
+            raise UserError(f"column '{solutions.column.label}': {solutions.reason}")
+
+    @property
+    def listed(self) -> Array:
+        """All multisets, one a row, sorted, in steps above the scale's minimum.
+
+        Raises
+        ------
+        UserError
+            There are more than `listing.LISTED`.
+        """
+        return self.solutions.listed
+
+    @cached_property
+    def _ends(self) -> Array:
+        """Running number of ordered samples that the listed multisets stand for."""
+        return np.cumsum(arrangements(self.listed, self.total))
+
+    def draw(self, number: int, generator: np.random.Generator) -> Array:
+        """Return `number` independent data sets.
+
+        Parameters
+        ----------
+        number : int
+            How many.
+        generator : numpy.random.Generator
+            Source of chance; the same state gives the same data sets.
+
+        Returns
+        -------
+        ndarray of int32, shape (number, n)
+            In steps above the scale's minimum. Rows are sorted for the measure "multisets",
+            in the participants' order for "ordered".
+        """
+        ranks = uniform(self.total, number, generator)
+        few = number * LISTING_PAYS < FEW
+        many = self.solutions.multisets > min(LISTED, LISTING_PAYS * number)
+        if self._ranked and (few or many):
+            rows = self._walk(ranks)
+        elif self.measure == "multisets":
+            rows = self.listed[ranks.astype(np.int64)]
+        else:
+            rows = self.listed[np.searchsorted(self._ends, ranks, side="right")]
+        return generator.permuted(rows, axis=1) if self.measure == "ordered" else rows
+
+    def stream(self, number: int, generator: np.random.Generator) -> Iterator[Array]:
+        """Yield `number` data sets in blocks, as `draw` returns them."""
+        while number > 0:
+            block = min(number, CHUNK)
+            yield self.draw(block, generator)
+            number -= block
+
+    def _walk(self, ranks: Array) -> Array:
+        """Unrank in ascending order, which keeps the memory's cache warm."""
+        order = np.argsort(ranks)
+        ranks = ranks[order]
+        out = np.empty((len(ranks), self.solutions.column.n), dtype=np.int32)
+        first = 0
+        for ranking in self._ranked:
+            last = first + ranking.total
+            low, high = (bisect_left(ranks, edge) for edge in (first, last))
+            if low < high:
+                out[order[low:high]] = ranking.solutions(ranks[low:high] - _like(first, ranks))
+            first = last
+        return out
+
+
+def uniform(total: int, number: int, generator: np.random.Generator) -> Array:
+    """Return integers from 0 to `total` - 1, exactly uniform, of any size.
+
+    Returns
+    -------
+    ndarray, shape (number,)
+        uint64, or Python's integers if `total` exceeds 2^64.
+    """
+    if total <= WORD:
+        return generator.integers(0, total, size=number, dtype=np.uint64)
+    bits = (total - 1).bit_length()
+    drawn: list[int] = []
+    while len(drawn) < number:
+        # Rejection: fewer than half are thrown away.
+        value = int.from_bytes(generator.bytes((bits + 7) // 8)) >> (-bits % 8)
+        if value < total:
+            drawn.append(value)
+    return np.array(drawn, dtype=object)
+
+
+def _like(value: int, ranks: Array) -> object:
+    return value if ranks.dtype == object else np.uint64(value)

@@ -1,0 +1,178 @@
+"""All data sets behind one published column: is there any, how many, which."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.counts import few_values
+from slipscale.analysis.reconstruction.counts.counting import attained, count
+from slipscale.analysis.reconstruction.counts.listing import LISTED, arrangements, multisets
+from slipscale.analysis.reconstruction.counts.partition import partition
+from slipscale.analysis.reconstruction.counts.problem import (
+    MEMORY_GIB,
+    MINUTES,
+    Problem,
+    problems,
+    require_countable,
+    require_memory,
+)
+from slipscale.analysis.reconstruction.counts.residues import moduli_above
+from slipscale.analysis.reconstruction.data_sets.constraints import Targets, plain_sums, targets
+from slipscale.analysis.reconstruction.data_sets.witness import witness
+from slipscale.analysis.reconstruction.table.quartiles import are_met
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.table.published_table import Column
+
+
+@dataclass(frozen=True)
+class Solutions:
+    """Every data set that `column` allows.
+
+    Parameters
+    ----------
+    column : Column
+        As published.
+    memory_gib, minutes : float
+        Memory and time allowed; what takes more is refused before it starts.
+    """
+
+    column: Column
+    memory_gib: float = MEMORY_GIB
+    minutes: float = MINUTES
+
+    @cached_property
+    def targets(self) -> Targets:
+        """Admissible sums and sums of squares, or why there is none."""
+        return targets(self.column)
+
+    @cached_property
+    def problems(self) -> list[Problem]:
+        """The parts to solve, grouped by what shares its tables."""
+        if self.targets.refused:
+            raise UserError(f"column '{self.column.label}': {self.targets.refused}")
+        parts = (part for wish in self.targets.wanted for part in partition(wish))
+        return problems(parts)
+
+    @cached_property
+    def multisets(self) -> int:
+        """Number of data sets when the order of the participants does not count."""
+        if self.listed_apart:
+            return len(self.listed)
+        return self._unfiltered
+
+    @cached_property
+    def _unfiltered(self) -> int:
+        """Number of data sets, whatever the quartiles are."""
+        if self._of_few_values is not None:
+            return self._of_few_values
+        return count(self.problems, "multisets", self.memory_gib, self.minutes)
+
+    @cached_property
+    def _of_few_values(self) -> int | None:
+        """Number of data sets of a plain Likert scale; None where it is not one.
+
+        The same number as that of all problems together, without writing them down.
+        """
+        values = range(self.column.scale.steps + 1)
+        sums = plain_sums(self.column) if len(values) <= few_values.VALUES else None
+        if sums is None:
+            return None
+        runs = {total: [(squares[0], squares[-1])] for total, squares in sums.items()}
+        return few_values.number_of_runs(values, self.column.n, runs) if runs else None
+
+    @cached_property
+    def refused(self) -> str:
+        """Why they are not counted; empty if they can be."""
+        if self._of_few_values is None:
+            if self.targets.refused:
+                return self.targets.refused
+            try:
+                require_countable(self.problems, self.memory_gib, self.minutes)
+            except UserError as error:
+                return str(error)
+        if self.listed_apart and self._unfiltered > LISTED:
+            return (
+                f"quartiles are compared data set by data set, and without them there are "
+                f"{self._unfiltered:,}, more than {LISTED:,}"
+            )
+        return ""
+
+    @property
+    def listed_apart(self) -> bool:
+        """Whether the tables of states do not know all that is printed: a list does."""
+        return bool(self.column.lower_quartile or self.column.upper_quartile)
+
+    @cached_property
+    def listed(self) -> Array:
+        """All multisets, one a row, sorted, in steps above the scale's minimum.
+
+        Raises
+        ------
+        UserError
+            There are more than `LISTED`.
+        """
+        if self._unfiltered > LISTED:
+            raise UserError(f"{self._unfiltered} data sets are too many to list; draw a sample")
+        rows = multisets(self.problems, self.column.n, self.memory_gib)
+        return rows[are_met(self.column, rows)] if self.listed_apart else rows
+
+    @cached_property
+    def not_drawn(self) -> str:
+        """Why no data set can be drawn or listed, if there is any; empty if they can."""
+        if self.refused:
+            return self.refused
+        try:
+            require_memory(self.problems, self.memory_gib, len(moduli_above(self.multisets)))
+        except UserError as error:
+            return str(error)
+        return ""
+
+    @cached_property
+    def witness(self) -> tuple[int, ...]:
+        """One data set, in steps above the minimum, where they are not counted; empty if none."""
+        return witness(self.column, self.targets) if self.refused else ()
+
+    @cached_property
+    def attained(self) -> tuple[tuple[tuple[int, int], ...], bool]:
+        """Pairs of sum and sum of squares, in steps, and whether each surely is some data set's."""
+        if self.not_drawn:
+            return tuple((m.total, m.squares) for m in self.targets.moments), False
+        if self.listed_apart:
+            rows = self.listed.astype(np.int64)
+            pairs = zip(rows.sum(axis=1).tolist(), (rows**2).sum(axis=1).tolist(), strict=True)
+            return tuple(sorted(set(pairs))), True
+        return tuple(sorted(attained(self.problems, self.memory_gib))), True
+
+    @cached_property
+    def ordered(self) -> int:
+        """Number of data sets when it is known which participant gave which rating."""
+        if self.listed_apart:
+            return int(sum(arrangements(self.listed)))
+        return count(self.problems, "ordered", self.memory_gib)
+
+    @property
+    def consistent(self) -> bool:
+        """Whether there is any."""
+        return self.multisets > 0
+
+    @property
+    def reason(self) -> str:
+        """Why there is none; empty if there is."""
+        if self.targets.reason or self.consistent:
+            return self.targets.reason
+        return (
+            "mean and SD each pass GRIM and GRIMMER, but no set of ratings on the scale has both "
+            "together with the extremes, median, quartiles or frequencies printed"
+        )
+
+    def under(self, sd_convention: str, rounding: str) -> Solutions:
+        """Return the solutions under another convention and rounding rule."""
+        other = {"sd_convention": sd_convention, "rounding": rounding}
+        return replace(self, column=self.column.model_copy(update=other))

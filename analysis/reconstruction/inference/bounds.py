@@ -1,0 +1,157 @@
+"""What holds in every data set, whoever gave which rating: bounds over two or more columns.
+
+A table never says which rating in one column belongs to which in the next. Every bound here
+therefore holds for every pairing. A sharp bound is attained by some table of data sets that the
+published one allows, and comes with it; one that is not marked sharp holds all the same.
+The paired t is in `extreme_t`, the repeated-measures F in `least_f`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+
+# Ratings in steps above the scale's minimum: a row a column, participants in the same order.
+Table = tuple[tuple[int, ...], ...]
+
+# Products of so many pairs of data sets are searched whole.
+SEARCHED = 60_000_000
+# Rows with extreme sums that are tried before all.
+CANDIDATES = 200
+
+
+@dataclass(frozen=True)
+class Range:
+    """Smallest and largest value over all data sets and pairings.
+
+    Parameters
+    ----------
+    low, high : float
+        Nothing lies beyond.
+    at_low, at_high : tuple of tuple of int
+        A table that attains each, ratings in steps, a row a column; empty if none is known.
+    """
+
+    low: float
+    high: float
+    at_low: Table = ()
+    at_high: Table = ()
+
+    @property
+    def sharp(self) -> bool:
+        """Whether both ends are attained."""
+        return bool(self.at_low and self.at_high)
+
+
+def as_table(*rows: Array) -> Table:
+    """Return rows of ratings as plain integers."""
+    return tuple(tuple(int(v) for v in row) for row in rows)
+
+
+def larger(x: Array, y: Array) -> Range:
+    """Return how many of n pairs can have y above x, whatever the pairing.
+
+    Parameters
+    ----------
+    x, y : ndarray of int, shapes (p, n) and (q, n)
+        All data sets of two columns, each row sorted.
+
+    Notes
+    -----
+    At least r pairs can have y > x if and only if the r largest y exceed the r smallest x one
+    by one; the others follow from pairs with y <= x in the same way.
+    """
+    n = x.shape[1]
+    most, at_most = _largest(y, x, np.greater)
+    not_above, at_least = _largest(x, y, np.greater_equal)
+    return Range(n - not_above, most, at_least, at_most[::-1])
+
+
+def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]:
+    """Return the largest r for which the r largest `upper` can beat the r smallest `lower`.
+
+    And a row of each that shows it, paired so; without them r is but an upper bound.
+    """
+    n = upper.shape[1]
+    shown, rows = 0, (upper[0], lower[0])
+    for r in range(1, n + 1):
+        answer = _beats(upper, lower, r, compare)
+        if answer is False:
+            break
+        if answer is not None:
+            shown, rows = r, answer
+    else:
+        r = n + 1
+    tall = np.concatenate([rows[0][n - shown :], rows[0][: n - shown]])
+    return r - 1, as_table(tall, rows[1]) if shown == r - 1 else ()
+
+
+def _beats(
+    upper: Array, lower: Array, r: int, compare: np.ufunc
+) -> tuple[Array, Array] | Literal[False] | None:
+    """Return rows whose r largest, and r smallest, beat each other; False: none; None: too many."""
+    tall, small = upper[:, upper.shape[1] - r :], lower[:, :r]
+    # Most answers are yes, and rows with extreme sums show it.
+    first, second = _largest_sums(tall), _largest_sums(-small)
+    won = compare(tall[first][:, None], small[second][None]).all(axis=2)
+    if won.any():
+        i, j = np.unravel_index(won.argmax(), won.shape)
+        return upper[first[i]], lower[second[j]]
+    # A row that does not beat the best that any other row has beats none of them.
+    rows = 0, 0
+    while rows != (len(tall), len(small)):
+        rows = len(tall), len(small)
+        keep = compare(tall, small.min(axis=0)).all(axis=1)
+        tall, upper = tall[keep], upper[keep]
+        if not len(tall):
+            return False
+        keep = compare(tall.max(axis=0), small).all(axis=1)
+        small, lower = small[keep], lower[keep]
+        if not len(small):
+            return False
+    if len(tall) * len(small) > SEARCHED:
+        return None
+    for row, whole in zip(small, lower, strict=True):
+        won = compare(tall, row).all(axis=1)
+        if won.any():
+            return upper[won.argmax()], whole
+    return False
+
+
+def _largest_sums(rows: Array) -> Array:
+    """Return the places of the rows with the largest sums."""
+    sums = rows.sum(axis=1)
+    few = min(CANDIDATES, len(sums))
+    found: Array = np.argpartition(sums, -few)[-few:]
+    return found
+
+
+def log_mean(x: Array) -> Array:
+    """Return the mean natural logarithm of every row's ratings (all above 0)."""
+    found: Array = np.log(x).mean(axis=1)
+    return found
+
+
+def of_rows(values: Array, rows: Array) -> Range:
+    """Return the range of one value a row, and the rows that have the smallest and the largest."""
+    least, most = int(values.argmin()), int(values.argmax())
+    at_ends = as_table(rows[least]), as_table(rows[most])
+    return Range(float(values[least]), float(values[most]), *at_ends)
+
+
+def slope(means: list[Range], log_amplitude: list[float]) -> Range:
+    """Return the range of the least-squares slope of log means on log amplitudes."""
+    centred = np.array(log_amplitude) - np.mean(log_amplitude)
+    share = centred / (centred**2).sum()
+    pairs = list(zip(share, means, strict=True))
+    return Range(
+        float(sum(s * (m.low if s > 0 else m.high) for s, m in pairs)),
+        float(sum(s * (m.high if s > 0 else m.low) for s, m in pairs)),
+        tuple(row for s, m in pairs for row in (m.at_low if s > 0 else m.at_high)),
+        tuple(row for s, m in pairs for row in (m.at_high if s > 0 else m.at_low)),
+    )

@@ -1,0 +1,59 @@
+"""Columns of the same participants: what has to agree before they can be compared."""
+
+from __future__ import annotations
+
+from math import log
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+
+# A test below this counts as significant.
+LEVEL = 0.05
+
+
+def require_comparable(columns: Sequence[Solutions]) -> None:
+    """Refuse columns that cannot be ratings of the same participants.
+
+    Raises
+    ------
+    UserError
+        Fewer than two, or they differ in n or scale.
+    """
+    if len(columns) < 2:  # noqa: PLR2004 - one column has nothing to be compared with
+        raise UserError("conclusions compare columns: expected two or more in the table")
+    first = columns[0].column
+    for other in (solutions.column for solutions in columns[1:]):
+        if (other.n, other.scale) != (first.n, first.scale):
+            raise UserError(
+                f"columns '{first.label}' and '{other.label}' differ in n or scale; conclusions "
+                "across columns expect the same participants and the same scale"
+            )
+
+
+def labels(columns: Sequence[Solutions]) -> list[str]:
+    """Return the columns' headings."""
+    return [solutions.column.label for solutions in columns]
+
+
+def log_amplitudes(columns: Sequence[Solutions]) -> dict[int, float]:
+    """Return the log amplitude of every column, by place, that enters a power law."""
+    return {
+        place: log(solutions.column.amplitude_um_pp)
+        for place, solutions in enumerate(columns)
+        if solutions.column.amplitude_um_pp
+    }
+
+
+def values_of(solutions: Solutions, steps: Array) -> Array:
+    """Return ratings from steps above the scale's minimum."""
+    scale = solutions.column.scale
+    values: Array = float(scale.minimum) + float(scale.step) * np.asarray(steps)
+    return values

@@ -1,0 +1,254 @@
+"""What a table lets one conclude: in every data set, or only in some.
+
+Records that carry their own words: what was asked, the range of answers over all data sets and
+pairings, and whether the conclusion holds in all of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+from math import inf, isfinite
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.inference.bounds import (
+    Range,
+    larger,
+    log_mean,
+    of_rows,
+    slope,
+)
+from slipscale.analysis.reconstruction.inference.comparable_columns import (
+    LEVEL,
+    labels,
+    log_amplitudes,
+    require_comparable,
+    values_of,
+)
+from slipscale.analysis.reconstruction.inference.extreme_t import COMPARED, paired_t, t_of_moments
+from slipscale.analysis.reconstruction.inference.least_f import attained_f, least_f
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+    from slipscale.analysis.reconstruction.inference.bounds import Table
+
+# A row a column, participants in the same order.
+Ratings = tuple[tuple[float, ...], ...]
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """One question put to every data set.
+
+    Parameters
+    ----------
+    name : str
+        For machines, such as ``sign.0.5 um.1.2 um``.
+    question : str
+        In words.
+    low, high : float
+        The statistic's range over all data sets and all pairings.
+    p_low, p_high : float or None
+        The range of its two-sided p-value; None if it has none.
+    decided : bool
+        Whether the answer is the same in every data set.
+    sharp : bool
+        Whether both ends of the range are attained; for F, which has no upper end, the lower.
+    labels : tuple of str
+        The columns concerned.
+    at_low, at_high : tuple of tuple of float
+        A table that attains each end: ratings, a row for each of these columns, participants in
+        the same order; empty if none is known.
+    """
+
+    name: str
+    question: str
+    low: float
+    high: float
+    p_low: float | None
+    p_high: float | None
+    decided: bool
+    sharp: bool
+    labels: tuple[str, ...] = ()
+    at_low: Ratings = ()
+    at_high: Ratings = ()
+
+
+# Measured on Table III, an ordinary processor: paired t over all pairs of data sets.
+SECONDS_A_PAIR = 0.6e-9
+
+
+def seconds_to_conclude(sizes: Sequence[int]) -> float:
+    """Return about how long columns of so many data sets take: most of it is the search for t."""
+    compared = sum(min(a * b, COMPARED) for a, b in combinations(sizes, 2))
+    return 4.0 + SECONDS_A_PAIR * compared
+
+
+def conclusions(
+    columns: list[Sampler], tell: Callable[[str], None] = lambda _: None
+) -> list[Conclusion]:
+    """Return everything that can be bounded over all data sets and pairings.
+
+    Parameters
+    ----------
+    columns : list of Sampler
+        Two or more, of the same participants.
+    tell : callable
+        Takes what is being done, in words.
+
+    Raises
+    ------
+    UserError
+        The columns cannot stand side by side, or have too many data sets to list.
+    """
+    require_comparable([column.solutions for column in columns])
+    found = pairs(columns, tell)
+    tell("the least F")
+    return found + together(columns)
+
+
+def pairs(columns: list[Sampler], tell: Callable[[str], None] = lambda _: None) -> list[Conclusion]:
+    """Return sign test and paired t of every two columns, whatever the pairing."""
+    found = []
+    every = list(combinations(columns, 2))
+    for place, (a, b) in enumerate(every, start=1):
+        one, other = labels([a.solutions, b.solutions])
+        tell(f"{other} against {one}, {place} of {len(every)} pairs of columns")
+        for test, bound in ((signs, larger), (t_test, paired_t)):
+            found.append(test([a.solutions, b.solutions], bound(a.listed, b.listed)))
+    return found
+
+
+def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:
+    """Return the sign test of two columns, given how many participants may have rated higher."""
+    from scipy.stats import binomtest  # noqa: PLC0415 - SciPy takes longer than the counts
+
+    n, (one, other) = columns[0].column.n, labels(columns)
+    ps = [float(binomtest(int(k), n).pvalue) for k in range(int(count.low), int(count.high) + 1)]
+    words = f"participants of {n} who rated {other} above {one} (sign test, ties against)"
+    return _concluded("sign", words, columns, count, (min(ps), max(ps)))
+
+
+def t_test(columns: Sequence[Solutions], t: Range) -> Conclusion:
+    """Return the paired t test of two columns, given the range of t."""
+    from scipy.stats import t as student  # noqa: PLC0415
+
+    degrees, (one, other) = columns[0].column.n - 1, labels(columns)
+    # Within the range t comes closest to 0 at one end, or at 0 itself.
+    nearest = 0.0 if t.low < 0 < t.high else min(abs(t.low), abs(t.high))
+    ps = [float(2 * student.sf(edge, degrees)) for edge in (max(abs(t.low), abs(t.high)), nearest)]
+    words = f"paired t({degrees}) of {other} minus {one}"
+    return _concluded("t", words, columns, t, (ps[0], ps[1]))
+
+
+def f_test(columns: Sequence[Solutions], f: Range) -> Conclusion:
+    """Return the repeated-measures F test, given the least F."""
+    from scipy.stats import f as fisher  # noqa: PLC0415
+
+    k, n = len(columns), columns[0].column.n
+    degrees = (k - 1, (k - 1) * (n - 1))
+    p = float(fisher.sf(f.low, *degrees))
+    words = f"repeated-measures F{degrees}, at least"
+    # F has no upper end, so nothing is decided by a least F that is not significant.
+    found = _concluded("rm_f", words, columns, f, (0.0, p), decided=p < LEVEL)
+    return replace(found, name="rm_f")
+
+
+def _concluded(
+    name: str,
+    words: str,
+    columns: Sequence[Solutions],
+    found: Range,
+    p: tuple[float, float] | None,
+    *,
+    decided: bool | None = None,
+) -> Conclusion:
+    """Put a range into words; p decides where it lies on one side of the level."""
+    if decided is None:
+        decided = p is None or (p[0] < LEVEL) == (p[1] < LEVEL)
+    ps = p or (None, None)
+    return Conclusion(
+        ".".join([name, *labels(columns)]),
+        words,
+        found.low,
+        found.high,
+        ps[0],
+        ps[1],
+        decided=decided,
+        sharp=bool(found.at_low) and (bool(found.at_high) or not isfinite(found.high)),
+        labels=tuple(labels(columns)),
+        at_low=_ratings(columns, found.at_low),
+        at_high=_ratings(columns, found.at_high),
+    )
+
+
+def _ratings(columns: Sequence[Solutions], table: Table) -> Ratings:
+    """Return a table in steps as ratings; an empty one stays empty."""
+    return tuple(
+        tuple(float(v) for v in values_of(column, np.array(row)))
+        for column, row in zip(columns, table, strict=False)
+    )
+
+
+def together(columns: list[Sampler]) -> list[Conclusion]:
+    """Return the repeated-measures F's lower bound and, given amplitudes, the exponents."""
+    found, solutions = attained_f(columns), [column.solutions for column in columns]
+    return [
+        *([f_test(solutions, found)] if found else []),
+        *_exponents(columns, [column.listed for column in columns]),
+    ]
+
+
+def of_moments(columns: Sequence[Solutions]) -> list[Conclusion]:
+    """Return what sums and sums of squares alone bound, for columns of any size: t and F.
+
+    Raises
+    ------
+    UserError
+        The columns cannot stand side by side.
+    """
+    require_comparable(columns)
+    n = columns[0].column.n
+    moments = [column.attained[0] for column in columns]
+    found = [
+        t_test([columns[i], columns[j]], t_of_moments(moments[i], moments[j], n))
+        for i, j in combinations(range(len(columns)), 2)
+    ]
+    least = least_f(moments, n)
+    return found if least is None else [*found, f_test(columns, Range(least, inf))]
+
+
+def _exponents(columns: list[Sampler], listed: list[Array]) -> list[Conclusion]:
+    """Return the exponents of the group's means; none where a mean of zero is possible."""
+    logs = log_amplitudes([column.solutions for column in columns])
+    if len(logs) < 2:  # noqa: PLR2004 - a slope needs two points
+        return []
+    chosen = [values_of(columns[i].solutions, listed[i]) for i in logs]
+    means = [c.mean(axis=1) for c in chosen]
+    ranges = {}
+    if all(mean.min() > 0 for mean in means):
+        ranges["arithmetic"] = [
+            of_rows(np.log(mean), listed[i]) for i, mean in zip(logs, means, strict=True)
+        ]
+    # A rating of zero has no logarithm.
+    if all(c.min() > 0 for c in chosen):
+        ranges["geometric"] = [
+            of_rows(log_mean(c), listed[i]) for i, c in zip(logs, chosen, strict=True)
+        ]
+    concerned = [columns[i].solutions for i in logs]
+    return [
+        replace(
+            _concluded(
+                "exponent", f"exponent of the {kind} means", concerned,
+                slope(parts, list(logs.values())), None,
+            ),
+            name=f"exponent.{kind}",
+        )
+        for kind, parts in ranges.items()
+    ]  # fmt: skip

@@ -1,0 +1,245 @@
+"""How statistics that no bound covers are distributed over uniform samples, pairing by pairing.
+
+Each sample is one data set a column, exactly uniform, arranged in three ways: at random, and as
+unfavourably and as favourably for the statistic as can be found.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.inference.comparable_columns import (
+    LEVEL,
+    labels,
+    log_amplitudes,
+    require_comparable,
+    values_of,
+)
+from slipscale.analysis.reconstruction.inference.pairing import (
+    at_random,
+    least_alike,
+    most_alike,
+    searched,
+)
+from slipscale.analysis.statistics import batched
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+    from slipscale.analysis.reconstruction.inference.pairing import Statistic
+
+    Test = Callable[[Array], Array]
+    Arrange = Callable[[Array, np.random.Generator], Array]
+
+PROBABILITIES = (0.0, 0.025, 0.25, 0.5, 0.75, 0.975, 1.0)
+SAMPLES = 1000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Distribution:
+    """One statistic under one kind of pairing.
+
+    Parameters
+    ----------
+    name : str
+        For machines, such as ``rm_f`` or ``t.0.5 um.1.2 um``.
+    question : str
+        In words.
+    pairing : {"random", "least favourable", "most favourable"}
+        How the columns of every sample were arranged; least favourable means the smallest value
+        of the statistic.
+    method : {"drawn", "exact", "heuristic"}
+        Whether the arrangement is drawn, proven extreme, or the best that was found.
+    quantiles : tuple of (float, float)
+        Probability and value; 0 and 1 are the smallest and largest value drawn.
+    significant : float or None
+        Share of samples with p below 0.05; None if there is no test.
+    samples, seed, measure : int, int, str
+        What the numbers repeat with.
+    """
+
+    name: str
+    question: str
+    pairing: str
+    method: str
+    quantiles: tuple[tuple[float, float], ...]
+    significant: float | None
+    samples: int
+    seed: int
+    measure: str
+
+
+@dataclass(frozen=True)
+class _Question:
+    """A statistic, its test and its extreme arrangements with their methods."""
+
+    name: str
+    words: str
+    columns: tuple[int, ...]
+    statistic: Statistic
+    test: Test | None
+    least: tuple[str, Arrange]
+    most: tuple[str, Arrange]
+
+
+def distributions(
+    columns: list[Sampler], seed: int = 1, samples: int = SAMPLES
+) -> list[Distribution]:
+    """Return how F, Friedman's chi-square, t and the exponents are distributed.
+
+    Parameters
+    ----------
+    columns : list of Sampler
+        Two or more, of the same participants; their measure says what is uniform.
+    seed, samples : int
+        Of the samples and pairings; the same seed gives the same numbers.
+
+    Raises
+    ------
+    UserError
+        The columns cannot stand side by side.
+    """
+    require_comparable([column.solutions for column in columns])
+    generator = np.random.default_rng(seed)
+    tables = np.stack([values_of(c.solutions, c.draw(samples, generator)) for c in columns], axis=2)
+    found = []
+    for question in _questions(columns):
+        chosen = tables[:, :, question.columns]
+        for pairing, (method, arrange) in (
+            ("least favourable", question.least),
+            ("random", ("drawn", at_random)),
+            ("most favourable", question.most),
+        ):
+            arranged = arrange(chosen, generator)
+            values = question.statistic(arranged)
+            p = None if question.test is None else question.test(arranged)
+            found.append(
+                Distribution(
+                    name=question.name,
+                    question=question.words,
+                    pairing=pairing,
+                    method=method,
+                    quantiles=_quantiles(values),
+                    significant=None if p is None else float((p < LEVEL).mean()),
+                    samples=samples,
+                    seed=seed,
+                    measure=columns[0].measure,
+                )
+            )
+    return found
+
+
+def _quantiles(values: Array) -> tuple[tuple[float, float], ...]:
+    # Of the values themselves: between a finite and an infinite one there is no middle.
+    at = np.quantile(values, PROBABILITIES, method="inverted_cdf")
+    return tuple(zip(PROBABILITIES, map(float, at), strict=True))
+
+
+def _questions(columns: list[Sampler]) -> list[_Question]:
+    """Return what is asked of these columns."""
+    n, k = columns[0].solutions.column.n, len(columns)
+    names = labels([column.solutions for column in columns])
+    everything = tuple(range(k))
+    asked = [
+        _Question(
+            "rm_f",
+            f"repeated-measures F{k - 1, (k - 1) * (n - 1)}, p by Greenhouse and Geisser",
+            everything,
+            batched.repeated_measures_f,
+            _p_of_f,
+            ("exact" if k == 2 else "heuristic", _fixed(least_alike)),  # noqa: PLR2004 - a pair
+            ("exact", _fixed(most_alike)),
+        ),
+        _by_search(
+            "friedman", f"Friedman's chi-square({k - 1})", everything,
+            batched.friedman, _p_of_friedman,
+        ),
+    ]  # fmt: skip
+    for i, j in combinations(everything, 2):
+        asked.append(
+            _Question(
+                f"t.{names[i]}.{names[j]}",
+                f"paired t({n - 1}) of {names[j]} minus {names[i]}",
+                (i, j),
+                batched.paired_t,
+                _p_of_t,
+                ("exact", partial(_extreme_t, sign=-1)),
+                ("exact", partial(_extreme_t, sign=1)),
+            )
+        )
+    logs = log_amplitudes([column.solutions for column in columns])
+    if len(logs) > 1:
+        x = tuple(logs.values())
+        for name, words, function in (
+            ("mean", "mean of the participants' exponents", batched.mean_exponent),
+            ("sd", "SD of the participants' exponents", batched.sd_of_exponents),
+        ):
+            asked.append(
+                _by_search(
+                    f"exponent.{name}", words, tuple(logs), partial(function, log_amplitude=x)
+                )
+            )
+    return asked
+
+
+def _by_search(
+    name: str,
+    words: str,
+    columns: tuple[int, ...],
+    statistic: Statistic,
+    test: Test | None = None,
+) -> _Question:
+    """Return a question whose extreme arrangements are searched for."""
+    least, most = (
+        ("heuristic", partial(_search, statistic=statistic, sign=sign)) for sign in (-1, 1)
+    )
+    return _Question(name, words, columns, statistic, test, least, most)
+
+
+def _search(
+    tables: Array, generator: np.random.Generator, *, statistic: Statistic, sign: int
+) -> Array:
+    return searched(tables, statistic, sign, generator)
+
+
+def _extreme_t(tables: Array, _generator: np.random.Generator, *, sign: int) -> Array:
+    """Return the pairing of two columns with the smallest or the largest t.
+
+    Of alike columns the differences vary least, which makes t larger in size: that is larger
+    where the mean rises and smaller where it falls.
+    """
+    rises = sign * (tables[:, :, 1] - tables[:, :, 0]).mean(axis=1) >= 0
+    return np.where(rises[:, None, None], most_alike(tables), least_alike(tables))
+
+
+def _fixed(arrange: Callable[[Array], Array]) -> Arrange:
+    """Return an arrangement that needs no chance."""
+    return lambda tables, _generator: arrange(tables)
+
+
+def _p_of_f(tables: Array) -> Array:
+    from scipy.stats import f  # noqa: PLC0415 - SciPy takes longer than the counts
+
+    _, n, k = tables.shape
+    epsilon = batched.greenhouse_geisser(tables)
+    degrees = epsilon * (k - 1), epsilon * (k - 1) * (n - 1)
+    return np.asarray(f.sf(batched.repeated_measures_f(tables), *degrees))
+
+
+def _p_of_friedman(tables: Array) -> Array:
+    from scipy.stats import chi2  # noqa: PLC0415
+
+    return np.asarray(chi2.sf(batched.friedman(tables), tables.shape[2] - 1))
+
+
+def _p_of_t(tables: Array) -> Array:
+    from scipy.stats import t  # noqa: PLC0415
+
+    return np.asarray(2 * t.sf(np.abs(batched.paired_t(tables)), tables.shape[1] - 1))

@@ -1,0 +1,186 @@
+"""The extreme paired t over all data sets and pairings, and the table that attains it.
+
+With sums and sums of squares fixed only the sum of products is free. For sorted columns it is
+largest in the same order and smallest in the opposite one, and over two lists of columns it is
+largest where two standardised columns lie nearest to each other: a search for nearest neighbours.
+Sums and sums of squares alone bound t, too, by Cauchy and Schwarz, for columns of any size.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from math import copysign, inf, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.inference.bounds import SEARCHED, Range, Table, as_table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+
+# Of so many pairs of data sets the extreme one is found by a search for nearest neighbours: Table
+# III's largest has 4e10, which takes seconds.
+COMPARED = 100_000_000_000
+BLOCK = 2048
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Rows that share their sum and sum of squares."""
+
+    rows: Array
+    total: int
+    squares: int
+
+    @property
+    def root(self) -> float:
+        """Square root of n times the sum of squared deviations."""
+        return sqrt(self.rows.shape[1] * self.squares - self.total**2)
+
+
+def paired_t(x: Array, y: Array) -> Range:
+    """Return the range of the paired t of y - x, from the least to the most favourable pairing.
+
+    Every pair of sums and of sums of squares is taken in turn, but for those that cannot widen
+    the range by Cauchy and Schwarz. Lists too long even for a search for nearest neighbours are
+    bounded by Cauchy and Schwarz alone; then no table attains that end.
+
+    Parameters
+    ----------
+    x, y : ndarray of int, shapes (p, n) and (q, n)
+        All data sets of two columns, each row sorted.
+    """
+    low, high = inf, -inf
+    at_low: Table = ()
+    at_high: Table = ()
+    n = x.shape[1]
+    pairs = [(a, b, _by_cauchy(a, b, n)) for a, b in product(_by_moments(x), _by_moments(y))]
+    for a, b, outer in sorted(pairs, key=lambda pair: pair[2].low - pair[2].high):
+        searched = len(a.rows) * len(b.rows) <= COMPARED
+        rises = b.total > a.total
+        if outer.high > high:
+            value, at = _t(a, b, same=rises) if searched else (outer.high, ())
+            if value > high:
+                high, at_high = value, at
+        if outer.low < low:
+            value, at = _t(a, b, same=not rises) if searched else (outer.low, ())
+            if value < low:
+                low, at_low = value, at
+    return Range(low, high, at_low, at_high)
+
+
+def _by_moments(rows: Array) -> list[_Rows]:
+    """Return the rows of each sum and sum of squares."""
+    moments = np.stack([rows.sum(axis=1), (rows.astype(np.int64) ** 2).sum(axis=1)], axis=1)
+    found, which = np.unique(moments, axis=0, return_inverse=True)
+    return [
+        _Rows(rows[which.ravel() == place], int(total), int(squares))
+        for place, (total, squares) in enumerate(found)
+    ]
+
+
+def _by_cauchy(a: _Rows, b: _Rows, n: int) -> Range:
+    return _t_of_roots(b.total - a.total, n, (abs(a.root - b.root), a.root + b.root))
+
+
+def t_of_moments(x: Iterable[tuple[int, int]], y: Iterable[tuple[int, int]], n: int) -> Range:
+    """Return bounds on the paired t of y - x from sums and sums of squares alone.
+
+    Parameters
+    ----------
+    x, y : iterable of (int, int)
+        The sums and sums of squares that two columns may have.
+    n : int
+        Participants.
+    """
+    low, high = inf, -inf
+    for (a, roots_a), (b, roots_b) in product(_roots(x, n), _roots(y, n)):
+        # The roots may be any between those of the least and the largest sum of squares.
+        apart = max(roots_a[0] - roots_b[1], roots_b[0] - roots_a[1], 0.0)
+        found = _t_of_roots(b - a, n, (apart, roots_a[1] + roots_b[1]))
+        low, high = min(low, found.low), max(high, found.high)
+    return Range(low, high)
+
+
+def _roots(moments: Iterable[tuple[int, int]], n: int) -> list[tuple[int, tuple[float, float]]]:
+    """Return for each sum the least and the largest root of n times the squared deviations."""
+    ends: dict[int, tuple[float, float]] = {}
+    for total, squares in moments:
+        root = sqrt(n * squares - total**2)
+        least, most = ends.get(total, (root, root))
+        ends[total] = (min(least, root), max(most, root))
+    return list(ends.items())
+
+
+def _t_of_roots(difference: int, n: int, roots: tuple[float, float]) -> Range:
+    # Whatever rounding does to the roots, nothing is left out.
+    ends = (roots[0] * (1 - 1e-12), roots[1] * (1 + 1e-12))
+    ts = [_t_of_scatter(difference, n, scatter**2) for scatter in ends]
+    return Range(min(ts), max(ts))
+
+
+def _t_of_scatter(difference: int, n: int, scatter: float) -> float:
+    """Return t from the sum of n differences and n times their squared deviations."""
+    if not difference:
+        return 0.0
+    return difference * sqrt((n - 1) / scatter) if scatter > 0 else copysign(inf, difference)
+
+
+def _t(a: _Rows, b: _Rows, *, same: bool) -> tuple[float, Table]:
+    """Return the extreme t of rows with one sum and sum of squares each, in one order."""
+    difference, n = b.total - a.total, a.rows.shape[1]
+    y = b.rows if same else b.rows[:, ::-1]
+    # Without a difference of sums t is 0 for every row.
+    rows = most_alike_rows(a.rows, y, same=same) if difference else (a.rows[0], y[0])
+    squared = sum((int(v) - int(u)) ** 2 for u, v in zip(*rows, strict=True))
+    return _t_of_scatter(difference, n, n * squared - difference**2), as_table(*rows)
+
+
+def most_alike_rows(x: Array, y: Array, *, same: bool) -> tuple[Array, Array]:
+    """Return a row of `x` and one of `y` with the largest (smallest) sum of products.
+
+    Of all pairs of rows, which share their sum and sum of squares in either list.
+    """
+    if len(x) * len(y) <= SEARCHED:
+        # Whole numbers below 2^53: exact in floating point.
+        a, b = x.astype(np.float64), y.astype(np.float64).T * (1 if same else -1)
+        best, at = -inf, (0, 0)
+        for first in range(0, len(a), BLOCK):
+            products = a[first : first + BLOCK] @ b
+            row, column = divmod(int(products.argmax()), len(y))
+            if products[row, column] > best:
+                best, at = float(products[row, column]), (first + row, column)
+        return x[at[0]], y[at[1]]
+    standard_x, standard_y = _standardised(x), _standardised(y) * (1 if same else -1)
+    if len(x) > len(y):
+        column, row = _nearest(standard_y, standard_x)
+    else:
+        row, column = _nearest(standard_x, standard_y)
+    return x[row], y[column]
+
+
+def _standardised(rows: Array) -> Array:
+    centred = rows - rows.mean(axis=1, keepdims=True)
+    lengths = np.sqrt((centred**2).sum(axis=1, keepdims=True))
+    found: Array = np.divide(centred, lengths, out=np.zeros_like(centred), where=lengths > 0)
+    return found
+
+
+def _nearest(few: Array, many: Array) -> tuple[int, int]:
+    """Return the places of a point of `few` and one of `many` that lie nearest to each other."""
+    from scipy.spatial import cKDTree  # noqa: PLC0415 - SciPy takes longer than the counts
+
+    tree, best, at = cKDTree(many), inf, (0, 0)
+    for first in range(0, len(few), BLOCK):
+        # On all cores: a point's neighbour does not depend on the others'.
+        distances, places = tree.query(
+            few[first : first + BLOCK], distance_upper_bound=best, workers=-1
+        )
+        nearest = int(distances.argmin())
+        if distances[nearest] < best:
+            best, at = float(distances[nearest]), (first + nearest, int(places[nearest]))
+    return at

@@ -1,0 +1,205 @@
+"""Columns of different participants: t, Welch's t and F over all data sets that are allowed.
+
+With independent groups nothing depends on a pairing: n, sums and sums of squares say it all. The
+ranges here are therefore over the pairs of sum and sum of squares that some data set has.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from math import inf, prod
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.inference.comparable_columns import LEVEL
+from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+
+# Pairs of sum and sum of squares that are all set against those of another column; of more, only
+# the extremes of each sum are.
+ALL_OF = 1000
+# Choices of a pair for each of several groups that are all taken.
+CHOICES = 1_000_000
+
+
+@dataclass(frozen=True)
+class Group:
+    """The means and the variances (n - 1) that one column may have, pair by pair."""
+
+    label: str
+    n: int
+    mean: Array
+    variance: Array
+    sharp: bool  # each pair belongs to some data set
+    complete: bool  # all pairs are here, not the extremes only
+
+
+def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
+    """Return what holds of independent groups in every data set, and what depends on it.
+
+    Raises
+    ------
+    UserError
+        There are fewer than two columns.
+    """
+    if len(columns) < 2:  # noqa: PLR2004 - one column has nothing to be compared with
+        raise UserError("conclusions compare columns: expected two or more in the table")
+    groups = [group_of(solutions) for solutions in columns]
+    found = [test(a, b) for a, b in combinations(groups, 2) for test in (_students_t, _welchs_t)]
+    return [*found, _one_way_f(groups)]
+
+
+def group_of(solutions: Solutions) -> Group:
+    """Return the means and variances that a column may have."""
+    column = solutions.column
+    pairs, sharp = solutions.attained
+    n, step, low = column.n, float(column.scale.step), float(column.scale.minimum)
+    complete = len(pairs) <= ALL_OF
+    if not complete:
+        ends: dict[int, tuple[int, int]] = {}
+        for total, squares in pairs:
+            least, most = ends.get(total, (squares, squares))
+            ends[total] = (min(least, squares), max(most, squares))
+        pairs = tuple((total, squares) for total, two in ends.items() for squares in two)
+    # Whole numbers, before anything is rounded.
+    scatter = np.array([n * q - s * s for s, q in pairs], dtype=np.float64) / n
+    sums = np.array([s for s, _ in pairs], dtype=np.float64)
+    return Group(
+        label=column.label,
+        n=n,
+        mean=low + step * sums / n,
+        variance=step**2 * scatter / (n - 1),
+        sharp=sharp,
+        complete=complete,
+    )
+
+
+def students_t(a: Group, b: Group) -> tuple[Array, Array]:
+    """Return Student's t of b minus a and its degrees of freedom for every pair of pairs."""
+    degrees = a.n + b.n - 2
+    pooled = ((a.n - 1) * a.variance[:, None] + (b.n - 1) * b.variance) / degrees
+    t = _ratio(b.mean - a.mean[:, None], np.sqrt(pooled * (1 / a.n + 1 / b.n)))
+    return t, np.full(t.shape, float(degrees))
+
+
+def welchs_t(a: Group, b: Group) -> tuple[Array, Array]:
+    """Return Welch's t of b minus a and its degrees of freedom for every pair of pairs."""
+    of_a, of_b = a.variance[:, None] / a.n, b.variance / b.n
+    t = _ratio(b.mean - a.mean[:, None], np.sqrt(of_a + of_b))
+    bottom = of_a**2 / (a.n - 1) + of_b**2 / (b.n - 1)
+    # Without any variation t is infinite, whatever its degrees of freedom.
+    return t, np.divide((of_a + of_b) ** 2, bottom, out=np.ones_like(t), where=bottom > 0)
+
+
+def _students_t(a: Group, b: Group) -> Conclusion:
+    words = f"independent t({a.n + b.n - 2}) of {b.label} minus {a.label}"
+    return _conclusion("student_t", words, (a, b), *students_t(a, b))
+
+
+def _welchs_t(a: Group, b: Group) -> Conclusion:
+    words = f"Welch's t of {b.label} minus {a.label}"
+    return _conclusion("welch_t", words, (a, b), *welchs_t(a, b))
+
+
+def _conclusion(
+    name: str, words: str, groups: tuple[Group, Group], t: Array, degrees: Array
+) -> Conclusion:
+    from scipy.stats import t as student  # noqa: PLC0415 - SciPy takes longer than the counts
+
+    p = 2 * student.sf(np.abs(t), degrees)
+    low, high = float(p.min()), float(p.max())
+    return Conclusion(
+        f"{name}.{groups[0].label}.{groups[1].label}",
+        words,
+        float(t.min()),
+        float(t.max()),
+        low,
+        high,
+        decided=(low < LEVEL) == (high < LEVEL),
+        sharp=all(group.sharp and (group.complete or name == "student_t") for group in groups),
+    )
+
+
+def range_of_f(groups: Sequence[Group]) -> tuple[float, float]:
+    """Return what the one-way F lies between."""
+    k, n = len(groups), sum(group.n for group in groups)
+    within = [
+        sum((group.n - 1) * pick(group.variance) for group in groups) / (n - k)
+        for pick in (np.max, np.min)
+    ]
+    low, high = (
+        float(_ratio(np.array(b), np.array(w)))
+        for b, w in zip(_between(groups, k), within, strict=True)
+    )
+    return low, high
+
+
+def every_f(groups: Sequence[Group]) -> Array | None:
+    """Return the one-way F of every choice of a pair for each group; None if they are too many."""
+    k, n = len(groups), sum(group.n for group in groups)
+    if prod(len(group.mean) for group in groups) > CHOICES:
+        return None
+    means = np.meshgrid(*(group.mean for group in groups), indexing="ij")
+    variances = np.meshgrid(*(group.variance for group in groups), indexing="ij")
+    sizes = [group.n for group in groups]
+    centre = sum(size * mean for size, mean in zip(sizes, means, strict=True)) / n
+    between = sum(size * (mean - centre) ** 2 for size, mean in zip(sizes, means, strict=True)) / (
+        k - 1
+    )
+    within = sum((size - 1) * variance for size, variance in zip(sizes, variances, strict=True)) / (
+        n - k
+    )
+    return _ratio(np.asarray(between), np.asarray(within)).ravel()
+
+
+def _one_way_f(groups: Sequence[Group]) -> Conclusion:
+    """Return the range of the one-way F; sharp where every column has one sum only."""
+    from scipy.stats import f as fisher  # noqa: PLC0415
+
+    k, n = len(groups), sum(group.n for group in groups)
+    low, high = range_of_f(groups)
+    ps = [float(fisher.sf(value, k - 1, n - k)) for value in (high, low)]
+    one_sum = all(len(np.unique(group.mean)) == 1 for group in groups)
+    return Conclusion(
+        "one_way_f", f"one-way F({k - 1}, {n - k})", low, high, ps[0], ps[1],
+        decided=(ps[0] < LEVEL) == (ps[1] < LEVEL),
+        sharp=one_sum and all(group.sharp for group in groups),
+    )  # fmt: skip
+
+
+def _between(groups: Sequence[Group], k: int) -> tuple[float, float]:
+    """Return the least and the largest mean square between groups whose means have ranges.
+
+    The sum of squares is a sum of distances to a common centre, convex in the means: largest at
+    ends of the ranges, and least where every mean is as near to the best centre as it can be.
+    """
+    weights = np.array([group.n for group in groups], dtype=np.float64)
+    ends = np.array([(group.mean.min(), group.mean.max()) for group in groups])
+    corners = np.array(np.meshgrid(*ends, indexing="ij")).reshape(k, -1)
+    centres = weights @ corners / weights.sum()
+    largest = float((weights @ (corners - centres) ** 2).max())
+
+    def least_at(centre: float) -> float:
+        return float(weights @ (np.clip(centre, ends[:, 0], ends[:, 1]) - centre) ** 2)
+
+    low, high = float(ends.min()), float(ends.max())
+    while high - low > 1e-12 * max(abs(high), 1.0):
+        first, second = low + (high - low) / 3, high - (high - low) / 3
+        low, high = (low, second) if least_at(first) <= least_at(second) else (first, high)
+    return least_at(low) / (k - 1), largest / (k - 1)
+
+
+def _ratio(top: Array, bottom: Array) -> Array:
+    """Divide; infinite, or 0 where `top` is 0, without any variation."""
+    top, bottom = np.broadcast_arrays(top, bottom)
+    out = np.where(top == 0, 0.0, np.copysign(inf, top))
+    found: Array = np.divide(top, bottom, out=out, where=bottom > 0)
+    return found

@@ -1,0 +1,57 @@
+"""Numbers as papers print them, as fields of a file's model."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Annotated
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, InstanceOf
+
+from slipscale.analysis.reconstruction.table.rounding import Printed, plain_decimal
+
+
+class Record(BaseModel):
+    """What a file says: frozen, and nothing that it does not know."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+def _printed(value: object) -> Printed:
+    return value if isinstance(value, Printed) else Printed(_text(value))
+
+
+def exact(value: object) -> Fraction:
+    """Return a number such as 1, 0.5 or 1/3 as a fraction."""
+    if isinstance(value, Fraction):
+        return value
+    try:
+        top, _, bottom = _text(value).partition("/")
+        return Fraction(plain_decimal(top)) / Fraction(plain_decimal(bottom or "1"))
+    except (ValueError, ZeroDivisionError):
+        raise ValueError("expected a number such as 1, 0.5 or 1/3") from None
+
+
+def _text(value: object) -> str:
+    """Return what stands for a number as text; no number is made of lists, tables and dates."""
+    return str(value) if isinstance(value, str | int) else ""
+
+
+def _words(value: object) -> object:
+    """Return a list of what a cell of CSV parts by spaces; anything else as it is."""
+    return value.split() if isinstance(value, str) else value
+
+
+def _by_value(value: object) -> object:
+    """Return pairs from a table, or from a cell of CSV such as "0:3 7:1"."""
+    if isinstance(value, str):
+        return [tuple(part.rpartition(":")[::2]) for part in value.split()]
+    return list(value.items()) if isinstance(value, dict) else value
+
+
+Exact = Annotated[InstanceOf[Fraction], BeforeValidator(exact)]
+AsPrinted = Annotated[InstanceOf[Printed], BeforeValidator(_printed)]
+Values = Annotated[tuple[Exact, ...], BeforeValidator(_words)]
+Counts = Annotated[
+    tuple[tuple[Exact, Annotated[int, Field(ge=0)]], ...], BeforeValidator(_by_value)
+]
+Shares = Annotated[tuple[tuple[Exact, AsPrinted], ...], BeforeValidator(_by_value)]

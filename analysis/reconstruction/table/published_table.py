@@ -1,0 +1,340 @@
+"""A published table as data: scale and columns, validated whole; reading one is `table_files`.
+
+What is refused here is what cannot be understood. A number that no ratings can have, such as a
+mean outside the scale, is a finding and not a mistake of the user: `constraints.targets` answers
+it.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from fractions import Fraction
+from math import ceil, floor, isqrt, sqrt
+from typing import TYPE_CHECKING, Annotated, Literal, get_args
+
+from pydantic import Field, field_validator, model_validator
+
+from slipscale.analysis.reconstruction.table.printed_fields import (
+    AsPrinted,
+    Counts,
+    Exact,
+    Record,
+    Shares,
+    Values,
+    exact,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
+    from slipscale.analysis.reconstruction.table.rounding import Printed
+
+Convention = Literal["sample", "population"]
+CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
+# Columns of the same participants, or of other ones each.
+Design = Literal["paired", "independent"]
+DESIGNS: tuple[Design, ...] = get_args(Design)
+# Steps that a rating without a printed scale may lie from another one.
+WIDEST_OPEN = 1_000_000_000
+# Sums of squares of more, in steps, are no whole numbers of the machine.
+LARGEST_SQUARES = 2**63 - 1
+
+
+class OpenScale(Record):
+    """A scale as it is printed, perhaps not at all: without ends, or with one.
+
+    With ``items`` a rating is the mean of so many answers; ``step`` is told of an answer, and held
+    as a rating's.
+
+    Raises
+    ------
+    ValueError
+        The step does not divide the scale, or the scale is empty.
+    """
+
+    minimum: Exact | None = None
+    maximum: Exact | None = None
+    step: Exact = Fraction(1)
+    items: Annotated[int, Field(ge=1, le=1000)] = 1
+
+    @model_validator(mode="before")
+    @classmethod
+    def _mean_of_items(cls, given: object) -> object:
+        """Divide the step of an answer by the number of items: a rating is their mean."""
+        items = given.get("items") if isinstance(given, dict) else None
+        # Anything else than a number above 0 is refused as the field that it is.
+        if not isinstance(given, dict) or not str(items).isdecimal() or not int(str(items)):
+            return given
+        return given | {"step": exact(given.get("step", 1)) / int(str(items))}
+
+    @model_validator(mode="after")
+    def _whole_steps(self) -> OpenScale:
+        if self.step <= 0:
+            raise ValueError(f"step is {self.step}, expected a number above 0")
+        if self.maximum is None:
+            return self
+        low = self.minimum or Fraction(0)
+        if self.maximum <= low:
+            raise ValueError(f"maximum {self.maximum} is not above minimum {low}")
+        if (self.maximum - low) % self.step:
+            raise ValueError(
+                f"step {self.step} does not divide the scale from {low} to "
+                f"{self.maximum}; expected a whole number of steps"
+            )
+        return self
+
+
+class Scale(OpenScale):
+    """The values that a rating can take: from `minimum` to `maximum` in steps of `step`."""
+
+    minimum: Exact = Fraction(0)
+    maximum: Exact
+
+    @property
+    def steps(self) -> int:
+        """Number of steps from the minimum to the maximum."""
+        return int((self.maximum - self.minimum) / self.step)
+
+    def too_fine(self, n: int) -> bool:
+        """Whether n ratings have sums of squares, in steps, that cannot be computed with."""
+        return n * self.steps**2 > LARGEST_SQUARES
+
+    def value(self, steps: int) -> Fraction:
+        """Return the rating that lies `steps` above the minimum."""
+        return self.minimum + steps * self.step
+
+    def steps_to(self, value: Fraction) -> int | None:
+        """Return how many steps above the minimum a rating lies; None if it is not on the scale."""
+        steps = (value - self.minimum) / self.step
+        inside = steps.denominator == 1 and 0 <= steps <= self.steps
+        return int(steps) if inside else None
+
+
+class Summary(Record):
+    """The numbers of one column, as printed; the scale apart.
+
+    Parameters
+    ----------
+    label : str
+        Its heading.
+    n : int
+        Number of ratings, 2 or more.
+    mean, mean_percent, sum : Printed, optional
+        The mean, the mean of ratings from 0 to 1 in percent, or the sum; at least one of them.
+        Decimals count.
+    sd, se : Printed, optional
+        Standard deviation, and standard error of the mean (SD over the root of n).
+    ci_low, ci_high : Printed, optional
+        Ends of the confidence interval of the mean.
+    ci_percent : float
+        Its level.
+    ci_quantile : {"t", "normal"}
+        The distribution it is from.
+    sd_convention : {"sample", "population"}
+        Whether SD and SE divide by n - 1 or by n.
+    rounding : {"nearest", "half_up", "half_even", "truncated"}
+        How every number of the column was rounded.
+    maximum_deviation : Printed, optional
+        The largest distance of a rating from the (unrounded) mean.
+    observed_minimum, observed_maximum : Printed, optional
+        The smallest and the largest rating; both are present.
+    median : Printed, optional
+        The middle rating, or the mean of the two middle ones.
+    lower_quartile, upper_quartile : Printed, optional
+        By any of the usual definitions: see `quartiles`.
+    present, absent : tuple of Fraction
+        Ratings that somebody gave, and that nobody gave.
+    frequencies : tuple of (Fraction, int)
+        Ratings, and how many gave each, exactly.
+    percentages : tuple of (Fraction, Printed)
+        Ratings, and the percentage of n that gave each.
+    amplitude_um_pp : float, optional
+        Of the vibration, µm peak to peak; for the exponents.
+    """
+
+    label: str = ""
+    n: Annotated[int, Field(ge=2, le=1_000_000)]
+    mean: AsPrinted | None = None
+    mean_percent: AsPrinted | None = None
+    sum: AsPrinted | None = None
+    sd: AsPrinted | None = None
+    se: AsPrinted | None = None
+    ci_low: AsPrinted | None = None
+    ci_high: AsPrinted | None = None
+    ci_percent: Annotated[float, Field(gt=0, lt=100, allow_inf_nan=False)] = 95.0
+    ci_quantile: Literal["t", "normal"] = "t"
+    sd_convention: Convention = "sample"
+    rounding: Literal["nearest", "half_up", "half_even", "truncated"] = "nearest"
+    maximum_deviation: AsPrinted | None = None
+    observed_minimum: AsPrinted | None = None
+    observed_maximum: AsPrinted | None = None
+    median: AsPrinted | None = None
+    lower_quartile: AsPrinted | None = None
+    upper_quartile: AsPrinted | None = None
+    present: Values = ()
+    absent: Values = ()
+    frequencies: Counts = ()
+    percentages: Shares = ()
+    amplitude_um_pp: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
+
+    @field_validator("sd", "se", "maximum_deviation")
+    @classmethod
+    def _not_negative(cls, printed: Printed | None) -> Printed | None:
+        if printed and printed.value < 0:
+            raise ValueError("expected 0 or more")
+        return printed
+
+    @model_validator(mode="after")
+    def _enough(self) -> Summary:
+        if not (self.mean or self.mean_percent or self.sum):
+            raise ValueError("expected a mean, a mean_percent or a sum")
+        if bool(self.ci_low) != bool(self.ci_high):
+            raise ValueError("expected both ends of the confidence interval, or none")
+        told = [value for value, _ in (*self.frequencies, *self.percentages)]
+        told += [*self.present, *self.absent]
+        for value, times in Counter(told).items():
+            if times > 1:
+                raise ValueError(f"the rating {value} is told of {times} times")
+        return self
+
+    def means(self) -> Iterator[tuple[Printed, Fraction]]:
+        """Yield every number printed for the mean, and what a mean times this is there."""
+        for printed, factor in (
+            (self.mean, Fraction(1)),
+            (self.mean_percent, Fraction(100)),
+            (self.sum, Fraction(self.n)),
+        ):
+            if printed is not None:
+                yield printed, factor
+
+
+class Column(Summary):
+    """One column of a published table: its numbers, and ``scale``, what a rating can be.
+
+    With ``scale_is_printed`` false no end of the scale is, and it goes as far as the SD allows.
+    """
+
+    scale: Scale
+    scale_is_printed: bool = True
+
+    @model_validator(mode="after")
+    def _on_the_scale(self) -> Column:
+        if self.scale.too_fine(self.n):
+            most = isqrt(LARGEST_SQUARES // self.n)
+            raise ValueError(
+                f"the scale has {self.scale.steps:,} steps of {self.scale.step}; expected at most "
+                f"{most:,} beside n = {self.n:,}"
+            )
+        told = [value for value, _ in (*self.frequencies, *self.percentages)]
+        for value in (*told, *self.present, *self.absent):
+            if ((value - self.scale.minimum) / self.scale.step).denominator != 1:
+                raise ValueError(
+                    f"the rating {value} is not on the scale, steps of {self.scale.step} "
+                    f"from {self.scale.minimum}"
+                )
+        return self
+
+
+@dataclass(frozen=True)
+class PublishedTable:
+    """A title, the columns under it, whose ratings they are, and tests printed beside them."""
+
+    title: str
+    columns: tuple[Column, ...]
+    design: Design | None = None
+    tests: tuple[PrintedTest, ...] = ()
+
+
+# What is told of a column in words, and in which order; the rest by their names.
+IN_WORDS = {
+    "mean": "mean",
+    "mean_percent": "mean in percent",
+    "sum": "sum",
+    "sd": "SD",
+    "se": "SE",
+    "ci_low": "interval from",
+    "ci_high": "interval to",
+    "maximum_deviation": "largest deviation",
+    "observed_minimum": "smallest",
+    "observed_maximum": "largest",
+    "median": "median",
+    "lower_quartile": "lower quartile",
+    "upper_quartile": "upper quartile",
+}
+
+
+def in_words(column: Column) -> str:
+    """Return all that is printed of a column, in words."""
+    said = [f"n {column.n}"]
+    for name, words in IN_WORDS.items():
+        printed = getattr(column, name)
+        if printed is not None:
+            said.append(f"{words} {printed.text}")
+    said += [f"{value} given by somebody" for value in column.present]
+    said += [f"{value} given by nobody" for value in column.absent]
+    said += [f"{value} given by {times}" for value, times in column.frequencies]
+    said += [f"{value} given by {share.text} %" for value, share in column.percentages]
+    scale, step = column.scale, f"in steps of {column.scale.step}"
+    ends = f"{scale.minimum} to {scale.maximum}" if column.scale_is_printed else "not printed"
+    return f"{', '.join(said)}; scale {ends}, {step}"
+
+
+def close(summary: Summary, scale: OpenScale) -> Column:
+    """Return the column on its scale, or on the widest that its SD allows.
+
+    No rating lies farther from the mean than (n - 1) / n of the sum of squared deviations allows
+    (Samuelson, 1968), so that without a printed scale ratings are bounded all the same.
+
+    Raises
+    ------
+    ValueError
+        Neither an end of the scale nor an SD bounds the ratings, or values are not on the scale.
+    """
+    given = {name: getattr(summary, name) for name in summary.model_fields_set}
+    low = Fraction(0) if scale.minimum is None and scale.maximum is not None else scale.minimum
+    high = scale.maximum
+    if low is None or high is None:
+        farthest = _farthest(summary)
+        if farthest is None:
+            raise ValueError("expected a scale (minimum and maximum), an sd or an se")
+        printed, factor = next(summary.means())
+        mean = printed.values(summary.rounding).scaled(1 / factor)
+        step, origin = scale.step, low or Fraction(0)
+        if low is None:
+            low = origin + step * floor((mean.low - farthest - origin) / step)
+        if high is None:
+            high = max(origin + step * ceil((mean.high + farthest - origin) / step), low + step)
+        if (high - low) / step > WIDEST_OPEN:
+            raise ValueError("expected a scale: without one ratings may be almost any numbers")
+    grid = Scale(minimum=low, maximum=high, step=scale.step).model_copy(
+        update={"items": scale.items}
+    )
+    printed_ends = scale.minimum is not None or scale.maximum is not None
+    return Column(**given, scale=grid, scale_is_printed=printed_ends)
+
+
+def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
+    """Return columns whose scale is not printed on one that holds them all, to be compared on."""
+    grids = [column.scale for column in columns]
+    if len({grid.step for grid in grids}) != 1:
+        return tuple(columns)
+    ends = {"minimum": min(g.minimum for g in grids), "maximum": max(g.maximum for g in grids)}
+    grid = grids[0].model_copy(update=ends)
+    if any(grid.too_fine(column.n) for column in columns):
+        return tuple(columns)
+    return tuple(column.model_copy(update={"scale": grid}) for column in columns)
+
+
+def _farthest(summary: Summary) -> Fraction | None:
+    """Return how far a rating may lie from the mean by the SD or SE; None without either."""
+    if summary.sd is not None:
+        sd = summary.sd.values(summary.rounding).high
+    elif summary.se is not None:
+        # A root rounded up.
+        sd = summary.se.values(summary.rounding).high * Fraction(sqrt(summary.n) + 1e-6)
+    else:
+        return None
+    # (n - 1) / √n of a sample SD is more than √(n - 1) of a population SD.
+    return sd * Fraction(sqrt(summary.n) + 1e-6)

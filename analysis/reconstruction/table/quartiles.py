@@ -1,0 +1,81 @@
+"""Quartiles by all definitions in common use, since papers do not say which they used.
+
+Each lies at a place among the sorted ratings, x_1 to x_n, between two neighbours:
+
+- linear in the order (n - 1) / 4 + 1: R's default, NumPy, spreadsheets;
+- linear in the order (n + 1) / 4: SPSS, Minitab, Stata's default for other percentiles;
+- median of the lower half, with or without the middle rating where n is odd: Tukey's hinges, and
+  school books.
+
+A printed quartile is met if one of them, the same for both, gives it.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.table.published_table import Column
+    from slipscale.analysis.reconstruction.table.rounding import Interval
+
+
+def lower_places(n: int) -> dict[str, Fraction]:
+    """Return where the lower quartile lies by each definition, from 1 to n.
+
+    >>> {name: float(place) for name, place in lower_places(9).items()}
+    {'linear': 3.0, 'weibull': 2.5, 'hinges': 3.0, 'halves': 2.5}
+    """
+    half, longer = n // 2, (n + 1) // 2
+    return {
+        "linear": Fraction(n - 1, 4) + 1,
+        "weibull": min(max(Fraction(n + 1, 4), Fraction(1)), Fraction(n)),
+        "hinges": Fraction(longer + 1, 2),
+        "halves": Fraction(half + 1, 2),
+    }
+
+
+def are_met(column: Column, rows: Array) -> Array:
+    """Return which rows of sorted ratings, in steps, have the printed quartiles.
+
+    Parameters
+    ----------
+    column : Column
+        As published.
+    rows : ndarray of int, shape (m, n)
+        Sorted data sets.
+
+    Returns
+    -------
+    ndarray of bool, shape (m,)
+    """
+    met = np.zeros(len(rows), dtype=bool)
+    for place in lower_places(column.n).values():
+        fits = np.ones(len(rows), dtype=bool)
+        for at, allowed in _printed(column, place):
+            below = int(at)
+            share = at - below
+            # Times the share's denominator, in whole numbers.
+            top, bottom = share.numerator, share.denominator
+            values = (bottom - top) * rows[:, below - 1].astype(np.int64)
+            if top:
+                values += top * rows[:, below]
+            inside = allowed.scaled(Fraction(bottom)).integers()
+            fits &= (values >= inside.start) & (values < inside.stop)
+        met |= fits
+    return met
+
+
+def _printed(column: Column, lower: Fraction) -> Iterator[tuple[Fraction, Interval]]:
+    """Yield the places of the printed quartiles and what is allowed there, in steps."""
+    scale = column.scale
+    ends = ((column.lower_quartile, lower), (column.upper_quartile, column.n + 1 - lower))
+    for printed, place in ends:
+        if printed is not None:
+            values = printed.values(column.rounding)
+            yield place, values.scaled(1 / scale.step, -scale.minimum / scale.step)

@@ -1,0 +1,270 @@
+"""Published tables in files, TOML or CSV; every fault is told at once, with its line."""
+
+from __future__ import annotations
+
+import csv
+import io
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field, ValidationError, model_validator
+
+from slipscale.analysis.reconstruction.table.printed_fields import Record
+from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest  # noqa: TC001 - a field
+from slipscale.analysis.reconstruction.table.published_table import (
+    Column,
+    Design,
+    OpenScale,
+    PublishedTable,
+    Summary,
+    close,
+    on_one_scale,
+)
+from slipscale.faults import UserError
+from slipscale.faults.suggestions import expected_one_of
+from slipscale.faults.toml_file import parse_toml
+from slipscale.faults.validation import complaint, faults_in, in_words, refuse, sentences
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from slipscale.faults.toml_lines import Place
+    from slipscale.faults.validation import Fault
+
+SHIPPED = Path(__file__).parents[2] / "published"
+# Names of a CSV header that begin so are keys of the scale.
+SCALE = "scale_"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of a CSV file: its cells, and a column or what is wrong with it.
+
+    Parameters
+    ----------
+    line : int
+        On which it ends.
+    cells : tuple of str
+        As they stand there.
+    column : Column or None
+        What it says; None if it cannot be understood.
+    told : tuple of (int, str)
+        Why not: line and words.
+    """
+
+    line: int
+    cells: tuple[str, ...]
+    column: Column | None
+    told: tuple[tuple[int, str], ...] = ()
+
+
+class _File(Record):
+    """A table as its TOML file has it."""
+
+    title: str = ""
+    design: Design | None = None
+    scale: OpenScale = OpenScale()
+    column: Annotated[tuple[Summary, ...], Field(min_length=1)]
+    test: tuple[PrintedTest, ...] = ()
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> _File:
+        refuse(self._faults())
+        return self
+
+    def _faults(self) -> Iterator[Fault]:
+        """Yield what is wrong between tables that are right by themselves."""
+        for place, entry in enumerate(self.column):
+            try:
+                close(entry, self.scale)
+            except ValueError as error:
+                yield ("column", place), {"msg": said(error)}
+        labels = self.labels()
+        for place, test in enumerate(self.test):
+            if test.of_two and not test.columns and len(labels) != 2:  # noqa: PLR2004 - a pair
+                words = f"expected the two columns that {test.kind} compares"
+                yield ("test", place), {"msg": words}
+            for label in test.columns:
+                if label not in labels:
+                    known = ", ".join(repr(known) for known in labels)
+                    words = f"there is no column {label!r}; expected some of {known}"
+                    yield ("test", place, "columns"), {"msg": words}
+
+    def labels(self) -> list[str]:
+        """Return the columns' labels, given or not."""
+        return [entry.label or f"column {n}" for n, entry in enumerate(self.column, 1)]
+
+    def columns(self) -> tuple[Column, ...]:
+        """Return the columns on their scale."""
+        closed = tuple(
+            close(entry.model_copy(update={"label": label}), self.scale)
+            for entry, label in zip(self.column, self.labels(), strict=True)
+        )
+        printed = self.scale.minimum is not None and self.scale.maximum is not None
+        return closed if printed else on_one_scale(closed)
+
+
+class _Line(Summary):
+    """A row of a CSV file, with its own scale."""
+
+    scale: OpenScale = OpenScale()
+
+
+def said(error: ValueError) -> str:
+    """Return what is wrong, in words, of an error or of several that pydantic found."""
+    if isinstance(error, ValidationError):
+        return in_words(error)
+    return str(error)
+
+
+def read(path: Path) -> PublishedTable:
+    """Read a table from a TOML or CSV file, or the name of a shipped one.
+
+    Raises
+    ------
+    UserError
+        No such table, it cannot be read, or entries are wrong: every fault, each with its line.
+    """
+    if not path.exists() and path.name == str(path):
+        # A study's name also names its only table: biet2007 is biet2007_table3.
+        named = [*SHIPPED.glob(f"{path}.toml")] or [*SHIPPED.glob(f"{path}_*.toml")]
+        path = named[0] if len(named) == 1 else path
+    text = _text_of(path)
+    if path.suffix.lower() == ".csv":
+        return from_csv(text, str(path), title=path.stem)
+    return from_toml(text, str(path))
+
+
+def read_rows(path: Path) -> list[Row]:
+    """Read the rows of a CSV file, those that cannot be understood with the reason.
+
+    Raises
+    ------
+    UserError
+        It cannot be read, is no CSV, or its header is wrong.
+    """
+    if path.suffix.lower() != ".csv":
+        raise UserError(f"{path}: expected a CSV file, a row for each column of a published table")
+    return _csv_rows(_text_of(path), str(path))
+
+
+def _text_of(path: Path) -> str:
+    try:
+        return path.read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        known = expected_one_of(path, sorted(p.stem for p in SHIPPED.glob("*.toml")))
+        raise UserError(
+            f"{path}: cannot be read ({error}); a TOML or CSV file, or {known}"
+        ) from None
+
+
+def from_toml(text: str, source: str = "the table") -> PublishedTable:
+    """Read a table from TOML text: ``[scale]``, a ``[[column]]`` each and ``[[test]]``."""
+    # A bare number keeps its printed decimals: 12.50 stays "12.50".
+    file = parse_toml(text, source, _File, parse_float=str)
+    return PublishedTable(file.title, file.columns(), file.design, file.test)
+
+
+def from_csv(text: str, source: str = "the table", title: str = "") -> PublishedTable:
+    """Read a table from CSV text: one row a column of the published table.
+
+    The header names ``label``, ``n``, ``mean``, ``sd``, ``scale_minimum``, ``scale_maximum``
+    and what else a TOML column has; empty cells are absent. Cells are parted by commas, or by
+    semicolons or tabs where the header has these.
+    """
+    rows = _csv_rows(text, source)
+    if told := [fault for row in rows for fault in row.told]:
+        raise complaint(source, told)
+    columns = tuple(row.column for row in rows if row.column is not None)
+    open_scales = not any(column.scale_is_printed for column in columns)
+    return PublishedTable(title, on_one_scale(columns) if open_scales else columns)
+
+
+def _csv_rows(text: str, source: str) -> list[Row]:
+    """Return the rows under the header.
+
+    Raises
+    ------
+    UserError
+        The text is no CSV, has no rows, or the header is wrong.
+    """
+    try:
+        rows = list(_rows(text))
+    except csv.Error as error:
+        raise UserError(f"{source} is not CSV: {error}") from None
+    if len(rows) < 2:  # noqa: PLR2004 - the header and a row
+        raise UserError(f"{source} has no rows; expected a header and one row a column")
+    (first, header), *rows = rows
+    names = [name.strip() for name in header]
+    found = [_row(names, line, cells, place) for place, (line, cells) in enumerate(rows, 1)]
+    if told := [(first, f"line {first}, {words}") for words in _wrong_names(names)]:
+        raise complaint(source, told + [fault for row in found for fault in row.told])
+    return found
+
+
+def _row(names: list[str], line: int, cells: list[str], place: int) -> Row:
+    kept = tuple(cells)
+    if len(cells) != len(names):
+        counts = f"expected {len(names)} cells, as the header has, found {len(cells)}"
+        return Row(line, kept, None, ((line, f"line {line}: {counts}"),))
+    entry = {name: c.strip() for name, c in zip(names, cells, strict=True) if c.strip()}
+    try:
+        return Row(line, kept, _from_row(entry, place))
+    except ValidationError as error:
+        return Row(line, kept, None, tuple(sentences(_of_row(error, names), partial(_line, line))))
+    except ValueError as error:
+        return Row(line, kept, None, ((line, f"line {line}: {error}"),))
+
+
+def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield the rows that are not empty, each with the line that it ends on."""
+    header = text.partition("\n")[0]
+    # Where decimals have commas, cells are parted by something else.
+    delimiter = next((sign for sign in ";\t" if sign in header), ",")
+    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
+    for cells in reader:
+        if any(cell.strip() for cell in cells):
+            yield reader.line_num, cells
+
+
+def _line(line: int, _place: Place) -> int:
+    """Return the line of a row: all its cells stand there."""
+    return line
+
+
+def _wrong_names(names: list[str]) -> Iterator[str]:
+    """Yield what is wrong with a header's names."""
+    for name in dict.fromkeys(names):
+        if name not in KNOWN:
+            yield f"{name or 'a column without a name'}: expected one of {', '.join(KNOWN)}"
+        elif names.count(name) > 1:
+            yield f"{name}: is there {names.count(name)} times; expected it once"
+    for name in NEEDED:
+        if name not in names:
+            yield f"{name}: is missing"
+
+
+def _from_row(entry: Mapping[str, str], place: int) -> Column:
+    own = {name: cell for name, cell in entry.items() if name in Summary.model_fields}
+    scale = {name: entry[SCALE + name] for name in OpenScale.model_fields if SCALE + name in entry}
+    line = _Line.model_validate({"label": f"column {place}", **own, "scale": scale})
+    summary = Summary.model_construct(
+        line.model_fields_set - {"scale"},
+        **{name: getattr(line, name) for name in Summary.model_fields},
+    )
+    return close(summary, line.scale)
+
+
+def _of_row(error: ValidationError, names: list[str]) -> Iterator[Fault]:
+    """Yield the faults of a row in the header's words; what the header lacks is told there."""
+    for place, fault in faults_in(error):
+        of_scale = len(place) > 1 and place[0] == "scale"
+        name = f"{SCALE}{place[1]}" if of_scale else str(place[0]) if place else ""
+        if name in names or fault.get("type") != "missing":
+            yield ((name,) if name else ()), fault
+
+
+KNOWN = (*Summary.model_fields, *(SCALE + name for name in OpenScale.model_fields))
+NEEDED = ("n",)
