@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.experiments.study.analysis_choices import Primary
 
 T = TypeVar("T")
@@ -71,7 +72,7 @@ class Family(Generic[T_co]):
     Parameters
     ----------
     name : str
-        What is tested, and how.
+        What is tested, and how, of a quantity ``q``.
     read : callable
         Returns the uncorrected p values of a result.
     primary : {"ranks", "logarithms"}, optional
@@ -93,12 +94,13 @@ class Sentence(Generic[T_co]):
     Parameters
     ----------
     write : callable
-        Returns it from the result and the confidence level; None if there is nothing to report.
+        Returns it from the result, the confidence level and the quantity; None if there is
+        nothing to report.
     primary : {"ranks", "logarithms"}, optional
         The primary analysis to which it belongs; elsewhere it is secondary.
     """
 
-    write: Callable[[T_co, float], str | None]
+    write: Callable[[T_co, float, Quantity], str | None]
     primary: Primary | None = None
 
 
@@ -119,13 +121,13 @@ class Statistic(Generic[T_co]):
     title : str
         Its name in the list of tests that could not be computed; empty: it is not listed.
     parts : callable, optional
-        Returns the parts of a result that may lack on their own, by title.
+        Returns the parts of a result that may lack on their own, by title, of a quantity ``q``.
     families : tuple of Family
         The tests that the report judges by a p. Estimates with intervals have none.
     sentences : tuple of Sentence
         In the order of a results section.
     methods : str
-        Its sentence in a methods section, with references as ``[[key]]``.
+        Its sentence in a methods section, of a quantity ``q``, with references as ``[[key]]``.
     conclusions, headlines : Mapping
         For many pilots: a pattern of names below its key -> words, of what is concluded and of the
         numbers that are drawn. ``{0}`` is the pattern's first group.
@@ -175,6 +177,10 @@ class Inference:
     def __dir__(self) -> Iterator[str]:
         """List the keys, for completion."""
         return iter([*object.__dir__(self), *self.results])
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the results by their keys."""
+        return self.results
 
     def with_result(self, key: str, result: object) -> Inference:
         """Return the results with one more."""

@@ -45,10 +45,9 @@ def test_inference_has_its_documented_keys_in_their_order(dataset):
     rows = {"01": dataset.default_estimates(1)[::-1]}
     found = json.loads(text(analyse(dataset(rows=rows, differences=people)).inference))
     assert " ".join(found) == (
-        "rm_anova friedman page_trend linear_trend pairwise mixed_model power_law growth "
-        "bayesian_growth order reliability sessions groups normalisation difference thresholds "
-        "scales matching ratings ratios productions "
-        "exponent_and_weber"
+        "friedman rm_anova pairwise page_trend linear_trend power_law mixed_model growth "
+        "bayesian_growth order reliability normalisation sessions groups difference thresholds "
+        "exponent_and_weber scales matching ratings ratios productions"
     )
     assert " ".join(found["rm_anova"]) == (
         "scale F df1 df2 p epsilon_gg p_gg epsilon_hf p_hf eta2_generalised eta2_generalised_ci "

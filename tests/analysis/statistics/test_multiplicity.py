@@ -12,6 +12,7 @@ from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.statistic import Inference
 from slipscale.analysis.tasks.multiplicity import multiplicity
 
 FOREIGN = Path(__file__).parents[2] / "data" / "foreign"
@@ -88,12 +89,9 @@ def test_no_p_of_the_inference_is_missing_from_the_list(analysis):
 
 
 def test_nothing_tested_is_no_table(analysis, page):
-    none = {
-        field.name: NotComputed("not chosen")
-        for field in fields(analysis.inference)
-        if field.name != "normalisation"
-    }
-    empty = replace(analysis, inference=replace(analysis.inference, **none))
+    none = dict.fromkeys(analysis.inference.results, NotComputed("not chosen"))
+    none["normalisation"] = analysis.inference.normalisation
+    empty = replace(analysis, inference=Inference(none))
     assert multiplicity(empty.inference, "ranks", 0.95).tests == 0
     assert "Holm over all" not in page(empty)
 
