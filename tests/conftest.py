@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import os
+import pickle
 import shutil
 import subprocess
 import sys
 from contextlib import ExitStack
+from functools import cache
 
+import portalocker
 import pytest
 from hypothesis import settings
 
@@ -18,6 +21,9 @@ settings.register_profile("slipscale", deadline=None, max_examples=25)
 # More than every run needs: python -m pytest --hypothesis-profile=campaign
 settings.register_profile("campaign", deadline=None, max_examples=1000)
 settings.load_profile("slipscale")
+# Read at the first import of NumPy or SciPy, also in the processes that tests start. On matrices
+# as small as ours a second thread only waits, at full load: L-BFGS-B takes eight times the CPU.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 @pytest.fixture(scope="session")
@@ -62,3 +68,30 @@ def emulate():
     """Start emulated boards, each in its own process; all end with the test."""
     with ExitStack() as stack:
         yield lambda *arguments: stack.enter_context(EmulatorProcess(*arguments))
+
+
+@pytest.fixture(scope="session")
+def shipped_pilot(tmp_path_factory):
+    """Return a function from a shipped study's name to its pilot's data set and analysis.
+
+    Four people, seed 1, no psignifit. The processes of pytest-xdist share the files: the first that
+    needs a study runs it. A test copies the data set before it writes into it.
+    """
+    from slipscale.analysis.pipeline import analyse  # noqa: PLC0415 - not for every test
+    from slipscale.experiments.running.pilot import pilot_plans, run_pilot  # noqa: PLC0415
+
+    base = tmp_path_factory.getbasetemp()
+    shared = (base.parent if "PYTEST_XDIST_WORKER" in os.environ else base) / "shipped_pilots"
+    shared.mkdir(exist_ok=True)
+
+    @cache
+    def made(study):
+        folder, kept = shared / study, shared / f"{study}.pickle"
+        with portalocker.Lock(shared / f"{study}.lock", timeout=600):
+            if not kept.exists():
+                plans = pilot_plans(study, participants=4, seed=1, language=None)
+                run_pilot(folder, plans, tell=lambda _: None)
+                kept.write_bytes(pickle.dumps(analyse(folder, psignifit=False)))
+            return folder, pickle.loads(kept.read_bytes())  # noqa: S301 - written here
+
+    return made

@@ -42,7 +42,8 @@ def test_the_commands_of_a_page_lead_from_a_new_study_to_a_report(
     study, tmp_path, monkeypatch, capsys
 ):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("figure_style.save", lambda *_: [])  # as SVG they are in the report
+    # The report contains the figures as SVG.
+    monkeypatch.setattr("slipscale.figure_style.save", lambda *_: [])
     commands = [
         shlex.split(line)[1:]
         for block in BLOCK.findall(page_of(study))

@@ -77,7 +77,7 @@ def test_the_projects_own_tests_import_both(project, mode):
         "-p",
         "no:cacheprovider",
     ]
-    run([*words, "tests"], project, PYTHONPATH=str(project))
+    run([*words, "tests"], project, PYTHONPATH=str(project), PYTEST_DISABLE_PLUGIN_AUTOLOAD="1")
 
 
 @pytest.mark.parametrize("words", [[COMMAND], [sys.executable, "-m", "slipscale"]])

@@ -5,9 +5,7 @@ import re
 import pytest
 
 from slipscale import commands
-from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting.terminal import print_answers
-from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.study.file import shipped_studies
 
 #: Study -> what its result begins with, and has a number after it.
@@ -31,13 +29,10 @@ def test_every_shipped_study_has_its_result():
 
 @pytest.mark.parametrize("study, result", RESULTS.items(), ids=RESULTS)
 def test_the_chief_result_of_every_shipped_study_is_printed(
-    tmp_path, monkeypatch, capsys, study, result
+    shipped_pilot, monkeypatch, capsys, study, result
 ):
     monkeypatch.setenv("COLUMNS", "1000")
-    run_pilot(
-        tmp_path, pilot_plans(study, participants=3, seed=1, language=None), tell=lambda _: None
-    )
-    print_answers(analyse(tmp_path, psignifit=False))
+    print_answers(shipped_pilot(study)[1])
     assert re.search(result, capsys.readouterr().out)
 
 

@@ -55,7 +55,9 @@ def lines(rng, slopes, *, noise=0.3, bend=0.0):
 
 @pytest.fixture(scope="module")
 def installed():
-    return pytest.importorskip("numpyro", reason="the extra slipscale[bayes] is not installed")
+    return pytest.importorskip(
+        "numpyro", reason="needs slipscale[bayes]: numpyro, 360 MB, which no test set installs"
+    )
 
 
 @pytest.fixture(scope="module")

@@ -5,20 +5,15 @@ from typing import get_args
 
 import pytest
 
-from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting import files, page
 from slipscale.analysis.tasks.table import KINDS, STATISTICS
-from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.study.analysis_choices import Test
 from slipscale.experiments.study.file import shipped_studies
 
 
 @pytest.fixture(scope="module", params=shipped_studies())
-def pilot(request, tmp_path_factory):
-    folder = tmp_path_factory.mktemp(request.param)
-    plans = pilot_plans(request.param, participants=4, seed=1, language=None)
-    run_pilot(folder, plans, tell=lambda _: None)
-    return analyse(folder, psignifit=False)
+def pilot(request, shipped_pilot):
+    return shipped_pilot(request.param)[1]
 
 
 def test_every_figure_is_shown_in_the_report(pilot):
