@@ -1,7 +1,7 @@
 """The wheel as installed: light, and with each extra, in environments of their own.
 
-No package is installed: an environment is a site folder with the wheel and links to those packages
-of this environment that the extra requires, so an extra that does not declare an import fails.
+No package is installed: an environment is a site folder with links to the wheel's contents and to
+those packages of this environment that the extra requires. An undeclared import fails.
 """
 
 import ast
@@ -61,8 +61,8 @@ class Installation:
         ask = "import sysconfig; print(sysconfig.get_path('purelib'))"
         site = subprocess.run([self.python, "-c", ask], check=True, capture_output=True, text=True)
         self.site = Path(site.stdout.strip())
-        with zipfile.ZipFile(wheel) as archive:
-            archive.extractall(self.site)
+        for each in wheel.iterdir():
+            (self.site / each.name).symlink_to(each)
         texts = [each for extra in extras for each in PROJECT["optional-dependencies"][extra]]
         for package in required(PROJECT["dependencies"] + texts):
             self.link(package)
@@ -89,10 +89,13 @@ class Installation:
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory):
+    """Return the folder with the wheel's contents: all installations share its bytecode."""
     folder = tmp_path_factory.mktemp("wheel")
     build = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(folder)]
     subprocess.run(build, cwd=ROOT, check=True, capture_output=True)
-    return next(folder.glob("*.whl"))
+    with zipfile.ZipFile(next(folder.glob("*.whl"))) as archive:
+        archive.extractall(folder / "contents")
+    return folder / "contents"
 
 
 @pytest.fixture(scope="module")
