@@ -1,14 +1,17 @@
 """Results as JSON: a class is written as its fields, under their names.
 
 A class whose keys differ has a method ``json_form`` that returns them in order. The rules for all:
-an amplitude as a key is written ``0.5``, NaN is null, and an array's scalar is a number.
+
+- an amplitude as a key is written ``0.5``, NaN is null, and an array's scalar is a number;
+- only names of our classes' fields, and an `OurName`, follow the quantity of the data. Keys of a
+  plain mapping are the user's: participants, files, groups, numbers of an outside analysis.
 """
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias, runtime_checkable
 
@@ -30,13 +33,24 @@ class HasJsonForm(Protocol):
         ...
 
 
-def text(value: object) -> str:
-    """Return a result as the text of a JSON file."""
-    return json.dumps(form(value), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+class OurName(str):
+    """A text that names a field or unit of ours."""
+
+    __slots__ = ()
 
 
-def form(value: object) -> Json:
+def text(value: object, named: Callable[[str], str] = str) -> str:
+    """Return a result as the text of a JSON file; for ``named`` see `form`."""
+    return json.dumps(form(value, named), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def form(value: object, named: Callable[[str], str] = str) -> Json:
     """Return a value as JSON can hold it.
+
+    Parameters
+    ----------
+    named : callable
+        Returns how a name of ours is written: a quantity's ``key``.
 
     Raises
     ------
@@ -48,21 +62,27 @@ def form(value: object) -> Json:
     >>> form({0.5: (1.0, float("nan"))})
     {'0.5': [1.0, None]}
     """
-    if isinstance(value, HasJsonForm | np.generic):
-        return form(value.json_form() if isinstance(value, HasJsonForm) else value.item())
+    if isinstance(value, np.generic):
+        return form(value.item())
+    if isinstance(value, HasJsonForm):
+        value = value.json_form()
+        if isinstance(value, Mapping):
+            value = {named(name): inner for name, inner in value.items()}
+    elif is_dataclass(value) and not isinstance(value, type):
+        value = {named(name): inner for name, inner in renamed(value).items()}
+    if isinstance(value, OurName):
+        return named(value)
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if value is None or isinstance(value, str | int | float):
         return value
     if isinstance(value, Mapping):
         return {
-            f"{key:g}" if isinstance(key, float) else str(key): form(inner)
+            f"{key:g}" if isinstance(key, float) else str(key): form(inner, named)
             for key, inner in value.items()
         }
     if isinstance(value, list | tuple):
-        return [form(inner) for inner in value]
-    if is_dataclass(value) and not isinstance(value, type):
-        return form(renamed(value))
+        return [form(inner, named) for inner in value]
     raise TypeError(f"{type(value).__name__}: not a result")
 
 

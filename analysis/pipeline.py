@@ -108,7 +108,7 @@ def analyse(
         textures=textures.describe(data.textures, data.estimates, rule, choices.standard_deviation),
         prepared=prepared,
         inference=inference,
-        sensitivity=sensitivity(data.estimates, rule) if prepared else (),
+        sensitivity=sensitivity(data.estimates, rule, data.quantity) if prepared else (),
         robustness=robustness(prepared, set(flags.index[flags.any(axis=1)])) if prepared else (),
         individuals=individuals(prepared, inference),
         measures=measures,
@@ -124,7 +124,7 @@ def analyse(
             *notes,
             *data_warnings.changing_tops(data),
             *data_warnings.beyond_tops(data),
-            *data_warnings.too_few_data(cells),
+            *data_warnings.too_few_data(cells, data.quantity),
             *data_warnings.scales(cells, rule),
             *data_warnings.unequal(prepared),
             *(
@@ -154,7 +154,7 @@ def normalised(
     """Return estimates on one scale, ready for inference, the rule, and what to say about it."""
     rule, notes = _choose_rule(data, asked)
     estimates = data.estimates.assign(normalised=normalisation.normalise(data.estimates, rule))
-    prepared = prepare(estimates, data.choices) if len(estimates) else None
+    prepared = prepare(estimates, data.choices, data.quantity) if len(estimates) else None
     return (prepared.trials if prepared else estimates), prepared, rule, notes
 
 

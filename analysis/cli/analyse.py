@@ -187,7 +187,6 @@ def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
 def run_analyse(args: Namespace) -> int:
     """Analyse a data set; print Table III and where everything lies."""
     from slipscale.analysis.preregistration.bundle import read_bundle  # noqa: PLC0415
-    from slipscale.analysis.reading.own_words import in_own_words, own_columns  # noqa: PLC0415
     from slipscale.analysis.reporting.terminal import (  # noqa: PLC0415
         print_answers,
         print_own,
@@ -212,10 +211,10 @@ def run_analyse(args: Namespace) -> int:
 
         report = write_analysis(analysis, out, progress)
     for sentence in analysis.problems:
-        print(harmless(f"note: {in_own_words(sentence, data.quantity)}"), file=sys.stderr)
+        print(harmless(f"note: {sentence}"), file=sys.stderr)
     if args.json:
         print(
-            own_columns(analysis.table3, data.quantity).to_json(
+            data.quantity.columns(analysis.table3).to_json(
                 orient="records", indent=2, double_precision=15
             )
         )

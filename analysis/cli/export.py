@@ -45,7 +45,6 @@ def add_export(parser: ArgumentParser) -> None:
 def run_export(args: Namespace) -> int:
     """Analyse a data set and write every form asked for; print what was written."""
     from slipscale.analysis.export.files import check_installed, write_export  # noqa: PLC0415
-    from slipscale.analysis.reading.own_words import in_own_words  # noqa: PLC0415
 
     say(here())
     check_installed(args.forms)
@@ -55,9 +54,7 @@ def run_export(args: Namespace) -> int:
         out = Path(args.out)
         names = write_export(analysis, out, [name for name in FORMS if name in args.forms])
     for sentence in analysis.problems:
-        print(
-            harmless(f"note: {in_own_words(sentence, analysis.dataset.quantity)}"), file=sys.stderr
-        )
+        print(harmless(f"note: {sentence}"), file=sys.stderr)
     for name in ("report.html", *names):
         print(out / name)
     return DONE

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.export.french_excel import write_french
 from slipscale.analysis.export.reported_numbers import reported_numbers, settings, task_trials
 from slipscale.analysis.export.word import write_word
-from slipscale.analysis.reading.own_words import in_own_words, own_columns
 from slipscale.analysis.reporting import methods_text
 from slipscale.analysis.reporting.files import software, write_analysis
 from slipscale.analysis.reporting.tables import tables
@@ -104,10 +103,9 @@ def _scripts(analysis: Analysis, report: Path) -> list[str]:
 
 
 def _methods(analysis: Analysis, report: Path) -> list[str]:
-    quantity = analysis.dataset.quantity
     texts = methods_text.sentences(analysis, software())
     papers = methods_text.references(texts)
-    paragraphs = [in_own_words(methods_text.cited(text), quantity) for text in texts]
+    paragraphs = [methods_text.cited(text) for text in texts]
     lines = ["# Methods", *paragraphs, "# References", *(each.listed for each in papers.values())]
     for name, text in {
         "methods.md": "\n\n".join(lines) + "\n",
@@ -121,7 +119,7 @@ def _french(analysis: Analysis, report: Path) -> list[str]:
     folder = report.with_name("excel-fr")
     folder.mkdir(exist_ok=True)
     for name, table in tables(analysis).items():
-        write_french(own_columns(table, analysis.dataset.quantity), folder / f"{name}.csv")
+        write_french(table, folder / f"{name}.csv")
     return [f"{folder.name}/"]
 
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from slipscale.analysis import json_form
-from slipscale.analysis.reading.own_words import own_name
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation.statistics import PAGE_TREND
 from slipscale.analysis.tasks.matching.reading import TRIALS as MATCHING_TRIALS
@@ -89,8 +88,8 @@ def settings(analysis: Analysis) -> pd.DataFrame:
     plate = data.quantity.of_plate
     page = analysis.inference[PAGE_TREND]
     found = {
-        "level": own_name("amplitude_um_pp", data.quantity),
-        "before": "amplitude_before_um_pp" if plate else own_name("amplitude_um_pp", data.quantity),
+        "level": data.quantity.column,
+        "before": "amplitude_before_um_pp" if plate else data.quantity.column,
         "after": "amplitude_um_pp" if plate else "reference",
         "answer": "difference_felt" if plate else "yes",
         "weber_base": "amplitude_before_um_pp" if plate else "reference",

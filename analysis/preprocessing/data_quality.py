@@ -25,8 +25,9 @@ if TYPE_CHECKING:
 #: Fewer trials than this cannot show a drift or a split-half correlation.
 TRIALS_FOR_DRIFT = 8
 
+#: A flag -> its meaning for a quantity ``q``.
 MEANINGS = {
-    "non_monotone": "mean estimates fall from one amplitude to the next",
+    "non_monotone": "mean estimates fall from one {q.level} to the next",
     "constant": "very few distinct numbers",
     "zeros": "many estimates of zero",
     "timed_out": "many trials without an answer in time",
@@ -35,7 +36,7 @@ MEANINGS = {
     "unreliable": "first and second half of the repetitions disagree",
     "drift": "estimates grow or shrink over the session",
     "false_alarms": '"yes" where nothing changed',
-    "faults": "plate faults, or surfaces presented again",
+    "faults": "plate faults, or {q.stimuli} presented again",
 }
 
 

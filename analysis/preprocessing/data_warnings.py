@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
+    from slipscale.analysis.reading.quantity import Quantity
 
 #: Rules that multiply everybody by the same number; and how far apart scales may be under them.
 ONE_FACTOR, SCALES_APART = ("none", "grand_maximum"), 5.0
@@ -98,7 +99,7 @@ def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
     return f"no answered trials; nothing to analyse{why}{first}"
 
 
-def too_few_data(cells: pd.DataFrame) -> list[str]:
+def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
     """Say what so few data cannot tell."""
     notes = []
     participants, amplitudes = cells.shape
@@ -115,15 +116,15 @@ def too_few_data(cells: pd.DataFrame) -> list[str]:
             "need at least three."
         )
     if amplitudes == 1:
-        notes.append("One amplitude: nothing to compare, no growth and no tests.")
+        notes.append(f"One {quantity.level}: nothing to compare, no growth and no tests.")
     if participants and not (cells.to_numpy() > 0).any():
         notes.append("All estimates are zero: no spread, no growth and no tests.")
     missing = cells.index[cells.isna().any(axis=1)].astype(str)
     if len(missing):
         notes.append(
-            f"Without an estimate at some amplitude: {len(missing)} of {participants} participants "
-            f"({listed(missing)}); means use all, within-participant intervals and tests the "
-            "complete ones."
+            f"Without an estimate at some {quantity.level}: {len(missing)} of {participants} "
+            f"participants ({listed(missing)}); means use all, within-participant intervals and "
+            "tests the complete ones."
         )
     return notes
 
@@ -154,7 +155,8 @@ def unequal(prepared: Prepared | None) -> list[str]:
     if counts.min() == counts.max():
         return []
     sentence = (
-        f"Unequal repetitions: {counts.min()} to {counts.max()} estimates of a surface per "
-        "participant; each participant's mean counts once, whatever its repetitions."
+        f"Unequal repetitions: {counts.min()} to {counts.max()} estimates of a "
+        f"{prepared.quantity.stimulus} per participant; each participant's mean counts once, "
+        "whatever its repetitions."
     )
     return [sentence]

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.preprocessing.normalisation import cell_means, complete
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -89,6 +90,8 @@ class Prepared:
         What became of them; empty where there are none.
     refused : bool
         Nothing may be computed on logarithms.
+    quantity : Quantity
+        What the amplitudes are.
     """
 
     trials: pd.DataFrame
@@ -98,6 +101,7 @@ class Prepared:
     zero_sentence: str
     refused: bool
     choices: AnalysisChoices
+    quantity: Quantity = PLATE_AMPLITUDE
 
     @property
     def whole(self) -> pd.DataFrame:
@@ -115,7 +119,9 @@ class Prepared:
         return [float(value) for value in self.logs.columns[self.logs.notna().any()]]
 
 
-def prepare(estimates: pd.DataFrame, choices: AnalysisChoices) -> Prepared:
+def prepare(
+    estimates: pd.DataFrame, choices: AnalysisChoices, quantity: Quantity = PLATE_AMPLITUDE
+) -> Prepared:
     """Return trials ready for inference.
 
     Parameters
@@ -124,6 +130,8 @@ def prepare(estimates: pd.DataFrame, choices: AnalysisChoices) -> Prepared:
         Trials with their ``normalised`` estimate, in order of presentation.
     choices : AnalysisChoices
         The zero rule is used here, the rest is carried along.
+    quantity : Quantity
+        What the amplitudes are.
     """
     values = estimates["normalised"]
     zeros = int((values <= 0).sum())
@@ -147,4 +155,5 @@ def prepare(estimates: pd.DataFrame, choices: AnalysisChoices) -> Prepared:
         zero_sentence=positive.sentence,
         refused=positive.refused,
         choices=choices,
+        quantity=quantity,
     )

@@ -34,7 +34,7 @@ class Rule:
     top : float
         What the divisor becomes.
     formula : str
-        For the report, in words.
+        For the report, in words, of a quantity ``q``.
     zeros : str
         What becomes of an estimate of zero.
     table3 : str
@@ -44,7 +44,7 @@ class Rule:
     needs : str
         What the data must have, for the message when it has not.
     unit : str
-        The unit of the result, for axes.
+        The unit of the result, for axes, of a quantity ``q``.
     """
 
     divisor: Callable[[pd.DataFrame], pd.Series[float]]
@@ -136,7 +136,7 @@ RULES: dict[str, Rule] = {
     "grand_maximum": Rule(
         divisor=_grand_maximum,
         formula="every estimate by one factor, so that the largest participant mean at any "
-        "amplitude becomes 100",
+        "{q.level} becomes 100",
         table3="possible: one factor for all; at 2.3 µm mean and maximum deviation add to "
         "100.00, so one participant may stand at 100",
         source="the paper's words, read literally",
@@ -145,7 +145,7 @@ RULES: dict[str, Rule] = {
     ),
     "participant_maximum": Rule(
         divisor=_participant_maximum,
-        formula="each participant's largest mean at any amplitude becomes 100",
+        formula="each participant's largest mean at any {q.level} becomes 100",
         table3="impossible: nobody was above 72 at 1.2 µm, so all would have 100 at 2.3 µm and "
         "its mean would be 100, not 81.33",
         source="common in haptics; forces the spread towards 0 at the top",
@@ -161,11 +161,11 @@ RULES: dict[str, Rule] = {
     ),
     "top_stimulus": Rule(
         divisor=_top_stimulus,
-        formula="each participant's mean at the largest amplitude becomes 100",
+        formula="each participant's mean at the largest {q.level} becomes 100",
         table3="impossible: the standard deviation at 2.3 µm would be 0, not 10.76",
         source="referencing to the strongest stimulus",
         needs="a positive mean of each participant at the largest amplitude",
-        unit="% of the estimate at the largest amplitude",
+        unit="% of the estimate at the largest {q.level}",
     ),
     "modulus_equalisation": Rule(
         divisor=_modulus_equalisation,

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
+    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.result import Analysis
     from slipscale.experiments.study.analysis_choices import (
         AnalysisChoices,
@@ -53,17 +54,17 @@ def versions(analysis: Analysis) -> dict[str, str]:
 
 def plan_blocks(analysis: Analysis, software: Mapping[str, str]) -> list[Markup]:
     """Return the analysis plan as paragraphs and tables."""
-    choices = analysis.dataset.choices
+    choices, quantity = analysis.dataset.choices, analysis.dataset.quantity
     methods = methods_text.sentences(analysis, software)
     blocks = [html.paragraph(methods_text.cited(text)) for text in methods]
     if analysis.prepared is not None:
         rule = normalisation.RULES[analysis.rule]
         blocks += [
-            html.labelled("Primary analysis", f"{TITLES[choices.primary]}."),
-            html.labelled("Normalisation", f"{analysis.rule}: {rule.formula}."),
+            html.labelled("Primary analysis", f"{TITLES[choices.primary].format(q=quantity)}."),
+            html.labelled("Normalisation", f"{analysis.rule}: {rule.formula.format(q=quantity)}."),
         ]
     blocks += [
-        html.labelled("Exclusions", _exclusions(choices)),
+        html.labelled("Exclusions", _exclusions(choices, quantity)),
         _tests(analysis),
         *_families(analysis),
         _choices(choices),
@@ -71,11 +72,12 @@ def plan_blocks(analysis: Analysis, software: Mapping[str, str]) -> list[Markup]
     return blocks
 
 
-def _exclusions(choices: AnalysisChoices) -> str:
+def _exclusions(choices: AnalysisChoices, quantity: Quantity) -> str:
     if not choices.exclusions:
         return "Nobody is excluded by a rule; flags of data quality inform only."
     rules = "; ".join(
-        f"{flag.replace('_', ' ')}: {MEANINGS[flag]}{_limits(flag, choices.thresholds)}"
+        f"{flag.replace('_', ' ')}: {MEANINGS[flag].format(q=quantity)}"
+        f"{_limits(flag, choices.thresholds)}"
         for flag in choices.exclusions
     )
     return (
@@ -104,8 +106,8 @@ def _tests(analysis: Analysis) -> Markup:
 
 
 def _families(analysis: Analysis) -> list[Markup]:
-    choices = analysis.dataset.choices
-    found = multiplicity(analysis.inference, choices.primary, choices.confidence)
+    choices, quantity = analysis.dataset.choices, analysis.dataset.quantity
+    found = multiplicity(analysis.inference, choices.primary, choices.confidence, quantity)
     if not found.families:
         return []
     rows = [

@@ -1,11 +1,43 @@
-"""What was presented and judged: the plate's amplitude and slipperiness, or the data's own."""
+"""What was presented and judged: the plate's amplitude and slipperiness, or the data's own.
+
+Whatever writes a sentence, table, axis or key takes a `Quantity`. A text that is declared rather
+than computed has places for it, such as ``"pairs of {q.levels}"``.
+"""
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 #: Levels of a quantity of another make are told apart to so many significant digits.
 DIGITS = 9
+
+
+#: What names of fields and columns say of the quantity.
+IN_NAME = re.compile(r"amplitude_um_pp|um_pp|(?<=_)um$|amplitudes?")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class YesNoWords:
+    """What a task of yes and no is called: of a plate, steps down; elsewhere, single stimuli.
+
+    ``trials``, ``down`` (with a change) and ``catch`` (without) are singular and plural; "yes"
+    depends on ``size``, is listed for ``each``, and its sensitivity by ``kind``, ``at`` a value.
+    """
+
+    name: str
+    task: str
+    trials: tuple[str, str]
+    down: tuple[str, str]
+    catch: tuple[str, str]
+    each: str
+    size: str
+    kind: str
+    at: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,6 +61,8 @@ class Quantity:
         What the participants judged: "loudness".
     decimals : int or None
         Levels are told apart to so many decimals; None: to `DIGITS` significant digits.
+    stimulus, stimuli : str
+        What has the quantity, and the plural.
     """
 
     name: str
@@ -37,6 +71,8 @@ class Quantity:
     column: str
     judged: str
     decimals: int | None = None
+    stimulus: str = "stimulus"
+    stimuli: str = "stimuli"
 
     @property
     def of_plate(self) -> bool:
@@ -44,32 +80,93 @@ class Quantity:
         return self == PLATE_AMPLITUDE
 
     @property
+    def level(self) -> str:
+        """One of its values: "amplitude", "level of sound pressure"."""
+        return "amplitude" if self.of_plate else f"level of {self.name}"
+
+    @property
     def levels(self) -> str:
         """The plural: "amplitudes", "levels of sound pressure"."""
         return "amplitudes" if self.of_plate else f"levels of {self.name}"
 
     @property
+    def in_full(self) -> str:
+        """The name where it is introduced."""
+        return "vibration amplitude" if self.of_plate else self.name
+
+    @property
+    def perceived(self) -> str:
+        """What was judged where it is introduced."""
+        return "perceived slipperiness" if self.of_plate else self.judged
+
+    @property
+    def yes_no(self) -> YesNoWords:
+        """The words of a task of yes and no."""
+        if self.of_plate:
+            return STEPS
+        return YesNoWords(
+            name="yes and no",
+            task="yes and no",
+            trials=("trial", "trials"),
+            down=("stimulus", "stimuli"),
+            catch=("catch trial", "catch trials"),
+            each="level",
+            size=self.name,
+            kind="level",
+            at="at",
+        )
+
+    @property
     def title(self) -> str:
         """The name at the head of a column or an axis."""
-        return self.name[:1].upper() + self.name[1:]
+        return capitalised(self.name)
+
+    @property
+    def short_convention(self) -> str:
+        """The convention at the head of a column."""
+        return SHORT.get(self.convention, "")
 
     @property
     def short_unit(self) -> str:
         """The unit at the head of a column."""
-        return ", ".join(part for part in (self.unit, SHORT.get(self.convention, "")) if part)
+        return ", ".join(part for part in (self.unit, self.short_convention) if part)
 
     @property
     def axis(self) -> str:
         """The label of an axis."""
-        if self.of_plate:
-            return "Vibration amplitude (µm, peak to peak)"
-        return f"{self.title} ({self.unit})" if self.unit else self.title
+        return capitalised(self.headed(self.in_full))
+
+    def headed(self, text: str) -> str:
+        """Return a text with the unit in parentheses behind it."""
+        unit = ", ".join(part for part in (self.unit, self.convention) if part)
+        return f"{text} ({unit})" if unit else text
 
     @property
     def per(self) -> str:
         """Behind a slope: "per µm (peak to peak)"."""
         unit = self.unit or f"unit of {self.name}"
         return f"per {unit} ({self.convention})" if self.convention else f"per {unit}"
+
+    def key(self, name: str) -> str:
+        """Return how a field or column of ours is named in a file.
+
+        >>> loudness = Quantity(name="pressure", unit="Pa", column="pressure_Pa", judged="loudness")
+        >>> loudness.key("from_um_pp"), loudness.key("amplitude"), PLATE_AMPLITUDE.key("amplitude")
+        ('from_pressure_Pa', 'stimulus', 'amplitude')
+        """
+        if self.of_plate:
+            return name
+        words = {"amplitude": "stimulus", "amplitudes": "levels"}
+        return IN_NAME.sub(lambda found: words.get(found[0], self.column), name)
+
+    def columns(self, table: pd.DataFrame) -> pd.DataFrame:
+        """Return a table of ours under the names that its columns have in a file."""
+        return table.rename(columns=lambda name: self.key(str(name)))
+
+    def with_convention(self, levels: str) -> str:
+        """Return levels with their unit and what it leaves open: "0.5, 1.2 µm (peak to peak)"."""
+        behind = f" ({self.convention})" if self.convention else ""
+        return f"{self.value(levels)}{behind}"
 
     def value(self, level: float | str) -> str:
         """Return a level with its unit.
@@ -79,6 +176,11 @@ class Quantity:
         """
         number = level if isinstance(level, str) else f"{level:g}"
         return f"{number} {self.unit}".strip()
+
+
+def capitalised(text: str) -> str:
+    """Return a text with its first letter as a capital."""
+    return text[:1].upper() + text[1:]
 
 
 #: How a heading shortens a convention.
@@ -92,4 +194,17 @@ PLATE_AMPLITUDE = Quantity(
     column="amplitude_um_pp",
     judged="slipperiness",
     decimals=AMPLITUDE_DECIMALS,
+    stimulus="surface",
+    stimuli="surfaces",
+)
+STEPS = YesNoWords(
+    name="descending difference",
+    task="the descending difference",
+    trials=("step", "steps"),
+    down=("step down", "steps down"),
+    catch=("catch step", "catch steps"),
+    each="step down",
+    size="the size of the step",
+    kind="step size",
+    at="for steps of",
 )

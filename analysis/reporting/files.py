@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING
 from slipscale import figure_style
 from slipscale.analysis import json_form
 from slipscale.analysis.published import biet2007
-from slipscale.analysis.reading.own_words import own_columns, own_keys
 from slipscale.analysis.reporting import page
-from slipscale.analysis.reporting.latex import in_own_latex, latex_tables
+from slipscale.analysis.reporting.latex import latex_tables
 from slipscale.analysis.reporting.tables import quality_table, tables
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.multiplicity import multiplicity
@@ -52,21 +51,20 @@ def write_analysis(
         A file cannot be written.
     """
     tell = progress or (lambda _: None)
-    quantity = analysis.dataset.quantity
     make_folder(out)
     tell("writing tables")
     try:
         for name, table in tables(analysis).items():
-            write_csv(own_columns(table, quantity), out / f"{name}.csv")
+            write_csv(table, out / f"{name}.csv")
         for name, text in latex_tables(analysis).items():
-            _write(out / f"{name}.tex", in_own_latex(text, quantity))
+            _write(out / f"{name}.tex", text)
         versions = software()
         for name, value in {
             "inference": inference(analysis),
             "results": results(analysis, versions),
             "dataset_description": derivative_description(analysis),
         }.items():
-            _write(out / f"{name}.json", json_form.text(own_keys(json_form.form(value), quantity)))
+            _write(out / f"{name}.json", json_form.text(value, analysis.dataset.quantity.key))
         if analysis.friction is not None:
             _write(out / "friction.json", json_form.text(analysis.friction))
         tell("drawing figures")
@@ -105,6 +103,7 @@ def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, obj
         Name -> version of what took part.
     """
     data = analysis.dataset
+    named = data.quantity.columns
     return {
         "dataset": data.name,
         "mode": data.mode,
@@ -118,14 +117,14 @@ def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, obj
         "counts": data.counts,
         "problems": analysis.problems,
         "excluded": analysis.excluded,
-        "table3": analysis.table3.to_dict(orient="records"),
-        "textures": analysis.textures.to_dict(orient="records"),
-        "descriptives": analysis.description.to_dict(orient="records"),
+        "table3": named(analysis.table3).to_dict(orient="records"),
+        "textures": named(analysis.textures).to_dict(orient="records"),
+        "descriptives": named(analysis.description).to_dict(orient="records"),
         "inference": inference(analysis),
         "multiplicity": multiplicity(
-            analysis.inference, data.choices.primary, data.choices.confidence
+            analysis.inference, data.choices.primary, data.choices.confidence, data.quantity
         ),
-        "individuals": analysis.individuals.to_dict(orient="records"),
+        "individuals": named(analysis.individuals).to_dict(orient="records"),
         "sensitivity": analysis.sensitivity,
         "robustness": analysis.robustness,
         "quality": quality_table(analysis).to_dict(orient="records"),

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from slipscale.analysis.reading.own_words import in_own_words
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation.statistics import PAIRWISE
 from slipscale.analysis.writing.numbers import p_value
@@ -16,7 +14,6 @@ from slipscale.analysis.writing.numbers import p_value
 MICRO = r"$\mu$"
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.result import Analysis
     from slipscale.analysis.statistics.pairwise import PairComparison
 
@@ -25,15 +22,18 @@ def latex_tables(analysis: Analysis) -> dict[str, str]:
     """Return the tables for a paper, in LaTeX with booktabs."""
     if analysis.prepared is None:
         return {}
+    quantity = analysis.dataset.quantity
+    unit = _escaped(quantity.short_unit)
+    level = _escaped(quantity.title) + (f" ({unit})" if unit else "")
     heads = {
-        "amplitude_um_pp": r"Amplitude ($\mu$m, p-p)",
+        "amplitude_um_pp": level,
         "n": "$n$",
         "mean": "Mean",
         "maximum_deviation": "Max.\\ dev.",
         "standard_deviation": "SD",
     }
     table = analysis.table3.rename(columns=heads)
-    table[heads["amplitude_um_pp"]] = [f"{a:g}" for a in analysis.table3["amplitude_um_pp"]]
+    table[level] = [f"{a:g}" for a in analysis.table3["amplitude_um_pp"]]
     convention = analysis.dataset.choices.standard_deviation
     rule = analysis.rule.replace("_", r"\_")
     found = {
@@ -47,7 +47,7 @@ def latex_tables(analysis: Analysis) -> dict[str, str]:
     }
     pairs = analysis.inference[PAIRWISE]
     if not isinstance(pairs, NotComputed):
-        rows = pd.DataFrame([_pair(pair) for pair in pairs])
+        rows = pd.DataFrame([_pair(pair, _escaped(quantity.unit)) for pair in pairs])
         found["pairwise"] = rows.to_latex(
             index=False,
             float_format="%.3f",
@@ -67,11 +67,17 @@ def _p(p: float) -> str | None:
     return text.replace("< ", "$<$").replace("> ", "$>$")
 
 
-def _pair(pair: PairComparison) -> dict[str, str | float | None]:
+def _escaped(text: str) -> str:
+    """Return a name or unit as LaTeX writes it."""
+    return text.replace("%", r"\%").replace("_", r"\_").replace("µ", MICRO)
+
+
+def _pair(pair: PairComparison, unit: str) -> dict[str, str | float | None]:
+    behind = f" ({unit})" if unit else ""
     logs = None if isinstance(pair.logs, NotComputed) else pair.logs
     return {
-        r"From ($\mu$m)": f"{pair.from_um_pp:g}",
-        r"To ($\mu$m)": f"{pair.to_um_pp:g}",
+        f"From{behind}": f"{pair.from_um_pp:g}",
+        f"To{behind}": f"{pair.to_um_pp:g}",
         "Ratio": logs.ratio if logs else None,
         "$t$": logs.t if logs else None,
         "df": logs.df if logs else None,
@@ -80,12 +86,3 @@ def _pair(pair: PairComparison) -> dict[str, str | float | None]:
         "$n$": pair.n,
         r"Wilcoxon $p_\mathrm{Holm}$": _p(pair.ranks.p_holm),
     }
-
-
-def in_own_latex(text: str, quantity: Quantity) -> str:
-    """Return a table as it reads for a quantity."""
-    if quantity.of_plate:
-        return text
-    plain = quantity.unit.replace("%", r"\%").replace("_", r"\_")
-    written = in_own_words(text.replace(MICRO, "µ"), replace(quantity, unit=plain))
-    return written.replace("µ", MICRO)

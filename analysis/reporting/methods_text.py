@@ -27,13 +27,14 @@ ZEROS: dict[ZeroRule, str] = {
     "normalised estimate.",
     "refuse": "Nothing was to be computed on logarithms if an estimate was zero.",
 }
+#: Primary analysis -> its sentence, of a quantity ``q``.
 PRIMARY: dict[Primary, str] = {
     "ranks": "The primary analysis was Friedman's test of ranks [[friedman1937]], followed by "
-    "Wilcoxon's signed-rank test of each pair of amplitudes [[wilcoxon1945]], with Holm's "
+    "Wilcoxon's signed-rank test of each pair of {q.levels} [[wilcoxon1945]], with Holm's "
     "correction [[holm1979]].",
     "logarithms": "The primary analysis was a repeated-measures analysis of variance of mean "
     "logarithms with Greenhouse and Geisser's correction [[greenhouse1959]], followed by paired t "
-    "tests of each pair of amplitudes, with Holm's correction [[holm1979]].",
+    "tests of each pair of {q.levels}, with Holm's correction [[holm1979]].",
 }
 
 
@@ -45,13 +46,13 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
     software : Mapping
         Name -> version of what took part.
     """
-    choices = analysis.dataset.choices
+    choices, quantity = analysis.dataset.choices, analysis.dataset.quantity
     texts = []
     if analysis.prepared is not None:
         bound = choices.equivalence_ratio
         bounds = f"{1 / bound:.3g} and {bound:.3g}"
         done = [
-            each.methods.format(bounds=bounds)
+            each.methods.format(bounds=bounds, q=quantity)
             for each in STATISTICS
             if each.methods
             and each is not DIFFERENCE
@@ -61,16 +62,16 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
         rule = normalisation.RULES[analysis.rule]
         texts += [
             (
-                f"Estimates were normalised ({analysis.rule}: {rule.formula}) and averaged for "
-                f"each participant and amplitude. {ZEROS[choices.zero_rule]} "
-                f"{PRIMARY[choices.primary]} Every other test is secondary, and not corrected for "
-                "the others."
+                f"Estimates were normalised ({analysis.rule}: {rule.formula.format(q=quantity)}) "
+                f"and averaged for each participant and {quantity.level}. "
+                f"{ZEROS[choices.zero_rule]} {PRIMARY[choices.primary].format(q=quantity)} Every "
+                "other test is secondary, and not corrected for the others."
             ),
             " ".join(done),
         ]
     difference = analysis.inference.found(DIFFERENCE)
     if difference is not None and difference.steps:
-        texts.append(DIFFERENCE.methods)
+        texts.append(DIFFERENCE.methods.format(q=quantity))
     level = unit_number(1 - choices.confidence, 3).rstrip("0")
     versions = {name: version for name, version in software.items() if name in CITED}
     used = ", ".join(f"{CITED[name]} {version}" for name, version in versions.items())

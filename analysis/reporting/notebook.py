@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup
 
 from slipscale import figure_style
-from slipscale.analysis.reading.own_words import in_own_words
 from slipscale.analysis.reporting.files import draw
 from slipscale.analysis.reporting.page import conclusions
 
@@ -25,9 +24,8 @@ SENTENCE = Markup('<p style="margin: .4rem 0"><b>{}.</b> {}</p>')
 TABLE = Markup(
     '<table style="border-collapse: collapse; font-size: inherit; margin: .6rem 0">{}{}</table>'
 )
-#: Column of Table III -> its heading.
+#: Column of Table III behind the level -> its heading.
 HEADS = {
-    "amplitude_um_pp": "amplitude (µm, peak to peak)",
     "n": "n",
     "mean": "mean",
     "maximum_deviation": "maximum deviation",
@@ -41,24 +39,19 @@ FIGURE = Markup(
 
 def text(analysis: Analysis) -> str:
     """Return an analysis in a few lines: what was analysed, and the first conclusions."""
-    quantity = analysis.dataset.quantity
-    first = [
-        in_own_words(f"{title}: {sentences[0]}", quantity)
-        for title, sentences in conclusions(analysis).items()
-    ]
+    first = [f"{title}: {sentences[0]}" for title, sentences in conclusions(analysis).items()]
     return "\n".join([f"Analysis of {analysis.dataset.name}", _subject(analysis), *first])
 
 
 def html(analysis: Analysis) -> str:
     """Return an analysis as an HTML element: first conclusions, Table III, and the first figure."""
-    quantity = analysis.dataset.quantity
     sentences = (
-        SENTENCE.format(in_own_words(title, quantity), in_own_words(sentences[0], quantity))
-        for title, sentences in conclusions(analysis).items()
+        SENTENCE.format(title, sentences[0]) for title, sentences in conclusions(analysis).items()
     )
     table = figure = ""
     if analysis.prepared is not None:
-        heads = (in_own_words(HEADS[str(name)], quantity) for name in analysis.table3)
+        quantity = analysis.dataset.quantity
+        heads = (quantity.headed(quantity.name), *HEADS.values())
         rows = (
             (f"{amplitude:g}", str(n), *(f"{value:.2f}".replace("nan", "–") for value in values))
             for amplitude, n, *values in analysis.table3.itertuples(index=False)

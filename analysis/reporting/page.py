@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import pandas as pd
 from markupsafe import Markup
 
-from slipscale.analysis.reading.own_words import in_own_words
+from slipscale.analysis.reading.quantity import capitalised
 from slipscale.analysis.reporting.sections.assumptions import assumptions
 from slipscale.analysis.reporting.sections.methods import methods, normalisations
 from slipscale.analysis.reporting.sections.multiplicity import tests_made
@@ -25,7 +25,6 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.result import Analysis
 
 try:
@@ -48,7 +47,6 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
     software : Mapping
         Name -> version of what took part.
     """
-    quantity = analysis.dataset.quantity
     css = (
         files("slipscale.analysis.reporting")
         .joinpath("templates", "report.css")
@@ -62,26 +60,11 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
             version=VERSION,
             css=Markup(css),  # noqa: S704 - our own file
             pilot=analysis.dataset.mode == "pilot",
-            facts=[
-                (in_own_words(name, quantity), in_own_words(value, quantity))
-                for name, value in facts(analysis)
-            ],
-            sections=[
-                in_own_section(section, quantity) for section in sections(analysis, svgs, software)
-            ],
+            facts=facts(analysis),
+            sections=sections(analysis, svgs, software),
             sha256=analysis.dataset.sha256,
         )
     )
-
-
-def in_own_section(section: html.ReportSection, quantity: Quantity) -> html.ReportSection:
-    """Return a section as it reads for a quantity; its markup holds none of our phrases."""
-    found = html.ReportSection(in_own_words(section.title, quantity), shown=section.shown)
-    found.blocks += [
-        Markup(in_own_words(str(block), quantity))  # noqa: S704 - it was escaped before
-        for block in section.blocks
-    ]
-    return found
 
 
 def facts(analysis: Analysis) -> list[tuple[str, str]]:
@@ -94,7 +77,7 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
         amplitudes = ", ".join(f"{a:g}" for a in analysis.cells.columns)
         found += [
             ("Estimates analysed", grouped(len(analysis.estimates), 0)),
-            ("Amplitudes", f"{amplitudes} µm (peak to peak)"),
+            (capitalised(data.quantity.levels), data.quantity.with_convention(amplitudes)),
             ("Normalisation", analysis.rule),
         ]
     # Nobody asks whether a table of another laboratory is a pilot's.

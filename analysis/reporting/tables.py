@@ -17,7 +17,7 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
     """Return the tables to write as CSV, by name."""
     found: dict[str, pd.DataFrame] = {"quality": quality_table(analysis)}
     if len(analysis.individuals):
-        found["individuals"] = analysis.individuals
+        found["individuals"] = analysis.dataset.quantity.columns(analysis.individuals)
     for kind in KINDS:
         found |= kind.tables(analysis)
     own = {

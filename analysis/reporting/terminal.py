@@ -11,7 +11,6 @@ from rich.markup import escape
 from rich.table import Table
 
 from slipscale.analysis.published import biet2007
-from slipscale.analysis.reading.own_words import in_own_words
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.faults import harmless
 
@@ -35,9 +34,7 @@ def table3_table(analysis: Analysis) -> Table:
         box=box.SIMPLE_HEAD,
     )
     table.add_column(
-        "amplitude\nµm p-p"
-        if quantity.of_plate
-        else escape(harmless(f"{quantity.name}\n{quantity.unit}")),
+        escape(harmless(f"{quantity.name}\n{quantity.unit} {quantity.short_convention}".rstrip())),
         justify="right",
     )
     table.add_column("n", justify="right")
@@ -69,8 +66,7 @@ def print_answers(analysis: Analysis, console: Console | None = None) -> None:
     from slipscale.analysis.reporting.sections.summary import answers  # noqa: PLC0415
 
     for sentence in answers(analysis):
-        text = harmless(in_own_words(sentence, analysis.dataset.quantity))
-        (console or Console()).print(text, markup=False, highlight=False)
+        (console or Console()).print(harmless(sentence), markup=False, highlight=False)
 
 
 def print_own(analysis: Analysis, console: Console | None = None) -> None:

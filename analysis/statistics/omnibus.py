@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.json_form import bounds, record, renamed
+from slipscale.analysis.json_form import OurName, bounds, record, renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.effect_sizes import eta_squared_interval
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
@@ -131,20 +132,22 @@ class LinearTrend:
     def json_form(self) -> Mapping[str, object]:
         """Return the result under its keys."""
         return {
-            "unit": "natural logarithm per um_pp",
+            "unit": OurName("natural logarithm per um_pp"),
             **record(self.log_slope_per_um_pp),
             "n": self.n,
             "n_incomplete": self.n_incomplete,
         }
 
 
-def lacking(table: pd.DataFrame, conditions: int = 2) -> str | None:
+def lacking(
+    table: pd.DataFrame, conditions: int = 2, quantity: Quantity = PLATE_AMPLITUDE
+) -> str | None:
     """Say why a table of participants by amplitudes allows no test, or None."""
     n, k = table.shape
     if k < conditions:
-        return few("amplitudes", k, conditions)
+        return few(quantity.levels, k, conditions)
     if n < FEWEST:
-        return few("participants with a usable estimate at every amplitude", n)
+        return few(f"participants with a usable estimate at every {quantity.level}", n)
     return None
 
 
@@ -164,12 +167,12 @@ def log_table(data: Prepared, conditions: int = 2) -> tuple[pd.DataFrame, str | 
     table = data.whole_logs
     if data.refused:
         return table, data.zero_sentence
-    return table, lacking(table, conditions)
+    return table, lacking(table, conditions, data.quantity)
 
 
-def _no_ranks(table: pd.DataFrame) -> str | None:
+def _no_ranks(table: pd.DataFrame, quantity: Quantity) -> str | None:
     """Say why a complete table of participants by conditions allows no test on ranks, or None."""
-    why = lacking(table, 3)
+    why = lacking(table, 3, quantity)
     if why is None and (np.ptp(table.to_numpy(float), axis=1) == 0).all():
         why = "every participant's estimates are all the same"
     return why
@@ -194,7 +197,9 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
         return NotComputed(why)
     values = table.to_numpy(float)
     if _is_constant(values):
-        return NotComputed("no variance is left beside participants' and amplitudes' means")
+        return NotComputed(
+            f"no variance is left beside participants' and {data.quantity.levels}' means"
+        )
     long = _long(table)
     corrected = values.shape[1] > 2  # noqa: PLR2004 - two conditions are always spherical
     with warnings.catch_warnings():
@@ -246,14 +251,16 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
 
 def friedman(data: Prepared) -> Friedman | NotComputed:
     """Friedman's rank test and Kendall's W, on mean estimates: zeros and scales do not matter."""
-    return friedman_of(data.whole, _incomplete(data, data.whole))
+    return friedman_of(data.whole, _incomplete(data, data.whole), data.quantity)
 
 
-def friedman_of(table: pd.DataFrame, n_incomplete: int) -> Friedman | NotComputed:
+def friedman_of(
+    table: pd.DataFrame, n_incomplete: int, quantity: Quantity = PLATE_AMPLITUDE
+) -> Friedman | NotComputed:
     """Return Friedman's rank test of a complete table of participants by conditions."""
     from scipy import stats  # noqa: PLC0415
 
-    if why := _no_ranks(table):
+    if why := _no_ranks(table, quantity):
         return NotComputed(why)
     values = table.to_numpy(float)
     found = stats.friedmanchisquare(*values.T)
@@ -270,14 +277,16 @@ def friedman_of(table: pd.DataFrame, n_incomplete: int) -> Friedman | NotCompute
 
 def page_trend(data: Prepared) -> PageTrend | NotComputed:
     """Page's test of an ordered trend: estimates grow with amplitude. One-sided by nature."""
-    return page_trend_of(data.whole, _incomplete(data, data.whole))
+    return page_trend_of(data.whole, _incomplete(data, data.whole), data.quantity)
 
 
-def page_trend_of(table: pd.DataFrame, n_incomplete: int) -> PageTrend | NotComputed:
+def page_trend_of(
+    table: pd.DataFrame, n_incomplete: int, quantity: Quantity = PLATE_AMPLITUDE
+) -> PageTrend | NotComputed:
     """Return Page's test of a complete table of participants by conditions in rising order."""
     from scipy import stats  # noqa: PLC0415
 
-    if why := _no_ranks(table):
+    if why := _no_ranks(table, quantity):
         return NotComputed(why)
     values = table.to_numpy(float)
     found = stats.page_trend_test(values)

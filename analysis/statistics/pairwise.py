@@ -149,7 +149,7 @@ def pairwise(data: Prepared) -> tuple[PairComparison, ...] | NotComputed:
     """
     cells = data.cells
     if cells.shape[1] < 2:  # noqa: PLR2004
-        return NotComputed(few("amplitudes", cells.shape[1], 2))
+        return NotComputed(few(data.quantity.levels, cells.shape[1], 2))
     if len(cells) < FEWEST:
         return NotComputed(few("participants", len(cells)))
     pairs = list(combinations(cells.columns, 2))
@@ -184,7 +184,10 @@ def _mean(data: Prepared, differences: NDArray[np.float64]) -> MeanOverParticipa
         return NotComputed(data.zero_sentence)
     if len(differences) < FEWEST:
         return NotComputed(
-            few("participants with an estimate above zero at both amplitudes", len(differences))
+            few(
+                f"participants with an estimate above zero at both {data.quantity.levels}",
+                len(differences),
+            )
         )
     return mean_over_participants(differences, data.choices.confidence)
 

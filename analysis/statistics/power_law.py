@@ -10,6 +10,7 @@ import pandas as pd
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.confidence_interval import key_of
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -78,10 +79,12 @@ def power_law(data: Prepared) -> PowerLaw | NotComputed:
     """Return the group's exponent: the mean of participants' slopes, with Student's interval."""
     if data.refused:
         return NotComputed(data.zero_sentence)
-    return power_law_of(data.logs, data.choices.confidence)
+    return power_law_of(data.logs, data.choices.confidence, data.quantity)
 
 
-def power_law_of(logs: pd.DataFrame, confidence: float) -> PowerLaw | NotComputed:
+def power_law_of(
+    logs: pd.DataFrame, confidence: float, quantity: Quantity = PLATE_AMPLITUDE
+) -> PowerLaw | NotComputed:
     """Return the group's exponent from mean logarithms; see `exponents`."""
     table = exponents(logs)
     found = mean_over_participants(table["exponent"].to_numpy(float), confidence)
@@ -89,7 +92,9 @@ def power_law_of(logs: pd.DataFrame, confidence: float) -> PowerLaw | NotCompute
         usable = int(table["exponent"].notna().sum())
         if usable >= FEWEST:
             return found
-        return NotComputed(few("participants with estimates above zero at two amplitudes", usable))
+        return NotComputed(
+            few(f"participants with estimates above zero at two {quantity.levels}", usable)
+        )
     return PowerLaw(
         exponent=found.mean,
         interval=found.interval,

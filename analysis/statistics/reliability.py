@@ -114,7 +114,9 @@ def _block(data: Prepared) -> tuple[Array, str | None]:
     usable = data.trials.loc[data.trials["log"].notna(), [*cell, "log"]]
     sizes = usable.groupby(cell, observed=True).size()
     if not len(sizes) or sizes.max() < 2:  # noqa: PLR2004
-        return nothing, "no repetitions: reliability needs two estimates of a surface or more"
+        return nothing, (
+            f"no repetitions: reliability needs two estimates of a {data.quantity.stimulus} or more"
+        )
     repetitions = int(sizes[sizes >= 2].mode().iloc[0])  # noqa: PLR2004
     nth = usable.groupby(cell, observed=True).cumcount()
     rows = usable.assign(nth=nth)[nth < repetitions]

@@ -12,6 +12,8 @@ from slipscale.analysis.preprocessing.normalisation import RULES, cell_means, no
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from slipscale.analysis.reading.quantity import Quantity
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RuleSummary:
@@ -36,7 +38,7 @@ class RuleSummary:
     sd_sample: Mapping[float, float]
 
 
-def sensitivity(trials: pd.DataFrame, used: str) -> tuple[RuleSummary, ...]:
+def sensitivity(trials: pd.DataFrame, used: str, quantity: Quantity) -> tuple[RuleSummary, ...]:
     """Return Table III's means and spreads under every rule that the data allow.
 
     The exponent and every test within participants on logarithms are the same under all of them.
@@ -52,7 +54,7 @@ def sensitivity(trials: pd.DataFrame, used: str) -> tuple[RuleSummary, ...]:
             RuleSummary(
                 rule=name,
                 used=name == used,
-                unit=RULES[name].unit,
+                unit=RULES[name].unit.format(q=quantity),
                 mean=dict(zip(amplitudes, cells.mean().tolist(), strict=True)),
                 sd_sample=dict(zip(amplitudes, cells.std(ddof=1).tolist(), strict=True)),
             )

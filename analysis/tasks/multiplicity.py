@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.tasks.table import STATISTICS
 
@@ -62,7 +63,12 @@ class Multiplicity:
     level: float
 
 
-def multiplicity(inference: Inference, primary: Primary, confidence: float) -> Multiplicity:
+def multiplicity(
+    inference: Inference,
+    primary: Primary,
+    confidence: float,
+    quantity: Quantity = PLATE_AMPLITUDE,
+) -> Multiplicity:
     """List every test that the report judges by a p, and what survives Holm's correction over all.
 
     Parameters
@@ -71,6 +77,8 @@ def multiplicity(inference: Inference, primary: Primary, confidence: float) -> M
         The study's primary analysis.
     confidence : float
         The study's; the level of every test is one less it.
+    quantity : Quantity
+        For the names.
     """
     level = round(1 - confidence, 12)
     tested = [
@@ -87,7 +95,7 @@ def multiplicity(inference: Inference, primary: Primary, confidence: float) -> M
         if ps:
             families.append(
                 FamilyOfTests(
-                    name=family.name,
+                    name=family.name.format(q=quantity),
                     primary=family.primary == primary,
                     corrected=family.corrected and len(ps) > 1,
                     tests=len(ps),

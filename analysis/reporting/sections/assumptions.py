@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     """Return what the tests assume and whether the data agree."""
     section = ReportSection("Assumptions")
-    anova = analysis.inference[RM_ANOVA]
+    anova, quantity = analysis.inference[RM_ANOVA], analysis.dataset.quantity
     if isinstance(anova, NotComputed) or "residuals" not in svgs:
         return section
     texts = []
@@ -35,7 +35,7 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
     elif anova.df1 > 1:
         texts.append(
-            "Sphericity cannot be tested: fewer participants than amplitudes. The "
+            f"Sphericity cannot be tested: fewer participants than {quantity.levels}. The "
             f"Greenhouse-Geisser correction is used, ε = {grouped(anova.epsilon_gg, 3)}."
         )
     if anova.shapiro_p is not None:
@@ -47,18 +47,18 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         texts.append(analysis.prepared.zero_sentence)
     if anova.n_incomplete:
         texts.append(
-            f"Participants without a logarithm at some amplitude: {anova.n_incomplete}. They "
-            "take no part in tests on logarithms; Friedman's and Wilcoxon's tests keep zeros."
+            f"Participants without a logarithm at some {quantity.level}: {anova.n_incomplete}. "
+            "They take no part in tests on logarithms; Friedman's and Wilcoxon's tests keep zeros."
         )
     section.blocks.append(html.bullets(texts))
     section.blocks.append(
         html.figure(
             svgs["residuals"],
-            "Residuals of log estimates less participants' and amplitudes' means: left against a "
-            "normal distribution (on the line: normal), right at each amplitude (even spread: "
-            "equal variances).",
+            f"Residuals of log estimates less participants' and {quantity.levels}' means: left "
+            f"against a normal distribution (on the line: normal), right at each {quantity.level} "
+            "(even spread: equal variances).",
             "Two charts of residuals: quantiles against a normal distribution's, and the spread at "
-            "each amplitude",
+            f"each {quantity.level}",
         )
     )
     return section

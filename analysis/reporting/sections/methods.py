@@ -15,6 +15,7 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.result import Analysis
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
@@ -35,12 +36,12 @@ def normalisations(analysis: Analysis) -> ReportSection:
     section = ReportSection("What if estimates were normalised otherwise?")
     if not analysis.sensitivity:
         return section
-    amplitudes = list(analysis.sensitivity[0].mean)
+    amplitudes, value = list(analysis.sensitivity[0].mean), analysis.dataset.quantity.value
     section.blocks.append(
         html.table(
             [
                 TableColumn(title="Rule", left=True),
-                *(TableColumn(title=f"{a:g} µm", unit="mean (SD)") for a in amplitudes),
+                *(TableColumn(title=value(a), unit="mean (SD)") for a in amplitudes),
             ],
             [
                 [
@@ -107,7 +108,7 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
         ("Session software", ", ".join(data.details.get("software", ("not recorded",)))),
         ("Study's hash", ", ".join(data.details.get("study_hash", ("not recorded",)))),
         ("Seeds", listed(data.details.get("seed", ("not recorded",)), SEEDS_LISTED)),
-        *(_of_estimates(choices) if analysis.prepared is not None else ()),
+        *(_of_estimates(choices, data.quantity) if analysis.prepared is not None else ()),
         ("Data, SHA-256", data.sha256),
         ("Files read", f"{len(data.sources)} (each with its SHA-256 in results.json)"),
     ]
@@ -125,10 +126,10 @@ def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
     return section
 
 
-def _of_estimates(choices: AnalysisChoices) -> list[tuple[str, str]]:
+def _of_estimates(choices: AnalysisChoices, quantity: Quantity) -> list[tuple[str, str]]:
     """Return the choices that concern magnitude estimates only."""
     return [
-        ("Primary analysis", f"{choices.primary} ({TITLES[choices.primary]})"),
+        ("Primary analysis", f"{choices.primary} ({TITLES[choices.primary].format(q=quantity)})"),
         ("Zero rule", choices.zero_rule),
         ("Standard deviation", choices.standard_deviation),
     ]

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 def tests_made(analysis: Analysis) -> ReportSection:
     """Return every family of tests in one table; empty where nothing was tested."""
     section = ReportSection("All tests, and their correction")
-    choices = analysis.dataset.choices
-    found = multiplicity(analysis.inference, choices.primary, choices.confidence)
+    choices, quantity = analysis.dataset.choices, analysis.dataset.quantity
+    found = multiplicity(analysis.inference, choices.primary, choices.confidence, quantity)
     if not found.tests:
         return section
     level = unit_number(found.level, 3).rstrip("0")

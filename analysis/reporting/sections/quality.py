@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import pandas as pd
 
 from slipscale.analysis.preprocessing import data_quality as quality_rules
+from slipscale.analysis.reading.quantity import capitalised
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
+    from slipscale.analysis.reading.quantity import Quantity, YesNoWords
     from slipscale.analysis.result import Analysis
     from slipscale.analysis.statistics.robustness import SubsetSummary
 
@@ -38,7 +41,7 @@ def quality(analysis: Analysis) -> ReportSection:
     """Return flags, exclusions and the results without the flagged."""
     section = ReportSection("Participants and data quality")
     data, counts = analysis.dataset, analysis.dataset.counts
-    section.blocks += [html.paragraph(text) for text in _counted(counts)]
+    section.blocks += [html.paragraph(text) for text in _counted(counts, data.quantity.yes_no)]
     rules = ", ".join(data.choices.exclusions)
     section.blocks.append(
         html.paragraph(
@@ -69,7 +72,7 @@ def quality(analysis: Analysis) -> ReportSection:
     ]
     if rows:
         meanings = "; ".join(
-            f"{name.replace('_', ' ')}: {quality_rules.MEANINGS[name]}"
+            f"{name.replace('_', ' ')}: {quality_rules.MEANINGS[name].format(q=data.quantity)}"
             for name in flags.columns
             if flagged[name].any()
         )
@@ -96,7 +99,7 @@ def quality(analysis: Analysis) -> ReportSection:
 
 def _each(analysis: Analysis) -> list[Markup]:
     """Return the table of participants' own exponents and sensitivities, where there are any."""
-    own = analysis.individuals
+    own, quantity = analysis.individuals, analysis.dataset.quantity
     if not len(own):
         return []
     known = {name: column for name, column in OWN_COLUMNS.items() if name in own}
@@ -112,18 +115,18 @@ def _each(analysis: Analysis) -> list[Markup]:
         html.table(
             [
                 TableColumn(title="Participant", left=True),
-                *(column for column, _ in known.values()),
+                *(_headed(column, quantity) for column, _ in known.values()),
             ],
             rows,
             "Each participant."
             + (
-                " Exponents rest on few amplitudes and are descriptive."
+                f" Exponents rest on few {quantity.levels} and are descriptive."
                 if "exponent" in known
                 else ""
             )
             + (
                 " A participant's own d′ and c, after the log-linear correction, are mostly that "
-                "correction where steps are few."
+                f"correction where {quantity.yes_no.trials[1]} are few."
                 if "d_prime" in known
                 else ""
             )
@@ -136,16 +139,21 @@ def _of(row: Row, part: str, whole: str) -> str:
     return DASH if pd.isna(row[part]) else f"{row[part]:.0f} of {row[whole]:.0f}"
 
 
+def _headed(column: TableColumn, quantity: Quantity) -> TableColumn:
+    return replace(column, unit=column.unit.format(q=quantity).strip())
+
+
 def _estimate(value: float) -> str:
     """Return an estimate at one unit, which may lie far below what was presented."""
     return significant(value) if 0 < value < SMALLEST_OF_TWO_DECIMALS else grouped(value, 1)
 
 
-#: TableColumn of `analysis.tasks.individuals` -> its heading, and how to write a row's cell.
+#: Column of `analysis.tasks.individuals` -> its heading, of a quantity ``q``, and how to write
+#: a row's cell.
 OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
     "exponent": (TableColumn(title="Exponent"), lambda row: grouped(row["exponent"])),
     "estimate_at_1_um": (
-        TableColumn(title="Estimate", unit="at 1 µm p-p"),
+        TableColumn(title="Estimate", unit="at 1 {q.unit} {q.short_convention}"),
         lambda row: _estimate(row["estimate_at_1_um"]),
     ),
     "growth_function": (
@@ -153,11 +161,11 @@ OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
         lambda row: row["growth_function"] if isinstance(row["growth_function"], str) else DASH,
     ),
     "hits": (
-        TableColumn(title="“Yes”", unit="steps down"),
+        TableColumn(title="“Yes”", unit="{q.yes_no.down[1]}"),
         lambda row: _of(row, "hits", "changes"),
     ),
     "false_alarms": (
-        TableColumn(title="“Yes”", unit="catch steps"),
+        TableColumn(title="“Yes”", unit="{q.yes_no.catch[1]}"),
         lambda row: _of(row, "false_alarms", "catches"),
     ),
     "d_prime": (TableColumn(title="d′"), lambda row: grouped(row["d_prime"])),
@@ -165,7 +173,7 @@ OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
 }
 
 
-def _counted(counts: Mapping[str, int]) -> list[str]:
+def _counted(counts: Mapping[str, int], words: YesNoWords) -> list[str]:
     """Say how many rows were read and left out, task by task."""
     texts = []
     if counts.get("estimation_rows"):
@@ -177,10 +185,10 @@ def _counted(counts: Mapping[str, int]) -> list[str]:
         )
     if counts.get("difference_rows"):
         texts.append(
-            f"{grouped(counts['difference_rows'], 0)} rows of the descending difference were read. "
+            f"{grouped(counts['difference_rows'], 0)} rows of {words.task} were read. "
             f"Never analysed: {counts['difference_practice']} practice, "
-            f"{counts['difference_voided']} voided. Steps without a usable answer: "
-            f"{counts['difference_unanswered']}."
+            f"{counts['difference_voided']} voided. {capitalised(words.trials[1])} without a "
+            f"usable answer: {counts['difference_unanswered']}."
         )
     return texts
 
@@ -190,12 +198,12 @@ def _measure(analysis: Analysis, who: str, name: str) -> str:
 
 
 def _with_and_without(analysis: Analysis) -> Markup:
-    amplitudes = list(analysis.robustness[0].means)
+    amplitudes, value = list(analysis.robustness[0].means), analysis.dataset.quantity.value
     return html.table(
         [
             TableColumn(title="Participants", left=True),
             TableColumn(title="n"),
-            *(TableColumn(title="Mean", unit=f"{a:g} µm") for a in amplitudes),
+            *(TableColumn(title="Mean", unit=value(a)) for a in amplitudes),
             TableColumn(title="Exponent"),
             TableColumn(title="Interval"),
             TableColumn(title="Friedman χ²"),

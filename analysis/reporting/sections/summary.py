@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing import normalisation
+from slipscale.analysis.reading.quantity import capitalised
 from slipscale.analysis.tasks.table import KINDS
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import LINES_AT_MOST
@@ -86,15 +87,18 @@ def _doubts(analysis: Analysis) -> list[str]:
 
 
 def _figure(analysis: Analysis, svg: str) -> Markup:
-    rule = normalisation.RULES[analysis.rule]
+    quantity = analysis.dataset.quantity
+    rule = normalisation.RULES[analysis.rule].formula.format(q=quantity)
     return html.figure(
         svg,
-        f"Perceived slipperiness against vibration amplitude. {_lines(analysis)} "
-        f"Normalisation: {analysis.rule} ({rule.formula}).",
-        "Line chart of mean slipperiness: "
+        f"{capitalised(quantity.perceived)} against {quantity.in_full}. {_lines(analysis)} "
+        f"Normalisation: {analysis.rule} ({rule}).",
+        f"Line chart of mean {quantity.judged}: "
         + ", ".join(
-            f"{grouped(mean, 1)} at {amplitude:g} µm"
-            for amplitude, mean in analysis.cells.mean().items()
+            f"{grouped(mean, 1)} at {quantity.value(amplitude)}"
+            for amplitude, mean in zip(
+                analysis.cells.columns.to_numpy(float), analysis.cells.mean(), strict=True
+            )
         ),
     )
 

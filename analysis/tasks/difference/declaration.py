@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.reading.quantity import capitalised
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference import figures, section, sentences
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
@@ -28,20 +29,21 @@ if TYPE_CHECKING:
 def _questions(analysis: Analysis) -> list[str]:
     if analysis.inference.found(DIFFERENCE) is None:
         return []
-    return ["Do participants feel a step down in amplitude, and what do they say of it?"]
+    quantity = analysis.dataset.quantity
+    return [
+        "Do participants feel a step down in amplitude, and what do they say of it?"
+        if quantity.of_plate
+        else f"How does “yes” depend on {quantity.name}?"
+    ]
 
 
 def _design(analysis: Analysis) -> list[str]:
     found = analysis.inference.found(DIFFERENCE)
     if found is None:
         return []
-    steps = sum(step.n for step in found.steps)
-    return [
-        (
-            f"{counted(steps, 'step', 'steps')} down and "
-            f"{counted(found.catch.n, 'catch step', 'catch steps')}"
-        )
-    ]
+    words = analysis.dataset.quantity.yes_no
+    down = counted(sum(step.n for step in found.steps), *words.down)
+    return [f"{down} and {counted(found.catch.n, *words.catch)}"]
 
 
 def _answers(analysis: Analysis) -> list[str]:
@@ -49,7 +51,7 @@ def _answers(analysis: Analysis) -> list[str]:
     if found is None:
         return []
     data = analysis.dataset
-    return sentences.answer(found, data.choices.confidence, of_plate=data.quantity.of_plate)
+    return sentences.answer(found, data.choices.confidence, data.quantity)
 
 
 def _doubts(analysis: Analysis) -> list[str]:
@@ -62,10 +64,8 @@ def _doubts(analysis: Analysis) -> list[str]:
 def _sentences(analysis: Analysis) -> Mapping[str, list[str]]:
     data = analysis.dataset
     return {
-        "Descending difference": sentences.difference_sentences(
-            analysis.inference[DIFFERENCE],
-            data.choices.confidence,
-            of_plate=data.quantity.of_plate,
+        capitalised(data.quantity.yes_no.name): sentences.difference_sentences(
+            analysis.inference[DIFFERENCE], data.choices.confidence, data.quantity
         )
     }
 
@@ -85,8 +85,9 @@ def _tables(analysis: Analysis) -> Mapping[str, pd.DataFrame]:
     found = analysis.inference.found(DIFFERENCE)
     if found is None:
         return {}
-    steps = {"difference": flat(found.steps)} if found.steps else {}
-    return {"answers": answers_table(analysis), **steps}
+    named = analysis.dataset.quantity.columns
+    steps = {"difference": named(flat(found.steps))} if found.steps else {}
+    return {"answers": named(answers_table(analysis)), **steps}
 
 
 def _session_tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
@@ -94,7 +95,7 @@ def _session_tables(data: Dataset, _prepared: Prepared | None) -> Iterator[Sessi
     if len(steps):
         changed = steps[~steps["catch"]]
         table = by_session(changed.assign(value=changed["difference_felt"].astype(float)))
-        yield "descending difference, “yes” on changes", "share", table
+        yield f"{data.quantity.yes_no.name}, “yes” on changes", "share", table
 
 
 ANALYSIS = TaskAnalysis(

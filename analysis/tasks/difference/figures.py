@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import PercentFormatter
 
-from slipscale.analysis.reading.own_words import in_own_words
 from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference.step_size_curve import curve
@@ -64,9 +63,9 @@ def difference(
     figure = Figure(figsize=(5.6, upper + LOWER), layout=layout)
     top, bottom = figure.subplots(2, 1, height_ratios=[upper, LOWER])
     _each_step(top, found, confidence, quantity)
-    top.set_title(in_own_words("Each step down", quantity))
+    top.set_title(f"Each {quantity.yes_no.each}")
     _against_size(bottom, found.psychometric, steps.assign(size=sizes), confidence)
-    bottom.set_title(in_own_words("Against the size of the step", quantity))
+    bottom.set_title(f"Against {quantity.yes_no.size}")
     if not quantity.of_plate:
         above = ": above the reference" if steps["amplitude_um_pp"].any() else ""
         bottom.set_xlabel(f"{quantity.axis}{above}")

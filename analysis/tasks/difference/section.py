@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.reading.quantity import capitalised
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference.figures import step_label
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
@@ -15,6 +16,7 @@ from slipscale.analysis.writing.numbers import grouped, interval
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from slipscale.analysis.reading.quantity import YesNoWords
     from slipscale.analysis.result import Analysis
     from slipscale.analysis.tasks.difference.yes_no import DescendingDifference
 
@@ -22,10 +24,10 @@ if TYPE_CHECKING:
 WORDINGS_SHOWN = 40
 
 
-def _caption(found: DescendingDifference) -> str:
+def _caption(found: DescendingDifference, words: YesNoWords) -> str:
     fit = found.psychometric
     intervals = (
-        "Share of “yes” at each step down, with Clopper and Pearson's intervals; where a "
+        f"Share of “yes” at each {words.each}, with Clopper and Pearson's intervals; where a "
         "participant answered several times, of as many answers as there would be independent "
         "ones (Korn and Graubard)."
     )
@@ -43,23 +45,23 @@ def _caption(found: DescendingDifference) -> str:
 
 def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     """Return the descending difference: figure, steps, words."""
-    section = ReportSection("Descending difference")
+    quantity = analysis.dataset.quantity
+    section = ReportSection(capitalised(quantity.yes_no.name))
     found = analysis.inference[DIFFERENCE]
     if isinstance(found, NotComputed) or "difference" not in svgs:
         return section
     section.blocks.append(
         html.figure(
             svgs["difference"],
-            _caption(found),
+            _caption(found, quantity.yes_no),
             "Share of “yes”: "
             + ", ".join(
-                f"{step_label(step, analysis.dataset.quantity)} {step.yes} of {step.n}"
-                for step in found.steps
+                f"{step_label(step, quantity)} {step.yes} of {step.n}" for step in found.steps
             )
             + f", no change {found.catch.yes} of {found.catch.n}",
         )
     )
-    if not analysis.dataset.quantity.of_plate:
+    if not quantity.of_plate:
         # Nobody was asked what has been removed.
         if (analysis.dataset.differences["amplitude_um_pp"] > 0).any():
             section.blocks.append(

@@ -17,6 +17,9 @@ from slipscale.analysis.writing.numbers import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.tasks.difference.probit import DPrimeOfSize
     from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve
     from slipscale.analysis.tasks.difference.yes_no import (
@@ -26,23 +29,29 @@ if TYPE_CHECKING:
     )
 
 
-#: Measure of a step's size -> what "yes" depends on, per what, and how one of it is written.
-MEASURED = {
-    "removed_um_pp": ("the size of the step", "µm (peak to peak) removed", "{} µm"),
-    "weber_fraction": (
-        "the step's Weber fraction, of the amplitude before",
-        "unit",
-        "a Weber fraction of {}",
-    ),
-}
+def _measured(
+    found: PsychometricCurve, quantity: Quantity
+) -> tuple[str, str, Callable[[str], str]]:
+    """Return what "yes" depends on, per what, and what writes one of it."""
+    if found.measure == "weber_fraction":
+        return (
+            f"the step's Weber fraction, of the {quantity.name} before",
+            "per unit",
+            "a Weber fraction of {}".format,
+        )
+    removed = f"{quantity.per} removed" if quantity.of_plate else quantity.per
+    return quantity.yes_no.size, removed, quantity.value
 
 
-def psychometric(found: PsychometricCurve | NotComputed, confidence: float) -> str:
+def psychometric(
+    found: PsychometricCurve | NotComputed, confidence: float, quantity: Quantity
+) -> str:
     """Return the sentence of the curve of "yes" against the size of the step."""
     if isinstance(found, NotComputed):
-        return f"No curve of “yes” against the size of the step was fitted: {found.reason}."
+        size = quantity.yes_no.size
+        return f"No curve of “yes” against {size} was fitted: {found.reason}."
     verb = "depended" if reliable(found.p, confidence) else "did not depend reliably"
-    size, per, at = MEASURED[found.measure]
+    size, per, written = _measured(found, quantity)
     level = level_of(confidence)
     write = of_size(found.log_odds_per_unit)
     half = ""
@@ -53,9 +62,9 @@ def psychometric(found: PsychometricCurve | NotComputed, confidence: float) -> s
             if found.half_yes_interval is None
             else f"{level} CI {bracketed(found.half_yes_interval, own)}"
         )
-        half = f"; half of the answers are “yes” at {at.format(own(found.half_yes))}, {bounds}"
+        half = f"; half of the answers are “yes” at {written(own(found.half_yes))}, {bounds}"
     return (
-        f"“Yes” {verb} on {size}, log odds {write(found.log_odds_per_unit)} per {per}, {level} CI "
+        f"“Yes” {verb} on {size}, log odds {write(found.log_odds_per_unit)} {per}, {level} CI "
         f"{bracketed(found.interval, write)}, t({found.df}) = {number(found.t)}, "
         f"{p_value(found.p)}{half} (logistic curve by generalised estimating equations, answers of "
         f"a participant exchangeable, Fieller's interval; {found.answers} answers of {found.n} "
@@ -63,17 +72,18 @@ def psychometric(found: PsychometricCurve | NotComputed, confidence: float) -> s
     )
 
 
-def own_thresholds(found: DescendingDifference) -> list[str]:
+def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]:
     """Return the sentence on participants' own thresholds; none where nobody has one."""
     own = [one for one in found.thresholds.values() if not isinstance(one, NotComputed)]
     if not own:
         return []
+    write = quantity.value
     values = sorted(one.threshold_um_pp.value for one in own)
     text = (
         f"Own thresholds of {len(own)} of {len(found.thresholds)} participants lie between "
-        f"{number(values[0])} and {number(values[-1])} µm, median {number(median(values))} µm "
-        "(logistic curve with own false alarms and lapses; each with its interval in "
-        "individuals.csv)."
+        f"{number(values[0])} and {write(number(values[-1]))}, "
+        f"median {write(number(median(values)))} (logistic curve with own false alarms and "
+        "lapses; each with its interval in individuals.csv)."
     )
     return [text]
 
@@ -97,45 +107,47 @@ def finding(found: Finding) -> str:
     )
 
 
-def answer(
-    found: DescendingDifference, confidence: float = 0.95, *, of_plate: bool = True
-) -> list[str]:
+def answer(found: DescendingDifference, confidence: float, quantity: Quantity) -> list[str]:
     """Return what the task's question is answered with: of a plate the paper's finding."""
-    if not of_plate:
-        return [psychometric(found.psychometric, confidence)]
+    if not quantity.of_plate:
+        return [psychometric(found.psychometric, confidence, quantity)]
     return [finding(found.finding)] if found.finding.n else []
 
 
 def difference_sentences(
-    found: DescendingDifference | NotComputed, confidence: float = 0.95, *, of_plate: bool = True
+    found: DescendingDifference | NotComputed, confidence: float, quantity: Quantity
 ) -> list[str]:
     """Return the sentences on the descending difference; none where it was not run."""
     if isinstance(found, NotComputed):
         return []
-    texts = answer(found, confidence, of_plate=of_plate)
-    if of_plate:
-        texts.append(psychometric(found.psychometric, confidence))
+    texts = answer(found, confidence, quantity)
+    if quantity.of_plate:
+        texts.append(psychometric(found.psychometric, confidence, quantity))
         if not isinstance(found.weber, NotComputed):
-            texts.append(psychometric(found.weber, confidence))
-    texts += own_thresholds(found)
+            texts.append(psychometric(found.weber, confidence, quantity))
+    texts += own_thresholds(found, quantity)
     detection = found.signal_detection
     if isinstance(detection, NotComputed):
         texts.append(f"Sensitivity was not computed: {detection.reason}.")
         return texts
-    pooled = detection.pooled
+    pooled, words = detection.pooled, quantity.yes_no
     texts.append(
-        f"“Yes” was said on {pooled.hits} of {pooled.changes} steps and on "
-        f"{pooled.false_alarms} of {pooled.catches} catch steps. "
-        f"{sensitivity(detection, confidence)}"
+        f"“Yes” was said on {pooled.hits} of {pooled.changes} {words.trials[1]} and on "
+        f"{pooled.false_alarms} of {pooled.catches} {words.catch[1]}. "
+        f"{sensitivity(detection, confidence, quantity)}"
     )
     return texts
 
 
-def sensitivity(found: SignalDetection, confidence: float) -> str:
+def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -> str:
     """Return the sentence on d', step size by step size."""
     if isinstance(found.by_size, NotComputed):
         return f"d′ was not computed: {found.by_size.reason}."
-    parts = [f"{_d_prime(each)} for steps of {each.removed_um_pp:g} µm" for each in found.by_size]
+    words = quantity.yes_no
+    parts = [
+        f"{_d_prime(each)} {words.at} {quantity.value(each.removed_um_pp)}"
+        for each in found.by_size
+    ]
     text = "; ".join(parts)
     mean = found.mean_d_prime
     own = (
@@ -145,7 +157,7 @@ def sensitivity(found: SignalDetection, confidence: float) -> str:
         f"{bracketed(mean.interval)}."
     )
     return (
-        f"Sensitivity by step size: {text} (probit model with participants, profile-likelihood "
+        f"Sensitivity by {words.kind}: {text} (probit model with participants, profile-likelihood "
         f"intervals, {level_of(confidence)}).{own}"
     )
 

@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.delimited import read_tables
-from slipscale.analysis.reading.trial_tables import STEP_AMPLITUDES
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Family, Statistic
 from slipscale.analysis.tasks.difference.coder_agreement import agreement
@@ -22,9 +21,7 @@ def difference(data: Dataset) -> DescendingDifference | NotComputed:
     """Return what the answers of yes and no show, with the data set's own code book and coders."""
     folder, name = data.folder, data.choices.codebook
     book = load_codebook(folder / name if folder and name else SHIPPED)
-    # Of a plate the amplitude before the step; elsewhere the reference of the stimulus.
-    base = STEP_AMPLITUDES[0 if data.quantity.of_plate else 1]
-    found = analyse_differences(data.differences, book, data.choices.confidence, base)
+    found = analyse_differences(data.differences, book, data.choices.confidence, data.quantity)
     codes = folder / "code" / "verbal_codes.tsv" if folder else None
     if isinstance(found, NotComputed) or codes is None or not codes.is_file():
         return found
@@ -46,7 +43,7 @@ DIFFERENCE: Statistic[DescendingDifference] = Statistic(
     compute=_compute,
     families=(Family(name="curves of “yes”, slope", read=_curves),),
     methods="Shares of “yes” have Clopper and Pearson's intervals, of as many answers as there "
-    "would be independent ones [[korn1998]]. “Yes” was related to the size of the step by a "
+    "would be independent ones [[korn1998]]. “Yes” was related to {q.yes_no.size} by a "
     "logistic curve, fitted by generalised estimating equations with exchangeable answers "
     "of a participant [[liang1986]] and errors for few participants [[mancl2001]]. "
     "Sensitivity, d′, comes from a probit model with participants, with intervals of its "

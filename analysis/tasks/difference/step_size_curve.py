@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.json_form import renamed
+from slipscale.analysis.json_form import OurName, renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -77,14 +78,14 @@ class PsychometricCurve:
         names = {"interval": "ci", "half_yes_interval": "half_yes_ci"}
         if self.measure == "removed_um_pp":
             names |= {"log_odds_per_unit": "log_odds_per_um", "half_yes": "half_yes_um"}
-        return renamed(self, **names)
+        return renamed(self, **names) | {"measure": OurName(self.measure)}
 
 
 def psychometric(
     steps: pd.DataFrame,
     confidence: float = 0.95,
     measure: Measure = "removed_um_pp",
-    base: str = "amplitude_before_um_pp",
+    quantity: Quantity = PLATE_AMPLITUDE,
 ) -> PsychometricCurve | NotComputed:
     """Fit a logistic curve of "yes" on the size of the step, catch steps at 0.
 
@@ -99,13 +100,16 @@ def psychometric(
         them.
     measure : {"removed_um_pp", "weber_fraction"}
         Of the size; a step from 0 has no Weber fraction and is left out of that curve.
-    base : str
-        The column that a Weber fraction is a fraction of.
+    quantity : Quantity
+        What was presented. A Weber fraction is a fraction of the plate's amplitude before the
+        step, and elsewhere of the stimulus's reference.
     """
+    base = "amplitude_before_um_pp" if quantity.of_plate else "amplitude_um_pp"
     if measure == "weber_fraction":
         steps = steps[steps[base] > 0]
     if not len(steps):
-        return NotComputed("every step begins at 0: there is no amplitude to be a fraction of")
+        begins = "step begins at" if quantity.of_plate else "reference is"
+        return NotComputed(f"every {begins} 0: there is no {quantity.name} to be a fraction of")
     removed = (steps["amplitude_before_um_pp"] - steps["amplitude_um_pp"]).to_numpy(float)
     if measure == "weber_fraction":
         removed = np.abs(removed) / steps[base].to_numpy(float)
@@ -114,7 +118,7 @@ def psychometric(
     n = len(np.unique(people))
     if n < FEWEST:
         return NotComputed(few("participants", n))
-    if why := separated(removed, felt):
+    if why := separated(removed, felt, quantity):
         return NotComputed(why)
     frame = pd.DataFrame({"felt": felt, "removed": removed, "who": people})
     return _fit(frame, n, confidence, measure)
@@ -147,7 +151,11 @@ def curve(
     return middle, low, high
 
 
-def separated(removed: NDArray[np.float64], felt: NDArray[np.float64]) -> str | None:
+def separated(
+    removed: NDArray[np.float64],
+    felt: NDArray[np.float64],
+    quantity: Quantity = PLATE_AMPLITUDE,
+) -> str | None:
     """Say why no finite slope exists, or None.
 
     >>> separated(np.array([0, 1.0, 2]), np.array([0, 1.0, 1]))[:19]
@@ -157,11 +165,11 @@ def separated(removed: NDArray[np.float64], felt: NDArray[np.float64]) -> str | 
     if not len(yes) or not len(no):
         return f"every answer is {'yes' if len(yes) else 'no'}: nothing for a curve to rise between"
     if np.ptp(removed) == 0:
-        return "one size of step: a curve needs two"
+        return f"one {'size of step' if quantity.of_plate else 'level'}: a curve needs two"
     if no.max() <= yes.min() or yes.max() <= no.min():
         return (
-            "complete separation: the size of the step tells every yes from every no, so that the "
-            "likeliest curve is a jump without a finite slope"
+            f"complete separation: {quantity.yes_no.size} tells every yes from every no, so that "
+            "the likeliest curve is a jump without a finite slope"
         )
     return None
 
@@ -169,17 +177,17 @@ def separated(removed: NDArray[np.float64], felt: NDArray[np.float64]) -> str | 
 def _fit(
     frame: pd.DataFrame, n: int, confidence: float, measure: Measure
 ) -> PsychometricCurve | NotComputed:
-    import statsmodels.api as sm  # noqa: PLC0415 - a second's import
-    import statsmodels.formula.api as smf  # noqa: PLC0415
-    from scipy import stats  # noqa: PLC0415
+    from scipy import stats  # noqa: PLC0415 - with the next three, a second's import
+    from statsmodels.genmod import cov_struct, families  # noqa: PLC0415
+    from statsmodels.genmod.generalized_estimating_equations import GEE  # noqa: PLC0415
     from statsmodels.tools.sm_exceptions import IterationLimitWarning  # noqa: PLC0415
 
-    model = smf.gee(
+    model = GEE.from_formula(
         "felt ~ removed",
         "who",
         frame,
-        family=sm.families.Binomial(),
-        cov_struct=sm.cov_struct.Exchangeable(),
+        family=families.Binomial(),
+        cov_struct=cov_struct.Exchangeable(),
     )
     try:
         # A fit that runs away ends in "did not converge", not in the libraries' warnings.

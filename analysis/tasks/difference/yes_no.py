@@ -14,6 +14,7 @@ import pandas as pd
 
 from slipscale.analysis.json_form import record, renamed
 from slipscale.analysis.preprocessing.sufficiency import few
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.confidence_interval import key_of
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -229,7 +230,7 @@ def analyse_differences(
     steps: pd.DataFrame,
     book: Codebook,
     confidence: float = 0.95,
-    base: str = "amplitude_before_um_pp",
+    quantity: Quantity = PLATE_AMPLITUDE,
 ) -> DescendingDifference | NotComputed:
     """Return everything about the descending difference but the coders' agreement.
 
@@ -241,11 +242,12 @@ def analyse_differences(
         Codes the verbal reports.
     confidence : float
         Of every interval.
-    base : str
-        The column that a Weber fraction is a fraction of.
+    quantity : Quantity
+        What was presented.
     """
     if not len(steps):
-        return NotComputed("no answered steps of the descending difference")
+        words = quantity.yes_no
+        return NotComputed(f"no answered {words.trials[1]} of {words.task}")
     changes = steps[~steps["catch"]]
     catches = steps[steps["catch"]]
     by_step = changes.groupby(["amplitude_before_um_pp", "amplitude_um_pp"])
@@ -267,9 +269,9 @@ def analyse_differences(
             yes=catch_yes,
             interval=interval_of(catches, confidence) if catch_n else None,
         ),
-        signal_detection=signal_detection(changes, catches, confidence),
-        psychometric=psychometric(steps, confidence),
-        weber=psychometric(steps, confidence, "weber_fraction", base),
+        signal_detection=signal_detection(changes, catches, confidence, quantity),
+        psychometric=psychometric(steps, confidence, quantity=quantity),
+        weber=psychometric(steps, confidence, "weber_fraction", quantity),
         thresholds=own_thresholds(steps, confidence),
         verbal_reports=code_reports(changes, book),
         finding=finding(changes, book),
@@ -292,13 +294,15 @@ def _repetitions(changes: pd.DataFrame) -> float:
 
 
 def signal_detection(
-    changes: pd.DataFrame, catches: pd.DataFrame, confidence: float
+    changes: pd.DataFrame, catches: pd.DataFrame, confidence: float, quantity: Quantity
 ) -> SignalDetection | NotComputed:
     """Return d' and c, pooled and of each participant who had both kinds of step."""
     if not len(catches):
-        return NotComputed("no catch steps: 'yes' cannot be told from a readiness to say yes")
+        return NotComputed(
+            f"no {quantity.yes_no.catch[1]}: 'yes' cannot be told from a readiness to say yes"
+        )
     if not len(changes):
-        return NotComputed("no steps on which the amplitude changed")
+        return NotComputed(f"no {quantity.yes_no.trials[1]} on which the {quantity.name} changed")
     signals = changes.groupby(changes[PARTICIPANT].astype(str))["difference_felt"].agg(
         ["sum", "size"]
     )
@@ -327,7 +331,7 @@ def signal_detection(
         all_sizes=together
         if isinstance(together, NotComputed)
         else replace(together[0], removed_um_pp=float("nan")),
-        mean_d_prime=_mean_of_own(own, confidence),
+        mean_d_prime=_mean_of_own(own, confidence, quantity),
         participants=own,
     )
 
@@ -374,14 +378,14 @@ def own_thresholds(
 
 
 def _mean_of_own(
-    own: Mapping[str, Sensitivity], confidence: float
+    own: Mapping[str, Sensitivity], confidence: float, quantity: Quantity = PLATE_AMPLITUDE
 ) -> MeanOverParticipants | NotComputed:
     """Return the mean of participants' own d', where their counts can tell one from another."""
     fewest = min((min(each.changes, each.catches) for each in own.values()), default=0)
     if fewest < TRIALS_FOR_OWN:
         return NotComputed(
-            f"a participant's own d' of {fewest} steps of a kind is pressed towards 0 by the "
-            f"correction for counts of 0 (at least {TRIALS_FOR_OWN} are needed)"
+            f"a participant's own d' of {fewest} {quantity.yes_no.trials[1]} of a kind is pressed "
+            f"towards 0 by the correction for counts of 0 (at least {TRIALS_FOR_OWN} are needed)"
         )
     return mean_over_participants(np.array([each.d_prime for each in own.values()]), confidence)
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
+    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.result import Analysis
     from slipscale.analysis.statistics.pairwise import PairComparison, PairedT
     from slipscale.analysis.statistics.statistic import Inference, Statistic
@@ -42,13 +43,13 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
     section = ReportSection("Comparisons")
     if analysis.prepared is None:
         return section
-    pairs = analysis.inference[PAIRWISE]
+    pairs, quantity = analysis.inference[PAIRWISE], analysis.dataset.quantity
     if not isinstance(pairs, NotComputed):
         level = f"{100 * analysis.dataset.choices.confidence:g} %"
         section.blocks.append(
             html.table(
                 [
-                    TableColumn(title="From → to", unit="µm, p-p", left=True, whole=True),
+                    TableColumn(title="From → to", unit=quantity.short_unit, left=True, whole=True),
                     TableColumn(title="Ratio", unit="of geometric means"),
                     TableColumn(title=f"{level} CI", unit="of the ratio"),
                     TableColumn(title="t"),
@@ -62,16 +63,18 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
                 ],
                 [_row(pair) for pair in pairs],
                 "Paired comparisons of log estimates, of everybody with an estimate above zero at "
-                "both amplitudes, and Wilcoxon's test on the estimates themselves, of everybody. "
-                "d_z: mean difference over the standard deviation of the differences, with its "
-                "exact interval (non-central t).",
+                f"both {quantity.levels}, and Wilcoxon's test on the estimates themselves, of "
+                "everybody. d_z: mean difference over the standard deviation of the differences, "
+                "with its exact interval (non-central t).",
             )
         )
         tested = [(pair, pair.logs) for pair in pairs if not isinstance(pair.logs, NotComputed)]
         if tested:
-            section.blocks.append(_equivalence(tested, analysis.dataset.choices.confidence))
+            section.blocks.append(
+                _equivalence(tested, analysis.dataset.choices.confidence, quantity)
+            )
     missing = [
-        f"{title}: {part.reason}."
+        f"{title.format(q=quantity)}: {part.reason}."
         for title, part in _parts(analysis.inference).items()
         if isinstance(part, NotComputed)
     ]
@@ -81,12 +84,14 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
     return section
 
 
-def _equivalence(tested: Sequence[tuple[PairComparison, PairedT]], confidence: float) -> Markup:
+def _equivalence(
+    tested: Sequence[tuple[PairComparison, PairedT]], confidence: float, quantity: Quantity
+) -> Markup:
     """Return the table of equivalence tests and Bayes factors."""
     bound = tested[0][1].equivalence.bound
     return html.table(
         [
-            TableColumn(title="From → to", unit="µm, p-p", left=True, whole=True),
+            TableColumn(title="From → to", unit=quantity.short_unit, left=True, whole=True),
             TableColumn(title="Ratio", unit="of geometric means"),
             TableColumn(title=f"{level_of(2 * confidence - 1)} CI", unit="of the ratio"),
             TableColumn(title="p", unit="equivalence, Holm"),
@@ -111,8 +116,8 @@ def _equivalence(tested: Sequence[tuple[PairComparison, PairedT]], confidence: f
             ]
             for pair, logs in tested
         ],
-        f"Equal or undecided: two one-sided paired t tests of log estimates. Two amplitudes are "
-        f"equal where the ratio of their geometric means lies between {1 / bound:.3g} and "
+        f"Equal or undecided: two one-sided paired t tests of log estimates. Two {quantity.levels} "
+        f"are equal where the ratio of their geometric means lies between {1 / bound:.3g} and "
         f"{bound:.3g}. BF₀₁: Bayes factor (Jeffreys, Zellner and Siow; Cauchy prior of scale "
         f"{PRIOR_SCALE:g}) of no difference over a difference.",
     )

@@ -47,7 +47,8 @@ if TYPE_CHECKING:
 def _questions(analysis: Analysis) -> list[str]:
     if analysis.prepared is None:
         return []
-    return ["Does perceived slipperiness change with vibration amplitude, and how?"]
+    quantity = analysis.dataset.quantity
+    return [f"Does {quantity.perceived} change with {quantity.in_full}, and how?"]
 
 
 def _design(analysis: Analysis) -> list[str]:
@@ -55,17 +56,18 @@ def _design(analysis: Analysis) -> list[str]:
         return []
     amplitudes = ", ".join(f"{a:g}" for a in analysis.cells.columns)
     trials = counted(len(analysis.estimates), "estimate", "estimates")
-    return [f"{trials} of {amplitudes} µm (peak to peak)"]
+    return [f"{trials} of {analysis.dataset.quantity.with_convention(amplitudes)}"]
 
 
 def _answers(analysis: Analysis) -> list[str]:
     if analysis.prepared is None:
         return []
-    choices, inference = analysis.dataset.choices, analysis.inference
-    texts = primary_sentences(inference, choices.primary, choices.confidence)
+    data, inference = analysis.dataset, analysis.inference
+    level, quantity = data.choices.confidence, data.quantity
+    texts = primary_sentences(inference, data.choices.primary, level, quantity)
     texts += _equal(analysis)
     if (found := inference.found(POWER_LAW)) is not None:
-        texts.append(sentences.power_law(found, choices.confidence))
+        texts.append(sentences.power_law(found, level, quantity))
     return texts
 
 
@@ -79,7 +81,7 @@ def _equal(analysis: Analysis) -> list[str]:
         if not isinstance(pair.logs, NotComputed)
     ):
         return []
-    text = sentences.equivalence(pairs, level)
+    text = sentences.equivalence(pairs, level, analysis.dataset.quantity)
     return [text] if text else []
 
 
@@ -94,7 +96,7 @@ def _sentences(analysis: Analysis) -> Mapping[str, list[str]]:
     if analysis.prepared is None:
         return {}
     choices = analysis.dataset.choices
-    asked = (analysis.inference, choices.primary, choices.confidence)
+    asked = (analysis.inference, choices.primary, choices.confidence, analysis.dataset.quantity)
     return {
         "Primary analysis": primary_sentences(*asked),
         "Secondary analyses": secondary_sentences(*asked),
@@ -106,7 +108,7 @@ def _figures(analysis: Analysis) -> Mapping[str, Figure]:
     if prepared is None:
         return {}
     quantity, level = analysis.dataset.quantity, analysis.dataset.choices.confidence
-    unit = normalisation.RULES[analysis.rule].unit
+    unit = normalisation.RULES[analysis.rule].unit.format(q=quantity)
     drawn = {
         "fig15": figures.fig15(
             analysis.cells, prepared.logs, unit=unit, confidence=level, quantity=quantity

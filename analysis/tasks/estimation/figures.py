@@ -8,8 +8,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from slipscale.analysis.published import biet2007
-from slipscale.analysis.reading.own_words import in_own_words
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity, capitalised
 from slipscale.analysis.statistics import omnibus
 from slipscale.analysis.statistics.descriptives import within_intervals
 from slipscale.analysis.writing.axes import LINES_AT_MOST, amplitude_axis, over_decades, tip
@@ -145,7 +144,7 @@ def fig15(
             label="mean in the paper (Table III)",
         )
     amplitude_axis(axes, amplitudes, quantity)
-    axes.set_ylabel(in_own_words(f"Perceived slipperiness\n({unit})", quantity))
+    axes.set_ylabel(f"{capitalised(quantity.perceived)}\n({unit})")
     axes.set_ylim(bottom=0)
     axes.legend(loc="upper left")
     return figure
@@ -190,5 +189,5 @@ def residuals(logs: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> Figur
             alpha=0.6,
         )
     amplitude_axis(right, amplitudes, quantity)
-    right.set_title(in_own_words("Spread at each amplitude", quantity))
+    right.set_title(f"Spread at each {quantity.level}")
     return figure

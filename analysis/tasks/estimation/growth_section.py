@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.estimation.growth.statistics import FrictionGrowth
 from slipscale.analysis.tasks.estimation.sentences import MODEL_NAMES
 from slipscale.analysis.tasks.estimation.statistics import GROWTH
 from slipscale.analysis.writing import html
@@ -25,25 +26,29 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     section = ReportSection("Growth of sensation")
     if "growth" not in svgs:
         return section
-    found = analysis.inference[GROWTH]
+    found, quantity = analysis.inference[GROWTH], analysis.dataset.quantity
     section.blocks.append(
         html.figure(
             svgs["growth"],
             "Above: growth functions fitted to all participants at once, each participant with an "
             "own factor. Below: the same geometric means on logarithmic axes; the slope is the "
-            "exponent. Bars: Student's intervals over participants. 0 µm has no place on a "
-            "logarithmic axis and takes no part.",
-            "Two charts of geometric means against amplitude: with fitted growth functions, and on "
-            "logarithmic axes with the power function",
+            f"exponent. Bars: Student's intervals over participants. {quantity.value(0)} has no "
+            "place on a logarithmic axis and takes no part.",
+            f"Two charts of geometric means against {quantity.name}: with fitted growth functions, "
+            "and on logarithmic axes with the power function",
         )
     )
     if isinstance(found, NotComputed):
         section.blocks.append(html.paragraph(f"Growth functions: {found.reason}.", "note"))
         return section
     section.blocks.append(
-        _models(found.amplitude, "Against amplitude (µm, peak to peak)", unit=" µm")
+        _models(
+            found.amplitude,
+            quantity.headed(f"Against {quantity.name}"),
+            unit=f" {quantity.unit}".rstrip(),
+        )
     )
-    if not isinstance(found.friction, NotComputed):
+    if isinstance(found.friction, FrictionGrowth):
         title = (
             "Against the reduction of friction that the film predicts, 1 − µ′/µ (Reynolds' "
             "equation, h_r 0.6 µm, 30.5 kHz, 0.5 N)"
@@ -60,7 +65,7 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
                 "exponents are descriptive."
                 if own.undecided == len(own.participants)
                 else f"Favoured in single participants' trials: {best}; undecided (too few "
-                f"trials, or ΔAICc below 2) {own.undecided}. With so few amplitudes a "
+                f"trials, or ΔAICc below 2) {own.undecided}. With so few {quantity.levels} a "
                 "participant's exponent is descriptive.",
                 "note",
             )

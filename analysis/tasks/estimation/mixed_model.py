@@ -141,11 +141,11 @@ def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
     reasons: dict[str, bool] = {
         data.zero_sentence: data.refused,
         few("participants", n): n < FEWEST,
-        few("amplitudes above 0", frame["lx"].nunique(), 2): frame["lx"].nunique() < 2,  # noqa: PLR2004
+        few(f"{data.quantity.levels} above 0", frame["lx"].nunique(), 2): frame["lx"].nunique() < 2,  # noqa: PLR2004
         f"{n} participants: fitted up to {AT_MOST}; with more, the t interval of participants' "
         "exponents (power_law) is the same estimate": n > AT_MOST,
-        "no more than two estimates above 0 µm a participant: no residual is left": len(frame)
-        <= 2 * n,
+        f"no more than two estimates above {data.quantity.value(0)} a participant: no residual is "
+        "left": len(frame) <= 2 * n,
         "every participant's estimates are all the same": len(frame) > 0
         and float(np.ptp(around)) <= TINY,
     }
@@ -158,12 +158,13 @@ def _centre(frame: pd.DataFrame) -> float:
 
 def _fit(frame: pd.DataFrame) -> tuple[MixedLMResults, str, list[str]]:
     """Return the likeliest fit, its optimiser, and what statsmodels warned of in that attempt."""
-    import statsmodels.formula.api as smf  # noqa: PLC0415
+    # Not statsmodels.formula.api, which loads all of statsmodels: half a second.
+    from statsmodels.regression.mixed_linear_model import MixedLM  # noqa: PLC0415
 
     # Far from 0, such as logarithms of nanometres, intercept and slope are so correlated that an
     # optimiser stops short and says that it converged. The likelihood is the same.
     centred = frame.assign(lx=frame["lx"] - _centre(frame))
-    model = smf.mixedlm("ly ~ lx", centred, groups="who", re_formula="~lx")
+    model = MixedLM.from_formula("ly ~ lx", centred, groups="who", re_formula="~lx")
     attempts = []
     for optimiser in OPTIMISERS:
         with warnings.catch_warnings(record=True) as caught:

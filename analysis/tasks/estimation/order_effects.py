@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.json_form import record
+from slipscale.analysis.json_form import OurName, record
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.jackknife import jackknife
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -51,7 +52,7 @@ class OrderEffects:
                 **record(self.log_slope_per_trial),
             },
             "carry_over": {
-                "unit": "natural logarithm per um_pp",
+                "unit": OurName("natural logarithm per um_pp"),
                 **record(self.log_slope_per_um_pp_before),
             },
         }
@@ -68,7 +69,7 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
     """
     if data.refused:
         return NotComputed(data.zero_sentence)
-    if why := not_identifiable(data.trials):
+    if why := not_identifiable(data.trials, data.quantity):
         return NotComputed(why)
     trials = data.trials
     before = trials.groupby([PARTICIPANT, "session", "run"], observed=True)[
@@ -96,7 +97,7 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
     return OrderEffects(log_slope_per_trial=slopes[0], log_slope_per_um_pp_before=slopes[1])
 
 
-def not_identifiable(trials: pd.DataFrame) -> str | None:
+def not_identifiable(trials: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> str | None:
     """Say why the order cannot be told from the amplitude, or None."""
     who, _ = pd.factorize(trials[PARTICIPANT])
     in_turn = np.argsort(who, kind="stable")
@@ -108,17 +109,17 @@ def not_identifiable(trials: pd.DataFrame) -> str | None:
     rising = np.bincount(whose, steps < 0, people) == 0
     falling = np.bincount(whose, steps > 0, people) == 0
     if (rising & falling).all():
-        return few("amplitudes", min(people, 1), 2)
+        return few(quantity.levels, min(people, 1), 2)
     if (rising | falling).all():
         return (
-            "not identifiable: every participant's rows are sorted by amplitude, so that the order "
-            "cannot be told from the amplitude (was the table sorted?)"
+            f"not identifiable: every participant's rows are sorted by {quantity.name}, so that "
+            f"the order cannot be told from the {quantity.name} (was the table sorted?)"
         )
     alike = people > 1 and (counts == counts[0]).all()
     if alike and (amplitudes.reshape(people, -1) == amplitudes[: counts[0]]).all():
         return (
             "not identifiable: every participant had the same order, so that it cannot be told "
-            "from the amplitude"
+            f"from the {quantity.name}"
         )
     return None
 
@@ -154,7 +155,9 @@ def _slope(products: Array, place: int, data: Prepared) -> MeanOverParticipants 
         @ (total[others, target])
     )
     if not left > IDENTIFIABLE * max(own, np.finfo(float).tiny):
-        return NotComputed("not identifiable: it goes with the amplitude in everybody's order")
+        return NotComputed(
+            f"not identifiable: it goes with the {data.quantity.name} in everybody's order"
+        )
 
     def solve(sums: Array) -> Array:
         inverse = np.linalg.pinv(sums[..., :-1, :-1], rcond=1e-10, hermitian=True)

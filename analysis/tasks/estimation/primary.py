@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation.statistics import STATISTICS
 
@@ -13,16 +14,21 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.statistic import Inference
     from slipscale.experiments.study.analysis_choices import Primary
 
-#: Primary analysis -> what it is called in a plan.
+#: Primary analysis -> what it is called in a plan, of a quantity ``q``.
 TITLES: dict[Primary, str] = {
-    "ranks": "Friedman's test, and Wilcoxon's test of each pair of amplitudes, Holm-corrected",
+    "ranks": "Friedman's test, and Wilcoxon's test of each pair of {q.levels}, Holm-corrected",
     "logarithms": "repeated-measures ANOVA of log estimates (Greenhouse-Geisser), and paired t of "
-    "each pair of amplitudes, Holm-corrected",
+    "each pair of {q.levels}, Holm-corrected",
 }
 
 
 def _written(
-    inference: Inference, primary: Primary, confidence: float, *, of_primary: bool
+    inference: Inference,
+    primary: Primary,
+    confidence: float,
+    quantity: Quantity,
+    *,
+    of_primary: bool,
 ) -> Iterator[str | NotComputed]:
     """Yield the sentences of one part, or why one is missing."""
     for statistic in STATISTICS:
@@ -32,15 +38,18 @@ def _written(
                 continue
             if isinstance(found, NotComputed):
                 yield found
-            elif (text := sentence.write(found, confidence)) is not None:
+            elif (text := sentence.write(found, confidence, quantity)) is not None:
                 yield text
 
 
 def primary_sentences(
-    inference: Inference, primary: Primary = "ranks", confidence: float = 0.95
+    inference: Inference,
+    primary: Primary = "ranks",
+    confidence: float = 0.95,
+    quantity: Quantity = PLATE_AMPLITUDE,
 ) -> list[str]:
     """Return the sentences of the primary analysis, or why there is none."""
-    found = list(_written(inference, primary, confidence, of_primary=True))
+    found = list(_written(inference, primary, confidence, quantity, of_primary=True))
     if texts := [each for each in found if isinstance(each, str)]:
         return texts
     reasons = {each.reason for each in found if isinstance(each, NotComputed)}
@@ -48,8 +57,11 @@ def primary_sentences(
 
 
 def secondary_sentences(
-    inference: Inference, primary: Primary = "ranks", confidence: float = 0.95
+    inference: Inference,
+    primary: Primary = "ranks",
+    confidence: float = 0.95,
+    quantity: Quantity = PLATE_AMPLITUDE,
 ) -> list[str]:
     """Return the sentences of every other test on magnitude estimates."""
-    found = _written(inference, primary, confidence, of_primary=False)
+    found = _written(inference, primary, confidence, quantity, of_primary=False)
     return [each for each in found if isinstance(each, str)]

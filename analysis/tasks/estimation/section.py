@@ -22,12 +22,12 @@ def estimates(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
     section = ReportSection("Magnitude estimates")
     if analysis.prepared is None:
         return section
-    level = 100 * analysis.dataset.choices.confidence
+    quantity, level = analysis.dataset.quantity, 100 * analysis.dataset.choices.confidence
     section.blocks.append(table3(analysis))
     section.blocks.append(
         html.table(
             [
-                TableColumn(title="Amplitude", unit="µm, p-p"),
+                TableColumn(title=quantity.title, unit=quantity.short_unit),
                 TableColumn(title="Mean"),
                 TableColumn(title="Student's", unit=f"{level:g} % interval"),
                 TableColumn(title="Geometric mean"),
@@ -54,7 +54,7 @@ def estimates(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
                 for row in analysis.description.to_dict(orient="records")
             ],
             "All descriptive statistics. Intervals of geometric means are computed on logarithms "
-            "and taken back; within-participant ones compare amplitudes. "
+            f"and taken back; within-participant ones compare {quantity.levels}. "
             "Geometric means leave estimates of zero to the zero rule.",
         )
     )
@@ -83,13 +83,13 @@ def textures(analysis: Analysis) -> Markup:
 
 def table3(analysis: Analysis) -> Markup:
     """Return Table III, beside the paper's where the amplitudes are the paper's."""
-    convention = analysis.dataset.choices.standard_deviation
+    quantity, convention = analysis.dataset.quantity, analysis.dataset.choices.standard_deviation
     paper = biet2007.BY_AMPLITUDE
-    beside = analysis.dataset.quantity.of_plate and any(
+    beside = quantity.of_plate and any(
         amplitude in paper for amplitude in analysis.table3["amplitude_um_pp"]
     )
     titles = ("Mean", "Max. dev.", "SD")
-    columns = [TableColumn(title="Amplitude", unit="µm, p-p"), TableColumn(title="n")]
+    columns = [TableColumn(title=quantity.title, unit=quantity.short_unit), TableColumn(title="n")]
     columns += [TableColumn(title=title) for title in titles]
     if beside:
         columns += [TableColumn(title=title, paper=True) for title in titles]

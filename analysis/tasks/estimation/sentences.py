@@ -21,6 +21,7 @@ from slipscale.analysis.writing.numbers import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
+    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.analysis.statistics.omnibus import Friedman, LinearTrend, PageTrend, RmAnova
     from slipscale.analysis.statistics.pairwise import PairComparison, PairedT
@@ -46,12 +47,12 @@ MODEL_NAMES = {
 MOST_DECISIVE = 100.0
 
 
-#: Posterior predictive checks, in words.
+#: Posterior predictive checks, in words, of a quantity ``q``.
 CHECKS = {
     "curvature": "the curvature on logarithmic axes",
     "largest_residual": "the largest residual",
     "kurtosis": "the residuals' tails",
-    "spread_ratio": "the residuals' spread at the largest over that at the least amplitude",
+    "spread_ratio": "the residuals' spread at the largest over that at the least {q.level}",
 }
 #: A posterior predictive p this near 0 or 1 says that the model misses something.
 UNLIKELY = 0.025
@@ -71,16 +72,16 @@ def _degrees(df: float, epsilon: float) -> str:
     return f"{corrected:.2f}" if epsilon < 1 else f"{df:g}"
 
 
-def rm_anova(found: RmAnova, confidence: float) -> str:
+def rm_anova(found: RmAnova, confidence: float, quantity: Quantity) -> str:
     """Return the sentence of the repeated-measures ANOVA, always Greenhouse and Geisser's."""
     epsilon = found.epsilon_gg
     verb = "differed" if reliable(found.p_gg, confidence) else "did not differ reliably"
     ci = _ci(found.eta2_generalised_interval, confidence, unit_number)
     correction = f"; Greenhouse-Geisser ε = {unit_number(epsilon)}" if found.df1 > 1 else ""
-    which = "amplitudes"
+    which = quantity.levels
     if found.left_out_um_pp:
         left = ", ".join(f"{amplitude:g}" for amplitude in found.left_out_um_pp)
-        which = f"amplitudes (without {left} µm, where every estimate is zero)"
+        which = f"{which} (without {quantity.value(left)}, where every estimate is zero)"
     return (
         f"Log-transformed estimates {verb} between {which}, "
         f"F({_degrees(found.df1, epsilon)}, {_degrees(found.df2, epsilon)}) = "
@@ -90,60 +91,63 @@ def rm_anova(found: RmAnova, confidence: float) -> str:
     )
 
 
-def friedman(found: Friedman, confidence: float) -> str:
+def friedman(found: Friedman, confidence: float, quantity: Quantity) -> str:
     """Return the sentence of Friedman's test."""
     verb = "differed" if reliable(found.p, confidence) else "did not differ reliably"
     return (
-        f"Estimates {verb} between amplitudes (Friedman's test on ranks, χ²({found.df}, "
-        f"n = {found.n}) = {number(found.chi2)}, {p_value(found.p)}, Kendall's W = "
+        f"Estimates {verb} between {quantity.levels} (Friedman's test on ranks, "
+        f"χ²({found.df}, n = {found.n}) = {number(found.chi2)}, {p_value(found.p)}, Kendall's W = "
         f"{unit_number(found.kendalls_w)})."
     )
 
 
-def page_trend(found: PageTrend, confidence: float) -> str:
+def page_trend(found: PageTrend, confidence: float, quantity: Quantity) -> str:
     """Return the sentence of Page's test."""
     verb = "grew" if reliable(found.p, confidence) else "did not grow reliably"
     return (
-        f"Estimates {verb} with amplitude (Page's L = {found.L:g}, {p_value(found.p)}, one-sided, "
-        f"n = {found.n})."
+        f"Estimates {verb} with {quantity.name} (Page's L = {found.L:g}, {p_value(found.p)}, "
+        f"one-sided, n = {found.n})."
     )
 
 
-def linear_trend(found: LinearTrend, confidence: float) -> str | None:
+def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> str | None:
     """Return the sentence of the linear contrast; None where its slope was not tested."""
     slope = found.log_slope_per_um_pp
     if isinstance(slope, NotComputed):
         return None
     write = of_size(slope.mean)
     return (
-        f"The linear trend of log estimates was {write(slope.mean)} per µm (peak to peak), "
+        f"The linear trend of log estimates was {write(slope.mean)} {quantity.per}, "
         f"{level_of(confidence)} CI {bracketed(slope.interval, write)}, t({slope.df}) = "
         f"{number(slope.t)}, {p_value(slope.p)} (n = {found.n})."
     )
 
 
-def power_law(found: PowerLaw, confidence: float) -> str:
+def power_law(found: PowerLaw, confidence: float, quantity: Quantity) -> str:
     """Return the sentence of the exponent."""
     return (
-        f"The exponents of participants' power functions of amplitude averaged "
+        f"The exponents of participants' power functions of {quantity.name} averaged "
         f"{number(found.exponent)}, {level_of(confidence)} CI "
         f"{bracketed(found.interval)} (n = {found.n}; {found.points} "
-        "amplitudes above 0 µm; Student's interval over participants)."
+        f"{quantity.levels} above {quantity.value(0)}; Student's interval over participants)."
     )
 
 
-def pairwise_logs(pairs: Sequence[PairComparison], confidence: float) -> str | None:
+def pairwise_logs(
+    pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
+) -> str | None:
     """Return one sentence on all pairs, paired t of logarithms."""
     tested = [(pair, pair.logs) for pair in pairs if not isinstance(pair.logs, NotComputed)]
     if len(pairs) == len(tested) == 1:
         only = tested[0][1]
         verb = "differed" if reliable(only.p, confidence) else "did not differ reliably"
         return (
-            f"The two amplitudes {verb}, t({only.df}) = {number(only.t)}, {p_value(only.p)}, "
-            f"d_z = {number(only.d_z)}{_ci(only.d_z_interval, confidence)} (log estimates)."
+            f"The two {quantity.levels} {verb}, t({only.df}) = {number(only.t)}, "
+            f"{p_value(only.p)}, d_z = {number(only.d_z)}{_ci(only.d_z_interval, confidence)} "
+            "(log estimates)."
         )
     untested = "; ".join(
-        f"{_pair(pair)} ({pair.logs.reason})"
+        f"{_pair(pair, quantity)} ({pair.logs.reason})"
         for pair in pairs
         if isinstance(pair.logs, NotComputed)
     )
@@ -151,10 +155,12 @@ def pairwise_logs(pairs: Sequence[PairComparison], confidence: float) -> str | N
     if not tested:
         return behind.strip()
     rows = [(pair, found.p_holm, pair.n_logs) for pair, found in tested]
-    return _all_pairs(rows, "paired t of log estimates", confidence) + behind
+    return _all_pairs(rows, "paired t of log estimates", confidence, quantity) + behind
 
 
-def equivalence(pairs: Sequence[PairComparison], confidence: float) -> str | None:
+def equivalence(
+    pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
+) -> str | None:
     """Return what is known of pairs that paired t did not tell apart: equal within, or undecided.
 
     None where all pairs were told apart.
@@ -168,7 +174,7 @@ def equivalence(pairs: Sequence[PairComparison], confidence: float) -> str | Non
         return None
     equal, undecided = (
         "; ".join(
-            _equivalence(pair, logs)
+            _equivalence(pair, logs, quantity)
             for pair, logs in apart
             if reliable(logs.equivalence_p_holm, confidence) == wanted
         )
@@ -185,10 +191,10 @@ def equivalence(pairs: Sequence[PairComparison], confidence: float) -> str | Non
     return f"{'; '.join(parts)} ({how})."
 
 
-def _equivalence(pair: PairComparison, logs: PairedT) -> str:
+def _equivalence(pair: PairComparison, logs: PairedT, quantity: Quantity) -> str:
     bounds = logs.equivalence.interval
     return (
-        f"{_pair(pair)}, ratio {number(logs.ratio)}, {level_of(bounds.confidence)} CI "
+        f"{_pair(pair, quantity)}, ratio {number(logs.ratio)}, {level_of(bounds.confidence)} CI "
         f"{bracketed(bounds)}, {p_value(logs.equivalence_p_holm)}, "
         f"BF₀₁ {bayes_of_none(logs.bayes_factor)} (n = {pair.n_logs})"
     )
@@ -207,21 +213,23 @@ def bayes_of_none(for_a_difference: float) -> str:
     return f"= {number(1 / for_a_difference)}"
 
 
-def pairwise_ranks(pairs: Sequence[PairComparison], confidence: float) -> str | None:
+def pairwise_ranks(
+    pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
+) -> str | None:
     """Return one sentence on all pairs, Wilcoxon's test of estimates, zeros among them."""
     if len(pairs) == 1:
         pair, ranks = pairs[0], pairs[0].ranks
         verb = "differed" if reliable(ranks.p, confidence) else "did not differ reliably"
         return (
-            f"The two amplitudes {verb} (Wilcoxon's test, {p_value(ranks.p)}; {ranks.up} of "
+            f"The two {quantity.levels} {verb} (Wilcoxon's test, {p_value(ranks.p)}; {ranks.up} of "
             f"{pair.n} participants up, {ranks.down} down)."
         )
     rows = [(pair, pair.ranks.p_holm, pair.n) for pair in pairs]
-    return _all_pairs(rows, "Wilcoxon's test", confidence)
+    return _all_pairs(rows, "Wilcoxon's test", confidence, quantity)
 
 
-def _pair(pair: PairComparison) -> str:
-    return f"{pair.from_um_pp:g} and {pair.to_um_pp:g} µm"
+def _pair(pair: PairComparison, quantity: Quantity) -> str:
+    return f"{pair.from_um_pp:g} and {quantity.value(pair.to_um_pp)}"
 
 
 def _of(n: int, incomplete: int) -> str:
@@ -230,7 +238,10 @@ def _of(n: int, incomplete: int) -> str:
 
 
 def _all_pairs(
-    rows: Sequence[tuple[PairComparison, float, int]], test: str, confidence: float
+    rows: Sequence[tuple[PairComparison, float, int]],
+    test: str,
+    confidence: float,
+    quantity: Quantity,
 ) -> str:
     """Return the sentence on pairs, each with its corrected p and number of participants."""
     doubtful = [row for row in rows if not reliable(row[1], confidence)]
@@ -240,16 +251,18 @@ def _all_pairs(
     if not doubtful:
         largest = p_value(max(p for _, p, _ in rows)).replace("=", "≤")
         many = f"All {len(rows)} pairs" if len(rows) > 1 else "One pair"
-        return f"{many} of amplitudes differed ({how}, every {largest})."
+        return f"{many} of {quantity.levels} differed ({how}, every {largest})."
     told = len(rows) - len(doubtful)
-    listed = "; ".join(f"{_pair(pair)}, {p_value(p)} (n = {n})" for pair, p, n in doubtful)
+    listed = "; ".join(
+        f"{_pair(pair, quantity)}, {p_value(p)} (n = {n})" for pair, p, n in doubtful
+    )
     return (
-        f"{told or 'None'} of {len(rows)} pairs of amplitudes differed ({how}); not told apart: "
-        f"{listed}."
+        f"{told or 'None'} of {len(rows)} pairs of {quantity.levels} differed ({how}); "
+        f"not told apart: {listed}."
     )
 
 
-def growth(found: Growth, _confidence: float) -> str:
+def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
     """Return the sentence of the model comparison: favoured, or undecided."""
     compared = found.amplitude
     models, best = compared.models, compared.best
@@ -274,7 +287,7 @@ def growth(found: Growth, _confidence: float) -> str:
     return f"Among growth functions, {MODEL_NAMES[best]} was favoured ({weight}; {listed}).{behind}"
 
 
-def bayesian_growth(found: BayesianGrowth, confidence: float) -> str:
+def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity) -> str:
     """Return the sentence of the hierarchical power function; numbers only where it converged."""
     if not found.converged:
         return (
@@ -284,7 +297,7 @@ def bayesian_growth(found: BayesianGrowth, confidence: float) -> str:
         )
     level = level_of(confidence)
     missed = [
-        f"{CHECKS[name]} (posterior predictive p = {unit_number(check.p, 3)})"
+        f"{CHECKS[name].format(q=quantity)} (posterior predictive p = {unit_number(check.p, 3)})"
         for name, check in found.checks.items()
         if min(check.p, 1 - check.p) < UNLIKELY
     ]
@@ -292,7 +305,7 @@ def bayesian_growth(found: BayesianGrowth, confidence: float) -> str:
         f"predictions of the model do not agree with the data in {' and '.join(missed)}"
         if missed
         else "predictions of the model agree with the data in "
-        + ", ".join(CHECKS[name] for name in found.checks)
+        + ", ".join(CHECKS[name].format(q=quantity) for name in found.checks)
     )
     return (
         f"A hierarchical Bayesian power function gave an exponent of {number(found.exponent)}, "
@@ -304,12 +317,12 @@ def bayesian_growth(found: BayesianGrowth, confidence: float) -> str:
     )
 
 
-def order(found: OrderEffects, confidence: float) -> str | None:
+def order(found: OrderEffects, confidence: float, quantity: Quantity) -> str | None:
     """Return the sentence on order and carry-over."""
     texts = []
     for slope, words in (
         (found.log_slope_per_trial, "the trial's position"),
-        (found.log_slope_per_um_pp_before, "the surface before"),
+        (found.log_slope_per_um_pp_before, f"the {quantity.stimulus} before"),
     ):
         if isinstance(slope, NotComputed):
             continue
@@ -321,12 +334,12 @@ def order(found: OrderEffects, confidence: float) -> str | None:
         return None
     text = "; ".join(texts)
     return (
-        f"{text[0].upper()}{text[1:]} (one model of amplitude, position and the surface before; "
-        "jackknife over participants)."
+        f"{text[0].upper()}{text[1:]} (one model of {quantity.name}, position and the "
+        f"{quantity.stimulus} before; jackknife over participants)."
     )
 
 
-def reliability(found: Reliability, confidence: float) -> str:
+def reliability(found: Reliability, confidence: float, quantity: Quantity) -> str:
     """Return the sentence on test-retest reliability."""
     single, mean = found.single, found.mean
     return (
@@ -334,11 +347,11 @@ def reliability(found: Reliability, confidence: float) -> str:
         f"{unit_number(single.value)}{_ci(single.interval, confidence, unit_number)}; of the mean "
         f"of {found.repetitions}, {unit_number(mean.value)}"
         f"{_ci(mean.interval, confidence, unit_number)} (components of variance, n = {found.n}, "
-        f"{found.amplitudes} amplitudes, whose own differences do not count as reliable)."
+        f"{found.amplitudes} {quantity.levels}, whose own differences do not count as reliable)."
     )
 
 
-def mixed_model(found: MixedModel, confidence: float) -> str:
+def mixed_model(found: MixedModel, confidence: float, _quantity: Quantity) -> str:
     """Return the sentence of the mixed model; its numbers only where the fit converged."""
     if not found.converged:
         return (

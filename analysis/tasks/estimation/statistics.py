@@ -6,7 +6,6 @@ The functions that compute and write are in their own modules; each declaration 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics import omnibus
@@ -81,10 +80,6 @@ def _normalisation(inputs: Inputs) -> NormalisationUsed:
     )
 
 
-def _growth(inputs: Inputs) -> Growth | NotComputed:
-    return of_estimates(partial(growth, film=inputs.data.quantity.of_plate))(inputs)
-
-
 def _bayesian(inputs: Inputs) -> BayesianGrowth | NotComputed:
     if not inputs.bayesian:
         return NotComputed("not asked for (--bayesian)")
@@ -97,7 +92,7 @@ FRIEDMAN: Statistic[omnibus.Friedman] = Statistic(
     meaning="Friedman's test of ranks over amplitudes",
     compute=of_estimates(omnibus.friedman),
     families=(
-        Family(name="amplitudes, Friedman's test", primary="ranks", read=lambda found: [found.p]),
+        Family(name="{q.levels}, Friedman's test", primary="ranks", read=lambda found: [found.p]),
     ),
     sentences=(Sentence(write=write.friedman, primary="ranks"),),
     conclusions={"p": "amplitudes differ (Friedman's test)"},
@@ -110,13 +105,13 @@ RM_ANOVA: Statistic[omnibus.RmAnova] = Statistic(
     compute=of_estimates(omnibus.rm_anova),
     families=(
         Family(
-            name="amplitudes, repeated-measures analysis of variance",
+            name="{q.levels}, repeated-measures analysis of variance",
             primary="logarithms",
             read=lambda found: [found.p_gg],
         ),
     ),
     sentences=(Sentence(write=write.rm_anova, primary="logarithms"),),
-    methods="Log estimates were compared between amplitudes by a repeated-measures analysis "
+    methods="Log estimates were compared between {q.levels} by a repeated-measures analysis "
     "of variance with Greenhouse and Geisser's correction [[greenhouse1959]]; its effect size is "
     "generalised eta squared [[olejnik2003]].",
     conclusions={"p_gg": "amplitudes differ (repeated-measures ANOVA of logarithms)"},
@@ -128,19 +123,19 @@ PAIRWISE: Statistic[Pairs] = Statistic(
     compute=of_estimates(pairwise),
     families=(
         Family(
-            name="pairs of amplitudes, Wilcoxon's test",
+            name="pairs of {q.levels}, Wilcoxon's test",
             primary="ranks",
             corrected=True,
             read=lambda pairs: [pair.ranks.p for pair in pairs],
         ),
         Family(
-            name="pairs of amplitudes, paired t",
+            name="pairs of {q.levels}, paired t",
             primary="logarithms",
             corrected=True,
             read=lambda pairs: [logs.p for logs in _logs(pairs)],
         ),
         Family(
-            name="pairs of amplitudes, equivalence",
+            name="pairs of {q.levels}, equivalence",
             corrected=True,
             read=lambda pairs: [logs.equivalence.p for logs in _logs(pairs)],
         ),
@@ -150,7 +145,7 @@ PAIRWISE: Statistic[Pairs] = Statistic(
         Sentence(write=write.pairwise_logs, primary="logarithms"),
         Sentence(write=write.equivalence),
     ),
-    methods="Whether two amplitudes were equal was tested by two one-sided tests of the ratio "
+    methods="Whether two {q.levels} were equal was tested by two one-sided tests of the ratio "
     "of geometric means [[schuirmann1987]], with bounds of {bounds}, and by a Bayes factor with a "
     "Cauchy prior of scale 0.707 [[rouder2009]].",
     conclusions={
@@ -189,7 +184,7 @@ POWER_LAW: Statistic[PowerLaw] = Statistic(
     compute=of_estimates(power_law),
     sentences=(Sentence(write=write.power_law),),
     methods="Exponents are the means of participants' slopes of log estimates on log "
-    "amplitude [[stevens1957]], with Student's intervals over participants.",
+    "{q.name} [[stevens1957]], with Student's intervals over participants.",
     headlines={"exponent": "exponent of the power function"},
 )
 MIXED_MODEL: Statistic[MixedModel] = Statistic(
@@ -203,7 +198,7 @@ GROWTH: Statistic[Growth] = Statistic(
     key="growth",
     title="Growth functions",
     meaning="comparison of growth functions",
-    compute=_growth,
+    compute=of_estimates(growth),
     sentences=(Sentence(write=write.growth),),
     conclusions={
         r"amplitude\.best: (.+)": "of the growth functions, {0} fits best",
@@ -224,7 +219,7 @@ ORDER: Statistic[OrderEffects] = Statistic(
     compute=of_estimates(order_effects),
     parts=lambda found: {
         "Order: the trial's position": found.log_slope_per_trial,
-        "Order: the surface before": found.log_slope_per_um_pp_before,
+        "Order: the {q.stimulus} before": found.log_slope_per_um_pp_before,
     },
     families=(
         Family(

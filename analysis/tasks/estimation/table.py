@@ -17,6 +17,7 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
     """Return the tables of magnitude estimation, by name."""
     if analysis.prepared is None:
         return {}
+    named = analysis.dataset.quantity.columns
     columns = ["participant_id", "session", "run", "trial", "amplitude_um_pp", "estimate"]
     columns += ["normalised", "response_time"]
     trials = analysis.estimates
@@ -24,15 +25,15 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
         trials = trials.astype({"trial": "Int64"})
     kept = [name for name in columns if not trials[name].isna().all()]
     found = {
-        "table3": analysis.table3,
-        "descriptives": analysis.description,
-        "estimates": trials[kept],
+        "table3": named(analysis.table3),
+        "descriptives": named(analysis.description),
+        "estimates": named(trials[kept]),
         "wide": wide(analysis),
     }
     if len(analysis.textures):
         found["textures"] = analysis.textures
     if (pairs := analysis.inference.found(PAIRWISE)) is not None:
-        found["pairwise"] = flat(pairs)
+        found["pairwise"] = named(flat(pairs))
     return found
 
 

@@ -22,7 +22,7 @@ def _figures(analysis: Analysis) -> Mapping[str, Figure]:
     prepared, friction = analysis.prepared, analysis.friction
     if prepared is None or friction is None or not friction.trials:
         return {}
-    unit = normalisation.RULES[analysis.rule].unit
+    unit = normalisation.RULES[analysis.rule].unit.format(q=analysis.dataset.quantity)
     return {"rating_friction": figures.rating_friction(prepared, unit=unit)}
 
 

@@ -11,7 +11,9 @@ ANALYSIS = TaskAnalysis(
     statistics=(GROUPS,),
     sentences=lambda analysis: {
         "Groups": sentences.group_sentences(
-            analysis.inference[GROUPS], analysis.dataset.choices.confidence
+            analysis.inference[GROUPS],
+            analysis.dataset.choices.confidence,
+            analysis.dataset.quantity,
         )
     },
     sections=(section.groups,),

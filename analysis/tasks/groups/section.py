@@ -19,10 +19,11 @@ if TYPE_CHECKING:
     from slipscale.analysis.result import Analysis
     from slipscale.analysis.tasks.groups.welch import Welch
 
-#: Fields of `GroupComparison` -> what its numbers are, and how a value of them is read.
+#: Fields of `GroupComparison` -> what its numbers are, of a quantity ``q``, and how a
+#: value of them is read.
 COMPARED: dict[str, tuple[str, str, Callable[[float], float]]] = {
     "exponents": ("Exponent", "difference", float),
-    "levels": ("Geometric mean over all amplitudes", "ratio", exp),
+    "levels": ("Geometric mean over all {q.levels}", "ratio", exp),
 }
 
 
@@ -32,7 +33,8 @@ def groups(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
     found = analysis.inference[GROUPS]
     if isinstance(found, NotComputed):
         return section
-    for name, (title, how, read) in COMPARED.items():
+    for name, (template, how, read) in COMPARED.items():
+        title = template.format(q=analysis.dataset.quantity)
         part = getattr(found, name)
         if isinstance(part, NotComputed):
             section.blocks.append(html.paragraph(f"{title}: {part.reason}.", "note"))

@@ -19,11 +19,14 @@ from slipscale.analysis.writing.numbers import (
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.tasks.groups.statistics import Effect, GroupComparison
     from slipscale.analysis.tasks.groups.welch import GroupDifference, Welch
 
 
-def group_sentences(found: GroupComparison | NotComputed, confidence: float) -> list[str]:
+def group_sentences(
+    found: GroupComparison | NotComputed, confidence: float, quantity: Quantity
+) -> list[str]:
     """Return the sentences on groups; none where the participants are in none."""
     if isinstance(found, NotComputed):
         return []
@@ -52,7 +55,7 @@ def group_sentences(found: GroupComparison | NotComputed, confidence: float) -> 
     corrected = f"; Greenhouse-Geisser ε = {unit_number(anova.epsilon_gg)}"
     texts.append(
         "In a mixed analysis of variance of log estimates, group "
-        f"{_effect(anova.group, confidence)}; the effect of amplitude "
+        f"{_effect(anova.group, confidence)}; the effect of {quantity.name} "
         f"{_verb(anova.interaction, confidence)} between groups (interaction), "
         f"{_statistics(anova.interaction, confidence)}{corrected}."
     )

@@ -169,7 +169,7 @@ def compare_groups(
         without_group=int(groups.isna().sum()),
         exponents=_welch(slopes, kept, compared, confidence),
         levels=_welch(levels, kept, compared, confidence),
-        anova=_mixed_anova(whole, group_of, compared, confidence),
+        anova=_mixed_anova(whole, group_of, compared, data),
     )
 
 
@@ -184,7 +184,7 @@ def _welch(
 
 
 def _mixed_anova(
-    logs: pd.DataFrame, group_of: pd.Series[str], compared: list[str], confidence: float
+    logs: pd.DataFrame, group_of: pd.Series[str], compared: list[str], data: Prepared
 ) -> MixedAnova | NotComputed:
     """By pingouin, whose sums of squares are R's where everybody has every amplitude."""
     import pingouin  # noqa: PLC0415 - a second's import
@@ -193,12 +193,11 @@ def _mixed_anova(
     table = logs.set_axis(groups, axis=0)[np.isin(groups.astype(str), compared)]
     for name in compared:
         if (n := int((table.index == name).sum())) < FEWEST:
-            return NotComputed(
-                f"group '{name}': {few('participants with an estimate at every amplitude', n)}"
-            )
+            whom = f"participants with an estimate at every {data.quantity.level}"
+            return NotComputed(f"group '{name}': {few(whom, n)}")
     n, k = table.shape
     if k < 2:  # noqa: PLR2004
-        return NotComputed(few("amplitudes", k, 2))
+        return NotComputed(few(data.quantity.levels, k, 2))
     residuals = table.to_numpy(float) - table.groupby(level=0).transform("mean").to_numpy(float)
     if np.abs(residuals - residuals.mean(axis=1, keepdims=True)).max() <= TINY:
         return NotComputed("no variance is left beside participants' and groups' means")
@@ -218,7 +217,7 @@ def _mixed_anova(
         ).set_index("Source")
     epsilon = float(found.loc["amplitude", "eps"]) if k > 2 else 1.0  # noqa: PLR2004
     group, amplitude, interaction = (
-        _effect(found.loc[source], own_epsilon, confidence)
+        _effect(found.loc[source], own_epsilon, data.choices.confidence)
         for source, own_epsilon in (
             ("group", 1.0),
             ("amplitude", epsilon),

@@ -17,6 +17,7 @@ from slipscale.analysis.tasks.groups.statistics import Effect
 
 if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.reading.quantity import Quantity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,22 +68,22 @@ def session_anova(
     if prepared.refused:
         return NotComputed(prepared.zero_sentence)
     if len(prepared.logged) < 2:  # noqa: PLR2004
-        return NotComputed(few("amplitudes", len(prepared.logged), 2))
+        return NotComputed(few(prepared.quantity.levels, len(prepared.logged), 2))
     logs = session_logs(prepared)
     if any(label not in logs for label in sessions):
         return NotComputed("some session has no magnitude estimates")
     whole = pd.concat({label: logs[label] for label in sessions}, axis=1).dropna()
-    why = _lacking(whole)
+    why = _lacking(whole, prepared.quantity)
     return NotComputed(why) if why else _within(whole, confidence)
 
 
-def _lacking(whole: pd.DataFrame) -> str:
+def _lacking(whole: pd.DataFrame, quantity: Quantity) -> str:
     """Say why a table of participants by sessions and amplitudes allows no test, or nothing."""
     if len(whole) < FEWEST:
-        return few("participants with every amplitude in every session", len(whole))
+        return few(f"participants with every {quantity.level} in every session", len(whole))
     residuals = whole.to_numpy(float) - whole.to_numpy(float).mean(axis=0)
     if np.abs(residuals - residuals.mean(axis=1, keepdims=True)).max() <= TINY:
-        return "no variance is left beside participants', sessions' and amplitudes' means"
+        return f"no variance is left beside participants', sessions' and {quantity.levels}' means"
     return ""
 
 

@@ -11,7 +11,9 @@ ANALYSIS = TaskAnalysis(
     statistics=(SESSIONS,),
     sentences=lambda analysis: {
         "Sessions": sentences.session_sentences(
-            analysis.inference[SESSIONS], analysis.dataset.choices.confidence
+            analysis.inference[SESSIONS],
+            analysis.dataset.choices.confidence,
+            analysis.dataset.quantity,
         )
     },
     sections=(section.sessions,),

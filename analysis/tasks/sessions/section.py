@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
+    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.result import Analysis
     from slipscale.analysis.tasks.sessions.anova import SessionAnova
     from slipscale.analysis.tasks.sessions.statistics import SessionEffects, SessionMeasure
@@ -38,17 +39,17 @@ def sessions(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
         reason = f"Analysis of variance over sessions: {found.anova.reason}."
         section.blocks.append(html.paragraph(reason, "note"))
     else:
-        section.blocks.append(_anova(found.anova))
+        section.blocks.append(_anova(found.anova, analysis.dataset.quantity))
     if found.measures:
         section.blocks.append(_measures(found, level))
     return section
 
 
-def _anova(found: SessionAnova) -> Markup:
+def _anova(found: SessionAnova, quantity: Quantity) -> Markup:
     effects = {
         "session": found.session,
-        "amplitude": found.amplitude,
-        "session x amplitude": found.interaction,
+        quantity.name: found.amplitude,
+        f"session x {quantity.name}": found.interaction,
     }
     columns = [
         TableColumn(title="Effect", left=True),
@@ -66,8 +67,8 @@ def _anova(found: SessionAnova) -> Markup:
         for name, effect in effects.items()
     ]
     caption = (
-        f"Mean log estimates of {found.n} participants: session and amplitude within participants, "
-        "degrees of freedom corrected after Greenhouse and Geisser."
+        f"Mean log estimates of {found.n} participants: session and {quantity.name} within "
+        "participants, degrees of freedom corrected after Greenhouse and Geisser."
     )
     return html.table(columns, rows, caption)
 

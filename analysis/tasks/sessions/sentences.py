@@ -16,11 +16,14 @@ from slipscale.analysis.writing.numbers import (
 )
 
 if TYPE_CHECKING:
+    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.tasks.groups.statistics import Effect
     from slipscale.analysis.tasks.sessions.statistics import SessionEffects, SessionMeasure
 
 
-def session_sentences(found: SessionEffects | NotComputed, confidence: float) -> list[str]:
+def session_sentences(
+    found: SessionEffects | NotComputed, confidence: float, quantity: Quantity
+) -> list[str]:
     """Return the sentences on sessions; none where there are not several."""
     if isinstance(found, NotComputed):
         return []
@@ -37,10 +40,10 @@ def session_sentences(found: SessionEffects | NotComputed, confidence: float) ->
             "differed" if reliable(anova.interaction.p, confidence) else "did not differ reliably"
         )
         texts.append(
-            "In an analysis of variance of log estimates with session and amplitude within "
+            f"In an analysis of variance of log estimates with session and {quantity.name} within "
             f"participants (n = {anova.n}, Greenhouse-Geisser), sessions {means}, "
-            f"{_statistics(anova.session)}; the effect of amplitude {growth} between sessions "
-            f"(interaction), {_statistics(anova.interaction)}."
+            f"{_statistics(anova.session)}; the effect of {quantity.name} {growth} between "
+            f"sessions (interaction), {_statistics(anova.interaction)}."
         )
     return texts + [_of_measure(measure, found.sessions, confidence) for measure in found.measures]
 

@@ -203,7 +203,7 @@ SESSIONS: Statistic[SessionEffects] = Statistic(
         Family(name="changes from the first session", corrected=True, read=_change_ps),
     ),
     methods="Sessions were compared by an analysis of variance of mean log estimates with "
-    "session and amplitude within participants, Greenhouse and Geisser's correction "
+    "session and {q.name} within participants, Greenhouse and Geisser's correction "
     "[[greenhouse1959]], and by each participant's change from the first session, with Holm's "
     "correction over all changes [[holm1979]]; agreement between sessions is the intraclass "
     "correlation ICC(A,1) [[mcgraw1996]].",

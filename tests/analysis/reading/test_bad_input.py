@@ -9,6 +9,7 @@ from slipscale import commands
 from slipscale.analysis.json_form import record
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.equivalence import Equivalence
 from slipscale.analysis.statistics.pairwise import PairComparison, PairedT, SignedRank
@@ -232,7 +233,9 @@ def test_a_p_that_is_smaller_than_any_number_is_significant():
     )
     ranks = SignedRank(up=12, down=0, p=0.0, p_holm=0.0)
     row = PairComparison(from_um_pp=0.5, to_um_pp=1.2, n=12, n_logs=12, logs=logs, ranks=ranks)
-    assert apa.pairwise_logs([row, row], 0.95).startswith("All 2 pairs of amplitudes differed")
+    assert apa.pairwise_logs([row, row], 0.95, PLATE_AMPLITUDE).startswith(
+        "All 2 pairs of amplitudes differed"
+    )
 
 
 def test_people_who_repeat_themselves_exactly_have_no_reliability_and_no_warning(table_by_hand):

@@ -2,18 +2,20 @@
 
 import json
 import re
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from slipscale import commands
+from slipscale.analysis.json_form import OurName, form
 from slipscale.analysis.load import load
+from slipscale.analysis.own.declaration import OwnFinding, OwnResult
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
-from slipscale.analysis.reading.own_words import in_own_words, own_name
 from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
-from slipscale.analysis.reporting.files import draw
+from slipscale.analysis.reporting.files import draw, write_analysis
 from slipscale.analysis.reporting.page import render
 from slipscale.figure_style import svg
 
@@ -99,23 +101,105 @@ def test_columns_carry_the_quantity(folder):
     assert results["paper"] == []
 
 
-@pytest.mark.parametrize(
-    "ours,theirs",
-    [
-        ("between amplitudes, F(3, 33)", "between levels of sound pressure, F(3, 33)"),
-        ("0.5 and 1.2 µm", "0.5 and 1.2 µPa"),
-        ("1.2 per µm (peak to peak)", "1.2 per µPa"),
-        ("Amplitude", "Sound pressure"),
-        ("Perceived slipperiness", "Loudness"),
-    ],
-)
-def test_phrases(ours, theirs):
-    assert in_own_words(ours, PRESSURE) == theirs
-    assert in_own_words(ours, PLATE_AMPLITUDE) == ours
+@pytest.fixture(scope="module")
+def named_like_ours(tmp_path_factory):
+    """Data whose file, groups, participants' columns and outside analysis use our words."""
+    where = tmp_path_factory.mktemp("named")
+    path = where / "amplitude_pilot.csv"
+    rows = [
+        f"{who}{number},{level},{estimate * (1 + 0.07 * number):.3f},{group}"
+        for number, group in enumerate(("surface clinic", "um_pp ward"))
+        for who, estimates in ESTIMATES.items()
+        for level, estimate in zip((20, 200, 2000, 20000), estimates, strict=True)
+    ]
+    path.write_text("\n".join(["subject,sound_pressure,loudness,amplitude_group", *rows]))
+    columns = {
+        "participant": "subject",
+        "stimulus": "sound_pressure",
+        "response": "loudness",
+        "group": "amplitude_group",
+    }
+    table = {"columns": columns, "stimulus": {"unit": "µPa"}}
+    outside = OwnFinding(
+        name="amplitude",
+        title="Friction of a surface",
+        package="ours",
+        version="1",
+        found=OwnResult(
+            sentences=("The amplitude of a surface is 3 µm.",),
+            numbers={"friction": 0.4, "amplitude_um_pp": 3.0},
+            table=pd.DataFrame({"amplitude_um_pp": [3.0]}),
+        ),
+    )
+    found = replace(analyse(load(path, parse_mapping(table, "x"))), own=(outside,))
+    write_analysis(found, where / "out")
+    return where / "out"
+
+
+def test_a_file_keeps_its_name(named_like_ours):
+    results = json.loads((named_like_ours / "results.json").read_text(encoding="utf-8"))
+    assert list(results["files"]) == ["amplitude_pilot.csv"]
+    assert results["dataset"] == "amplitude_pilot"
+
+
+def test_a_group_keeps_its_name(named_like_ours):
+    inference = json.loads((named_like_ours / "inference.json").read_text(encoding="utf-8"))
+    assert list(inference["groups"]["n"]) == ["surface clinic", "um_pp ward"]
+    report = (named_like_ours / "report.html").read_text(encoding="utf-8")
+    assert "surface clinic (n = 4), um_pp ward (n = 4)" in report.replace("\N{NO-BREAK SPACE}", " ")
+    assert "stimulus clinic" not in report
+
+
+def test_an_outside_analysis_keeps_its_words_numbers_and_columns(named_like_ours):
+    inference = json.loads((named_like_ours / "inference.json").read_text(encoding="utf-8"))
+    outside = inference["own_analyses"]["amplitude"]
+    assert outside["numbers"] == {"friction": 0.4, "amplitude_um_pp": 3.0}
+    assert outside["sentences"] == ["The amplitude of a surface is 3 µm."]
+    assert list(pd.read_csv(named_like_ours / "own_amplitude.csv")) == ["amplitude_um_pp"]
+    report = (named_like_ours / "report.html").read_text(encoding="utf-8")
+    assert "The amplitude of a surface is 3 µm." in report
+
+
+def test_our_keys_carry_the_quantity_and_film_is_left_out(named_like_ours):
+    inference = json.loads((named_like_ours / "inference.json").read_text(encoding="utf-8"))
+    (first, *_) = inference["pairwise"]
+    assert (first["from_sound_pressure_uPa"], first["to_sound_pressure_uPa"]) == (20, 200)
+    assert inference["rm_anova"]["levels_sound_pressure_uPa"] == [20, 200, 2000, 20000]
+    assert inference["linear_trend"]["unit"] == "natural logarithm per sound_pressure_uPa"
+    assert list(inference["growth"]) == ["stimulus", "individual"]
+
+
+def test_a_plain_mapping_keeps_its_keys():
+    keys = {"um_pp": OurName("per um_pp"), "amplitude": "amplitude of user"}
+    assert form(keys, PRESSURE.key) == {
+        "um_pp": "per sound_pressure_uPa",
+        "amplitude": "amplitude of user",
+    }
+
+
+def test_sentences_tables_and_axes_name_the_quantity(folder):
+    text = (folder / "report.html").read_text(encoding="utf-8")
+    assert "between levels of sound pressure, F(" in text.replace("\N{NO-BREAK SPACE}", " ")
+    assert "20 and 200 µPa" in text
+    assert "Levels of sound pressure" in text
+    assert "Loudness against sound pressure." in text
+    figure = (folder / "fig15.svg").read_text(encoding="utf-8")
+    assert "Sound pressure (µPa)" in figure
+    assert "Loudness" in figure
+    latex = (folder / "pairwise.tex").read_text(encoding="utf-8")
+    assert r"From ($\mu$Pa) & To ($\mu$Pa)" in latex
+    assert r"Sound pressure ($\mu$Pa)" in (folder / "table3.tex").read_text(encoding="utf-8")
+
+
+def test_a_quantity_without_a_unit_leaves_no_empty_parentheses():
+    contrast = Quantity(name="contrast", column="contrast", judged="visibility")
+    assert contrast.axis == contrast.headed(contrast.title) == "Contrast"
+    assert contrast.with_convention("1, 2") == "1, 2"
+    assert contrast.per == "per unit of contrast"
 
 
 def test_a_quantity_that_is_called_like_ours_is_named_once():
     metres = Quantity(name="amplitude", unit="m", column="amplitude_um_pp_m", judged="force")
-    assert own_name("from_um_pp", metres) == "from_amplitude_um_pp_m"
-    assert own_name("amplitude_um_pp", metres) == "amplitude_um_pp_m"
-    assert own_name("amplitude_um_pp", PLATE_AMPLITUDE) == "amplitude_um_pp"
+    assert metres.key("from_um_pp") == "from_amplitude_um_pp_m"
+    assert metres.key("amplitude_um_pp") == "amplitude_um_pp_m"
+    assert PLATE_AMPLITUDE.key("amplitude_um_pp") == "amplitude_um_pp"

@@ -13,6 +13,7 @@ from scipy import stats
 
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.analysis.tasks.estimation.growth.bayesian_growth import bayesian_growth
@@ -143,13 +144,15 @@ def test_predictions_agree_with_data_of_the_model_and_miss_a_curve(found, slopes
     assert all(0.025 < check.p < 0.975 for check in found.checks.values())
     bent = bayesian_growth(ready(lines(np.random.default_rng(6), slopes, bend=0.4)))
     assert min(bent.checks["curvature"].p, 1 - bent.checks["curvature"].p) < 0.01
-    text = apa.bayesian_growth(bent, 0.95)
+    text = apa.bayesian_growth(bent, 0.95, PLATE_AMPLITUDE)
     assert "do not agree with the data in the curvature on logarithmic" in text
-    assert "agree with the data in the curvature" in apa.bayesian_growth(found, 0.95)
+    assert "agree with the data in the curvature" in apa.bayesian_growth(
+        found, 0.95, PLATE_AMPLITUDE
+    )
 
 
 def test_numbers_of_chains_that_do_not_agree_are_not_reported(found):
-    text = apa.bayesian_growth(replace(found, r_hat=1.2), 0.95)
+    text = apa.bayesian_growth(replace(found, r_hat=1.2), 0.95, PLATE_AMPLITUDE)
     assert "did not converge (largest R̂ = 1.200, 0 divergences)" in text
     assert "exponent of" not in text
 

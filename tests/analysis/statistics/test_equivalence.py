@@ -15,6 +15,7 @@ from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics.equivalence import bayes_factor, equivalence
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.pairwise import pairwise
@@ -88,13 +89,13 @@ def test_the_bayes_factor_of_very_large_t_grows_on_where_pingouin_s_integral_mis
 
 def test_pairs_not_told_apart_become_equal_or_undecided():
     equal = pairwise(ready(nearly_equal()))
-    sentence = apa.equivalence(equal, 0.95)
+    sentence = apa.equivalence(equal, 0.95, PLATE_AMPLITUDE)
     assert sentence.startswith("Of the pairs that were not told apart, equal: 1 and 1.1 µm, ratio")
     assert "undecided" not in sentence
     assert "BF₀₁ = " in sentence
-    undecided = apa.equivalence(pairwise(ready(nearly_equal(n=4))), 0.95)
+    undecided = apa.equivalence(pairwise(ready(nearly_equal(n=4))), 0.95, PLATE_AMPLITUDE)
     assert "equal: none; neither different nor equal, undecided: 1 and 1.1 µm" in undecided
-    assert apa.equivalence(pairwise(ready(nearly_equal(ratio=2.0))), 0.95) is None
+    assert apa.equivalence(pairwise(ready(nearly_equal(ratio=2.0))), 0.95, PLATE_AMPLITUDE) is None
 
 
 @pytest.mark.parametrize("factor, told", [(1e5, "< 0.01"), (1e-5, "> 100"), (0.25, "= 4.00")])

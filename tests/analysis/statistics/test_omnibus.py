@@ -10,6 +10,7 @@ import pytest
 from scipy import stats
 
 from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics import omnibus, power_law
 from slipscale.analysis.statistics.descriptives import cousineau_morey
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -128,11 +129,11 @@ def test_a_mixed_model_at_its_bound_converges_by_some_optimiser_and_says_so(seed
     assert found.converged
     assert found.at_bound
     assert found.exponent == pytest.approx(power_law.power_law(ready_made).exponent, rel=1e-4)
-    assert "lies at its bound" in apa.mixed_model(found, 0.95)
+    assert "lies at its bound" in apa.mixed_model(found, 0.95, PLATE_AMPLITUDE)
 
 
 def test_an_exponent_whose_fit_did_not_converge_is_not_put_in_a_sentence(reference):
-    text = apa.mixed_model(replace(mixed_model(reference), converged=False), 0.95)
+    text = apa.mixed_model(replace(mixed_model(reference), converged=False), 0.95, PLATE_AMPLITUDE)
     assert "did not converge" in text
     assert not any(digit in text for digit in "0123456789")
 
@@ -304,7 +305,7 @@ def test_mauchly_is_not_defined_of_fewer_people_than_amplitudes_and_greenhouse_g
     found = omnibus.rm_anova(ready(values))
     assert found.mauchly_w is None
     assert found.mauchly_p is None
-    text = apa.rm_anova(found, 0.95)
+    text = apa.rm_anova(found, 0.95, PLATE_AMPLITUDE)
     assert "Greenhouse-Geisser" in text
     assert apa.p_value(found.p_gg) in text
 
@@ -313,8 +314,8 @@ def test_an_effect_is_judged_at_the_study_s_own_level():
     values = np.random.default_rng(8).lognormal(np.log([20, 26, 29]), 0.33, (9, 3))
     found = omnibus.rm_anova(ready(values))
     assert 0.01 < found.p_gg < 0.05
-    assert "estimates differed" in apa.rm_anova(found, 0.95)
-    assert "did not differ reliably" in apa.rm_anova(found, 0.99)
+    assert "estimates differed" in apa.rm_anova(found, 0.95, PLATE_AMPLITUDE)
+    assert "did not differ reliably" in apa.rm_anova(found, 0.99, PLATE_AMPLITUDE)
 
 
 def test_a_p_is_never_printed_as_zero():

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics import power_law
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -180,7 +181,9 @@ def test_models_closer_than_2_are_undecided_and_a_parameter_at_its_limit_is_name
     assert deltas[1] < 2
     assert found.undecided
     none = NotComputed("not asked for")
-    text = apa.growth(growth.Growth(amplitude=found, friction=none, individual=none), 0.95)
+    text = apa.growth(
+        growth.Growth(amplitude=found, friction=none, individual=none), 0.95, PLATE_AMPLITUDE
+    )
     assert "do not decide" in text
     assert "favoured" not in text
     steep = growth_models.fit("power", x, np.array([[0.0, 30.0, 60.0]]))

@@ -12,6 +12,7 @@ from slipscale import commands
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.multiplicity import multiplicity
 from slipscale.analysis.tasks.run import conclude
@@ -97,7 +98,7 @@ def test_a_change_between_sessions_is_found_and_none_is_not(table_by_hand):
         assert sessions.anova.interaction.p > 0.05
         level = sessions.measures[0]
         assert level.changes[0].change.mean == pytest.approx(change, abs=0.05)
-        told = " ".join(session_sentences(sessions, 0.95))
+        told = " ".join(session_sentences(sessions, 0.95, PLATE_AMPLITUDE))
         assert ("sessions differed" in told) == differs
         assert ("level (mean natural logarithm, n = 8) did not change reliably" in told) != differs
 
@@ -128,7 +129,7 @@ def test_people_of_one_session_each_are_not_compared_within(table_by_hand):
     found = analyse(table_by_hand(text), normalise="none").inference.sessions
     assert "every amplitude in every session: 0" in found.anova.reason
     assert all(isinstance(measure.agreement, NotComputed) for measure in found.measures)
-    assert "sessions were not compared" in " ".join(session_sentences(found, 0.95))
+    assert "sessions were not compared" in " ".join(session_sentences(found, 0.95, PLATE_AMPLITUDE))
 
 
 @pytest.mark.parametrize(
@@ -171,7 +172,7 @@ def test_one_session_or_none_is_no_factor(table_by_hand):
     for text in (one, one.replace("session,", "run,")):
         found = analyse(table_by_hand(text), normalise="none")
         assert found.inference.sessions == NotComputed("there are not several sessions")
-        assert session_sentences(found.inference.sessions, 0.95) == []
+        assert session_sentences(found.inference.sessions, 0.95, PLATE_AMPLITUDE) == []
 
 
 def test_a_study_that_does_not_choose_it_is_told_so(analysis):

@@ -5,9 +5,11 @@ import pandas as pd
 import pytest
 
 from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics import omnibus
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.pairwise import pairwise
+from slipscale.analysis.tasks.estimation import primary
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
@@ -39,7 +41,9 @@ def test_everybody_at_zero_at_0_um_leaves_tests_of_the_other_amplitudes(values):
     data = ready(values)
     anova = omnibus.rm_anova(data)
     assert (anova.n, anova.df1, anova.left_out_um_pp) == (12, 2, (0.0,))
-    assert "without 0 µm, where every estimate is zero" in apa.rm_anova(anova, 0.95)
+    assert "without 0 µm, where every estimate is zero" in apa.rm_anova(
+        anova, 0.95, PLATE_AMPLITUDE
+    )
     pairs = pairwise(data)
     with_zero = [pair for pair in pairs if pair.from_um_pp == 0]
     others = [pair for pair in pairs if pair.from_um_pp > 0]
@@ -57,7 +61,7 @@ def test_eight_of_twelve_zeros_are_told_apart_by_wilcoxon_on_all_twelve():
     assert (pair.n, pair.n_logs) == (12, 4)
     assert pair.logs.p > 0.1
     assert pair.ranks.p < 0.01
-    text = apa.pairwise_ranks([pair], 0.95)
+    text = apa.pairwise_ranks([pair], 0.95, PLATE_AMPLITUDE)
     assert "differed (Wilcoxon's test" in text
     assert "of 12 participants" in text
 
@@ -90,11 +94,11 @@ def test_the_primary_analysis_is_on_ranks_of_everybody_unless_the_study_declares
     ]
     text = "participant_id,amplitude_um_pp,estimate\n" + "\n".join(lines) + "\n"
     found = analyse(table_by_hand(text))
-    first = apa.primary_sentences(found.inference)
+    first = primary.primary_sentences(found.inference)
     assert "Friedman" in first[0]
     assert "n = 12" in first[0]
-    assert "F(" in apa.primary_sentences(found.inference, "logarithms")[0]
-    assert "n = 7 of 12" in apa.secondary_sentences(found.inference)[0]
+    assert "F(" in primary.primary_sentences(found.inference, "logarithms")[0]
+    assert "n = 7 of 12" in primary.secondary_sentences(found.inference)[0]
     html = page(found)
     # The notice comes before any answer.
     assert 0 < html.index("Estimates of zero: 5") < html.index("Friedman")

@@ -158,10 +158,10 @@ def _trials(data: Prepared) -> Trials | NotComputed:
     names = tuple(str(name) for name in people.cat.categories)
     reasons = {
         few("participants", len(names)): len(names) < FEWEST,
-        few("amplitudes above 0", len(np.unique(log_x)), 2): len(np.unique(log_x)) < 2,  # noqa: PLR2004
+        few(f"{data.quantity.levels} above 0", len(np.unique(log_x)), 2): len(np.unique(log_x)) < 2,  # noqa: PLR2004
         f"{len(names)} participants: sampled up to {AT_MOST}": len(names) > AT_MOST,
-        "no more than two estimates above 0 µm a participant: no residual is left": len(rows)
-        <= 2 * len(names),
+        f"no more than two estimates above {data.quantity.value(0)} a participant: no residual is "
+        "left": len(rows) <= 2 * len(names),
     }
     if why := next((text for text, holds in reasons.items() if holds), None):
         return NotComputed(why)

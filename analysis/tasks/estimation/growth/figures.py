@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from slipscale.analysis.reading.own_words import in_own_words
 from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.descriptives import student_intervals
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -90,8 +89,8 @@ def growth(
             capsize=3,
             zorder=4,
         )
-        axes.set_xlabel("Amplitude (µm, peak to peak)" if quantity.of_plate else quantity.axis)
-    left.set_ylabel(in_own_words(f"Geometric mean slipperiness\n({unit})", quantity))
+        axes.set_xlabel(quantity.headed(quantity.title))
+    left.set_ylabel(f"Geometric mean {quantity.judged}\n({unit})")
     left.set_xlim(left=0)
     left.set_ylim(bottom=0)
     left.set_title("Growth functions")
@@ -113,5 +112,5 @@ def growth(
     right.set_xticks(ticks, [f"{value:g}" for value in ticks])
     right.minorticks_off()
     right.yaxis.set_major_formatter("{x:g}")
-    right.set_title(in_own_words("Logarithmic axes (0 µm omitted)", quantity))
+    right.set_title(f"Logarithmic axes ({quantity.value(0)} omitted)")
     return figure

@@ -28,6 +28,7 @@ import numpy as np
 
 from slipscale.analysis.json_form import record, renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
@@ -276,22 +277,26 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     )
 
 
-def compare(logs: pd.DataFrame) -> GrowthComparison | NotComputed:
+def compare(
+    logs: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE
+) -> GrowthComparison | NotComputed:
     """Fit every growth function to the group and rank them by the corrected Akaike criterion.
 
     Parameters
     ----------
     logs : DataFrame, shape (participants, stimuli)
         Mean natural logarithms of estimates; columns not above 0 are left out.
+    quantity : Quantity
+        What the stimuli are.
     """
     usable = logs.loc[:, logs.columns.to_numpy(float) > 0]
     usable = usable[usable.notna().sum(axis=1) >= 2]  # noqa: PLR2004
     stimuli = usable.columns.to_numpy(float)
     if len(stimuli) < 3:  # noqa: PLR2004 - the largest model has two numbers of shape
-        return NotComputed(few("amplitudes above 0", len(stimuli), 3))
+        return NotComputed(few(f"{quantity.levels} above 0", len(stimuli), 3))
     if len(usable) < FEWEST:
         return NotComputed(
-            few("participants with estimates above zero at two amplitudes", len(usable))
+            few(f"participants with estimates above zero at two {quantity.levels}", len(usable))
         )
     if (np.nanmax(usable, axis=1) - np.nanmin(usable, axis=1) <= TINY).all():
         return NotComputed("every participant's estimates are all the same")

@@ -78,28 +78,32 @@ class IndividualGrowth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Growth:
-    """Growth functions against amplitude, against predicted friction, and for participants."""
+    """Growth functions against amplitude, against predicted friction, and for participants.
+
+    Friction is None if the stimuli are not a plate's amplitudes: no film predicts it.
+    """
 
     amplitude: GrowthComparison
-    friction: FrictionGrowth | NotComputed
+    friction: FrictionGrowth | NotComputed | None
     individual: IndividualGrowth | NotComputed
 
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return renamed(self, friction="" if self.friction is None else "friction")
 
-def growth(data: Prepared, *, film: bool = True) -> Growth | NotComputed:
-    """Compare growth functions against amplitude and predicted friction, and for participants.
 
-    ``film``: whether the stimuli are the plate's amplitudes, for which a film predicts friction.
-    """
+def growth(data: Prepared) -> Growth | NotComputed:
+    """Compare growth functions against amplitude and predicted friction, and for participants."""
     if data.refused:
         return NotComputed(data.zero_sentence)
-    found = compare(data.logs)
+    found = compare(data.logs, data.quantity)
     if isinstance(found, NotComputed):
         return found
     return Growth(
         amplitude=found,
         friction=against_friction(data.logs, data.choices.confidence)
-        if film
-        else NotComputed("no amplitudes of a plate, for which a film would predict friction"),
+        if data.quantity.of_plate
+        else None,
         individual=_individual(data),
     )
 

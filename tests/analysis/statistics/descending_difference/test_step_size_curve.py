@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from matplotlib.collections import PathCollection
 from scipy import optimize, special, stats
 
+from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference import sentences as apa_difference
 from slipscale.analysis.tasks.difference.step_size_curve import curve, psychometric, separated
@@ -56,7 +57,9 @@ def test_a_slope_that_is_not_reliably_above_0_bounds_no_threshold():
     assert found.p > 0.05
     assert found.half_yes_interval is None
     if found.half_yes is not None and found.half_yes > 0:
-        assert "which the answers do not bound" in apa_difference.psychometric(found, 0.95)
+        assert "which the answers do not bound" in apa_difference.psychometric(
+            found, 0.95, PLATE_AMPLITUDE
+        )
 
 
 def test_the_ends_of_fieller_s_interval_are_as_far_from_half_yes_as_the_band_says():
@@ -76,7 +79,7 @@ def test_the_weber_fraction_is_of_the_amplitude_before():
     assert list(weber.half_yes_interval) == pytest.approx(
         [bound / 2.3 for bound in size.half_yes_interval], rel=1e-5
     )
-    text = apa_difference.psychometric(weber, 0.95)
+    text = apa_difference.psychometric(weber, 0.95, PLATE_AMPLITUDE)
     assert f"at a Weber fraction of {weber.half_yes:.2f}, 95% CI [" in text
 
 
@@ -156,7 +159,7 @@ def test_data_without_a_finite_slope_gets_the_reason(removed, felt, words):
     )
     found = psychometric(steps)
     assert words in found.reason
-    assert words in apa_difference.psychometric(found, 0.95)
+    assert words in apa_difference.psychometric(found, 0.95, PLATE_AMPLITUDE)
 
 
 @given(st.lists(st.tuples(st.integers(0, 3), st.booleans()), min_size=1, max_size=12))
