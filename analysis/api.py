@@ -176,7 +176,7 @@ def power(
     from slipscale.analysis.planning.power import answers, grid, run_grid  # noqa: PLC0415
     from slipscale.analysis.planning.power.design import design_of  # noqa: PLC0415
     from slipscale.analysis.planning.power.shard import Looks  # noqa: PLC0415
-    from slipscale.experiments.participants.population import Population  # noqa: PLC0415
+    from slipscale.experiments.participants.simulated_people.population import Population  # noqa: PLC0415
 
     sizes = (participants,) if isinstance(participants, int) else tuple(participants)
     ranges = {

@@ -39,7 +39,7 @@ from slipscale.analysis.reading.trial_tables import (
     STEP_AMPLITUDES,
 )
 from slipscale.analysis.tasks.table import TRIALS
-from slipscale.experiments.dataset.runs import journals
+from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.schema import (
     DAMAGED,
     FAULT,

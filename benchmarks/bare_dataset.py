@@ -1,8 +1,8 @@
 """A data set of simulated people, without sessions: the protocols' own tables, in seconds.
 
-Each run goes through the real generator and a simulated person by the bare path
-(`slipscale.experiments.participants.bare`: the answers of a whole session), and its table is the
-one that a session's journal would give.
+Each run goes through the real generator and a simulated person without a session
+(`slipscale.experiments.participants.simulated_people.bare_run`), and its table is the one that a
+session's journal would give.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from slipscale.experiments.dataset.schema import columns, table_stem
 from slipscale.experiments.dataset.tsv import cell, table
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import answer_record, step_record
-from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.protocols.steps import (
     EndBlock,
     Explore,
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.participants.simulated_people.population import Population
 
 #: Steps that the analysis reads nothing of.
 UNREAD = (Instruct, Rest, Explore, Silence, EndBlock, Feedback)

@@ -29,7 +29,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.scripted import ScriptedParticipant
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.emulator.process import EmulatorProcess

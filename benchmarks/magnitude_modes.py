@@ -24,9 +24,9 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.productions.statistics import productions
 from slipscale.analysis.tasks.ratings.statistics import ratings
 from slipscale.analysis.tasks.ratios.statistics import ratios
-from slipscale.experiments.participants.bare import bare_run
-from slipscale.experiments.participants.habits import Habits
-from slipscale.experiments.participants.population import Population, curves
+from slipscale.experiments.participants.simulated_people.bare_run import bare_run
+from slipscale.experiments.participants.simulated_people.habits import Habits
+from slipscale.experiments.participants.simulated_people.population import Population, curves
 from slipscale.experiments.protocols.magnitude_production import MagnitudeProduction
 from slipscale.experiments.protocols.ratio_to_standard import RatioToStandard
 from slipscale.experiments.protocols.steps import Adjust, Ask, Present

@@ -21,9 +21,9 @@ from typing import TYPE_CHECKING
 from scipy.stats import chisquare
 
 from slipscale.experiments.protocols.base import Context
+from slipscale.experiments.protocols.building_blocks.rated_surfaces import order_blocks
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
-from slipscale.experiments.protocols.rated_surfaces import order_blocks
-from slipscale.experiments.protocols.williams import williams_group, williams_square
+from slipscale.experiments.protocols.ordering.williams import williams_group, williams_square
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

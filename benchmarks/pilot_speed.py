@@ -16,8 +16,8 @@ from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.participants.bare import bare_run
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.bare_run import bare_run
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.pilot import pilot_plans, run_simulated
 
 if TYPE_CHECKING:

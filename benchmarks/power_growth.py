@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 from slipscale.analysis.planning.power.design import design_of
 from slipscale.analysis.planning.power.grid import Condition
 from slipscale.analysis.planning.power.run_grid import run_grid, shards
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.study.file import read_study
 from slipscale.figure_style import BLUE, GREY, canvas, save, styled
 

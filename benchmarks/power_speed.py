@@ -18,7 +18,7 @@ from statistics import median
 from slipscale.analysis.planning.power.design import design_of
 from slipscale.analysis.planning.power.grid import Condition
 from slipscale.analysis.planning.power.shard import Shard
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.study.file import read_study
 
 SCRIPT = Path(__file__).parents[1] / "tests" / "data" / "power_reference" / "power.R"

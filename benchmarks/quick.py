@@ -30,8 +30,8 @@ from benchmarks.models import FILM, marched, own_assembly, stock_assembly
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.writing.csv_file import write_csv
-from slipscale.experiments.participants.bare import bare_run
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.bare_run import bare_run
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.pilot import pilot_plans, run_simulated
 from slipscale.stimuli.periodic_film import periodic_state
 

@@ -28,8 +28,8 @@ from benchmarks.recovery_measures import (
     measure_thresholds,
 )
 from slipscale.analysis.load import load
-from slipscale.experiments.participants.habits import Habits
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.habits import Habits
+from slipscale.experiments.participants.simulated_people.population import Population
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "recovery.md"
 KEPT = PAGE.parents[1] / "build" / "recovery"

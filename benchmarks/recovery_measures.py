@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.psychometrics.psychometric_function import (
         PsychometricFunction,
     )
-    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.participants.simulated_people.population import Population
 
 SEED = 15
 #: Participants of a study of which a population's interval is asked.

@@ -1,7 +1,8 @@
 """What is true of the simulated people, worked out without a protocol or an analysis.
 
-From the rule by which they answer (`slipscale.experiments.participants.respondent`): an impression
-is the population's mean sensation, with normal noise of the person's own; the largest is picked.
+From the rule by which they answer, see
+`slipscale.experiments.participants.simulated_people.respondent`: an impression is the population's
+mean sensation, with normal noise of the person's own; the largest is picked.
 """
 
 from __future__ import annotations
@@ -14,15 +15,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy import integrate, optimize, stats
 
-from slipscale.experiments.participants.population import curves
-from slipscale.experiments.protocols.randomisation import Stream
+from slipscale.experiments.participants.simulated_people.population import curves
+from slipscale.experiments.protocols.ordering.randomisation import Stream
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
-    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.participants.simulated_people.population import Population
 
     Array = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
-from slipscale.experiments.running.run import run_plan
+from slipscale.experiments.running.begin_or_resume import run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.hardware.registry import open_plate

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from playwright.sync_api import sync_playwright
 
-from slipscale.experiments.lab.console.words import LANGUAGES
+from slipscale.experiments.lab.console.page_texts import LANGUAGES
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -44,7 +44,7 @@ SESSION = """
 import json, sys
 from pathlib import Path
 from slipscale.experiments.journal.journal import Journal
-from slipscale.experiments.journal.run_record import latest_s, read_plan
+from slipscale.experiments.journal.plan_and_progress import latest_s, read_plan
 from slipscale.experiments.protocols.steps import Ask, NumberQuestion, Trial
 from slipscale.experiments.session.mailbox import Mailbox, mailbox_of
 from slipscale.experiments.session.operator import SessionStatus

@@ -19,7 +19,7 @@ from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.asking import Stopping
 from slipscale.experiments.participants.psychopy_window.display import Display
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
-from slipscale.experiments.protocols.repeating import part_over
+from slipscale.experiments.protocols.building_blocks.repeating import part_over
 from slipscale.experiments.protocols.steps import (
     Adjust,
     Ask,
@@ -36,8 +36,8 @@ from slipscale.experiments.protocols.steps import (
     WholeNumberQuestion,
     YesNoQuestion,
 )
-from slipscale.experiments.running.dry_run import dry_run
 from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.study.file import read_study, shipped_studies
 from slipscale.experiments.study.headphone_test import HeadphoneTest
 from slipscale.experiments.study.questionnaires import Item, Questionnaire

@@ -23,8 +23,8 @@ from slipscale.analysis.reporting.files import draw
 from slipscale.experiments.participants.psychopy_window.display import Display
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.protocols.steps import Adjust, Ask
-from slipscale.experiments.running.dry_run import dry_run
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.hardware.clock import SystemClock
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
     from slipscale.analysis.planning.fitted_population import FittedPopulation
-    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.participants.simulated_people.population import Population
 
 
 def add_population(parser: ArgumentParser) -> None:
@@ -33,7 +33,7 @@ def add_population(parser: ArgumentParser) -> None:
 
 def chosen_population(args: Namespace) -> tuple[Population, FittedPopulation | None]:
     """Return who is simulated and, if fitted, what to say of it."""
-    from slipscale.experiments.participants.population import (  # noqa: PLC0415
+    from slipscale.experiments.participants.simulated_people.population import (  # noqa: PLC0415
         Population,
         read_population,
     )

@@ -18,8 +18,8 @@ from slipscale.analysis.preprocessing.sufficiency import FEWEST
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation.statistics import ORDER
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.experiments.participants.habits import ROUND_TO_PERCENT
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.habits import ROUND_TO_PERCENT
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

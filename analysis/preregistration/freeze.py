@@ -16,8 +16,8 @@ from slipscale.analysis.preregistration.named_files import named_files
 from slipscale.analysis.preregistration.page import PAGE, render
 from slipscale.analysis.preregistration.words import versions, with_results
 from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
-from slipscale.experiments.running.dry_run import check_answered
 from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.running.rehearsal import check_answered
 from slipscale.experiments.study.file import read_study, study_text
 from slipscale.faults import UserError
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preregistration.named_files import NamedFile
     from slipscale.analysis.result import Analysis
-    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.participants.simulated_people.population import Population
 
 POWER = "power"
 #: What a folder of `slipscale power --out` is known by.

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Sequence
 
-    from slipscale.experiments.dataset.runs import Problem
+    from slipscale.experiments.dataset.journals import Problem
 
 
 def add_data(parser: ArgumentParser) -> None:
@@ -60,7 +60,7 @@ def add_data(parser: ArgumentParser) -> None:
 def run_data(args: Namespace) -> int:
     """Build, verify, withdraw or merge; 1 where something is damaged or differs."""
     from slipscale.experiments.dataset.bids import build_dataset  # noqa: PLC0415
-    from slipscale.experiments.dataset.runs import journals  # noqa: PLC0415
+    from slipscale.experiments.dataset.journals import journals  # noqa: PLC0415
     from slipscale.experiments.dataset.verification import verify  # noqa: PLC0415
 
     if args.what == "merge":

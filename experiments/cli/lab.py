@@ -106,7 +106,7 @@ def add_next(parser: ArgumentParser) -> None:
 def run_next(args: Namespace) -> int:
     """Say who is next, ask, and run their session."""
     from slipscale.experiments.cli.sessions import run_session  # noqa: PLC0415
-    from slipscale.experiments.journal.run_record import is_mock  # noqa: PLC0415
+    from slipscale.experiments.journal.plan_and_progress import is_mock  # noqa: PLC0415
     from slipscale.faults import UserError  # noqa: PLC0415
 
     defaults, roster = _folder(pilot=args.pilot)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
     from slipscale.experiments.lab.defaults import Defaults
-    from slipscale.experiments.running.contact import ContactSpecs
+    from slipscale.experiments.running.contact_sources import ContactSpecs
     from slipscale.experiments.running.lab_session import Setting
     from slipscale.experiments.running.preflight import Finding
     from slipscale.experiments.study.run_plan import RunPlan
@@ -88,20 +88,20 @@ def contact_specs(args: Namespace) -> ContactSpecs:
 
 def named_contact(args: Namespace) -> ContactSpecs:
     """Return the sources that the command line itself names."""
-    from slipscale.experiments.running.contact import ContactSpecs  # noqa: PLC0415
+    from slipscale.experiments.running.contact_sources import ContactSpecs  # noqa: PLC0415
 
     return ContactSpecs(position=args.position, force=args.force)
 
 
 def simulated_contact(args: Namespace) -> ContactSpecs:
     """Return a pilot's sources: what the laboratory folder names is simulated."""
-    from slipscale.experiments.running.contact import simulated  # noqa: PLC0415
+    from slipscale.experiments.running.contact_sources import simulated  # noqa: PLC0415
 
     return named_contact(args).otherwise(simulated(_folders_contact()))
 
 
 def _folders_contact() -> ContactSpecs:
-    from slipscale.experiments.running.contact import ContactSpecs  # noqa: PLC0415
+    from slipscale.experiments.running.contact_sources import ContactSpecs  # noqa: PLC0415
 
     defaults = here()
     return ContactSpecs(position=defaults.position, force=defaults.force)
@@ -167,7 +167,7 @@ def add_run(parser: ArgumentParser) -> None:
 
 def run_run(args: Namespace) -> int:
     """Run a participant's session."""
-    from slipscale.experiments.journal.run_record import is_mock  # noqa: PLC0415
+    from slipscale.experiments.journal.plan_and_progress import is_mock  # noqa: PLC0415
     from slipscale.experiments.running.lab_session import make_plan  # noqa: PLC0415
 
     defaults = here()
@@ -193,7 +193,7 @@ def run_session(
     defaults: Defaults, *, participant: str, session: str, run: str, pilot: bool
 ) -> int:
     """Run a participant's session as a laboratory folder has it."""
-    from slipscale.experiments.running.contact import ContactSpecs  # noqa: PLC0415
+    from slipscale.experiments.running.contact_sources import ContactSpecs  # noqa: PLC0415
     from slipscale.experiments.running.lab_session import Setting, make_plan  # noqa: PLC0415
 
     plan = make_plan(
@@ -263,7 +263,7 @@ def add_resume(parser: ArgumentParser) -> None:
 
 def run_resume(args: Namespace) -> int:
     """Go on with an interrupted run."""
-    from slipscale.experiments.journal.run_record import (  # noqa: PLC0415
+    from slipscale.experiments.journal.plan_and_progress import (  # noqa: PLC0415
         answered_by,
         dataset_of,
         is_complete,
@@ -281,7 +281,7 @@ def run_resume(args: Namespace) -> int:
     plate = args.plate or last_plate(records)
     if answered_by(records) == "simulated":
         from slipscale.experiments.dataset.bids import build_dataset  # noqa: PLC0415
-        from slipscale.experiments.running.contact import of_records, require_virtual  # noqa: PLC0415
+        from slipscale.experiments.running.contact_sources import of_records, require_virtual  # noqa: PLC0415
         from slipscale.experiments.running.pilot import run_simulated  # noqa: PLC0415
 
         folder = dataset_of(args.journal, plan)
@@ -300,7 +300,7 @@ def run_resume(args: Namespace) -> int:
 
 def _interrupted(folder: Path | None) -> str:
     """Return the sentence about a missing journal, with the interrupted runs that are there."""
-    from slipscale.experiments.dataset.runs import journals  # noqa: PLC0415
+    from slipscale.experiments.dataset.journals import journals  # noqa: PLC0415
     from slipscale.experiments.running.run_state import how_to_resume, run_state  # noqa: PLC0415
 
     defaults = here()
@@ -347,7 +347,7 @@ def add_check(parser: ArgumentParser) -> None:
 
 def run_check(args: Namespace) -> int:
     """Go through the checklist."""
-    from slipscale.experiments.journal.run_record import is_mock  # noqa: PLC0415
+    from slipscale.experiments.journal.plan_and_progress import is_mock  # noqa: PLC0415
     from slipscale.experiments.running.preflight import PlannedSession, check  # noqa: PLC0415
 
     defaults = here()

@@ -176,7 +176,7 @@ def _save(figure: Figure, path: Path) -> None:
 
 def _timeline(args: Namespace) -> int:
     """Print what a participant goes through, and draw it."""
-    from slipscale.experiments.participants.population import read_population  # noqa: PLC0415
+    from slipscale.experiments.participants.simulated_people.population import read_population  # noqa: PLC0415
     from slipscale.experiments.running.timeline import as_json, lines, timeline  # noqa: PLC0415
 
     figure = _figure_path(args)

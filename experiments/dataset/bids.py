@@ -7,8 +7,8 @@ import os
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
+from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.dataset.rendering import README, render
-from slipscale.experiments.dataset.runs import read_runs
 from slipscale.experiments.dataset.verification import cut_journals
 from slipscale.experiments.journal.journal import AS_USUAL, OWNER_ONLY
 from slipscale.faults import UserError
@@ -16,8 +16,8 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from slipscale.experiments.dataset.journals import Problem
     from slipscale.experiments.dataset.rendering import Content
-    from slipscale.experiments.dataset.runs import Problem
 
 
 def write_file(path: Path, content: Content, *, private: bool = False) -> None:

@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.backup import KNOWN, backups
 from slipscale.experiments.dataset.bids import build_dataset, write_file
+from slipscale.experiments.dataset.journals import Problem, journals, mode_of, read_runs
 from slipscale.experiments.dataset.rendering import README
-from slipscale.experiments.dataset.runs import Problem, journals, mode_of, read_runs
 from slipscale.experiments.dataset.withdrawal import RECORD, withdrawn
 from slipscale.experiments.journal.locks import is_being_written
-from slipscale.experiments.journal.run_record import read_usable
+from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

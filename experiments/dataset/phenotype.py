@@ -11,7 +11,7 @@ from slipscale.experiments.dataset.tsv import cell, sidecar, table
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from slipscale.experiments.dataset.runs import Run
+    from slipscale.experiments.dataset.journals import Run
 
 FOLDER = PurePosixPath("phenotype")
 

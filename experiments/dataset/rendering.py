@@ -11,8 +11,8 @@ from pathlib import PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.dataset.headphones import headphone_result
+from slipscale.experiments.dataset.journals import Problem
 from slipscale.experiments.dataset.phenotype import phenotype
-from slipscale.experiments.dataset.runs import Problem
 from slipscale.experiments.dataset.schema import (
     COMPLETE,
     MISSING,
@@ -26,14 +26,14 @@ from slipscale.experiments.dataset.schema import (
     table_stem,
 )
 from slipscale.experiments.dataset.tsv import cell, sidecar, table
-from slipscale.experiments.journal.run_record import software
+from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.protocols.steps import CONSENT
 from slipscale.experiments.study.file import study_hash
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
-    from slipscale.experiments.dataset.runs import Run
+    from slipscale.experiments.dataset.journals import Run
     from slipscale.experiments.protocols.base import Column, Protocol
     from slipscale.experiments.protocols.steps import Value
     from slipscale.experiments.study.run_plan import RunPlan

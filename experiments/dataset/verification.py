@@ -12,16 +12,16 @@ import json
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
+from slipscale.experiments.dataset.journals import Problem, read_runs
 from slipscale.experiments.dataset.rendering import README, render, stem_of
-from slipscale.experiments.dataset.runs import Problem, read_runs
 from slipscale.experiments.dataset.schema import SIDECAR, TABLE_NAME
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path, PurePosixPath
 
+    from slipscale.experiments.dataset.journals import Run
     from slipscale.experiments.dataset.rendering import Content
-    from slipscale.experiments.dataset.runs import Run
 
 # Problems of one kind in one file that are told one by one.
 TOLD = 20

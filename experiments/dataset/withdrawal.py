@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.backup import KNOWN, backups
 from slipscale.experiments.dataset.bids import build_dataset, write_file
+from slipscale.experiments.dataset.journals import journals, read_runs
 from slipscale.experiments.dataset.phenotype import phenotype
-from slipscale.experiments.dataset.runs import journals, read_runs
 from slipscale.experiments.journal.journal import FALLBACK
 from slipscale.experiments.journal.locks import is_being_written
-from slipscale.experiments.journal.run_record import read_usable
+from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import expected_one_of
 

@@ -6,8 +6,8 @@ from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
+from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.record import FORMAT
-from slipscale.experiments.journal.run_record import software
 from slipscale.experiments.languages.texts import texts_hash
 from slipscale.experiments.study.file import study_hash
 

@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
-from slipscale.experiments.dataset.runs import journals
+from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.withdrawal import replacement, withdrawn
 from slipscale.experiments.journal.locks import is_being_written
-from slipscale.experiments.journal.run_record import read_usable
+from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.experiments.lab.exclusions import read_exclusions
 from slipscale.experiments.running.run_state import run_state
 from slipscale.experiments.study.run_plan import RunPlan, journal_path

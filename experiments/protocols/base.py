@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from slipscale.experiments.languages.texts import ENGLISH, languages
-from slipscale.experiments.protocols.randomisation import Stream
-from slipscale.experiments.protocols.williams import Place
+from slipscale.experiments.protocols.ordering.randomisation import Stream
+from slipscale.experiments.protocols.ordering.williams import Place
 from slipscale.faults import UserError
 from slipscale.stimuli.surface import VirtualSurface
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
 
     from slipscale.experiments.languages.texts import Texts
-    from slipscale.experiments.protocols.simulation import SimulatedAnswer
+    from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
     from slipscale.experiments.protocols.steps import Steps, Trial, Value
     from slipscale.stimuli.surface import Surface
     from slipscale.stimuli.texture import Grating

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocols.base import Amplitude, AtLeastOne, Column, Protocol
-from slipscale.experiments.protocols.comparing import (
+from slipscale.experiments.protocols.building_blocks.comparing import (
     DESIGN,
     Comparing,
     ComparingOptions,
@@ -20,13 +20,13 @@ from slipscale.experiments.protocols.comparing import (
     truth,
     with_catch_trials,
 )
-from slipscale.experiments.protocols.simulation import compared
+from slipscale.experiments.protocols.simulated_answers import compared
 from slipscale.experiments.protocols.steps import ComparisonQuestion, Phase, YesNoQuestion
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context, TrialRecord
-    from slipscale.experiments.protocols.simulation import SimulatedPerson
+    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
     from slipscale.experiments.protocols.steps import Ask, Question, Steps, Value
 
 FIRST, SECOND = 1, 2

@@ -23,10 +23,10 @@ from slipscale.experiments.protocols.base import (
     Switch,
     TrialRecord,
 )
-from slipscale.experiments.protocols.pacing import PacedOptions
-from slipscale.experiments.protocols.randomisation import with_catch_steps
-from slipscale.experiments.protocols.repeating import Repeating, part_over
-from slipscale.experiments.protocols.simulation import any_choice
+from slipscale.experiments.protocols.building_blocks.pacing import PacedOptions
+from slipscale.experiments.protocols.building_blocks.repeating import Repeating, part_over
+from slipscale.experiments.protocols.ordering.randomisation import with_catch_steps
+from slipscale.experiments.protocols.simulated_answers import any_choice
 from slipscale.experiments.protocols.steps import (
     Answer,
     Ask,

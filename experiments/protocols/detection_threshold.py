@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.protocols.base import Protocol
-from slipscale.experiments.protocols.forced_choice import (
+from slipscale.experiments.protocols.building_blocks.forced_choice import (
     DESIGN,
     RESPONSE,
     SIMULATED,

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from slipscale.experiments.protocols.adaptive.track import rounded
 from slipscale.experiments.protocols.base import Amplitude, Column, Protocol
-from slipscale.experiments.protocols.forced_choice import (
+from slipscale.experiments.protocols.building_blocks.forced_choice import (
     DESIGN,
     RESPONSE,
     SIMULATED,

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from slipscale.experiments.protocols.base import Amplitude, Column, Context, Positive, Protocol
-from slipscale.experiments.protocols.rated_surfaces import (
+from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     BLOCK,
     TEXTURE,
     Presentation,

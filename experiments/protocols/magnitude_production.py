@@ -12,15 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field, field_validator
 
 from slipscale.experiments.protocols.adaptive.track import rounded
-from slipscale.experiments.protocols.adjusting import adjusted_columns
-from slipscale.experiments.protocols.against_standard import (
-    DESIGN_COLUMNS,
-    JUDGED,
-    STANDARD,
-    STANDARD_COLUMN,
-    AgainstStandard,
-    StandardOptions,
-)
 from slipscale.experiments.protocols.base import (
     AtLeastOne,
     Column,
@@ -29,12 +20,21 @@ from slipscale.experiments.protocols.base import (
     Positive,
     Protocol,
 )
-from slipscale.experiments.protocols.rated_surfaces import (
+from slipscale.experiments.protocols.building_blocks.adjusting import adjusted_columns
+from slipscale.experiments.protocols.building_blocks.against_standard import (
+    DESIGN_COLUMNS,
+    JUDGED,
+    STANDARD,
+    STANDARD_COLUMN,
+    AgainstStandard,
+    StandardOptions,
+)
+from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     Presentation,
     order_blocks,
     with_catch_trials,
 )
-from slipscale.experiments.protocols.simulation import until_number
+from slipscale.experiments.protocols.simulated_answers import until_number
 from slipscale.experiments.protocols.steps import Adjust, Instruct, Present, Silence
 from slipscale.faults import UserError
 

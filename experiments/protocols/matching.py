@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 from pydantic import Field
 
 from slipscale.experiments.protocols.adaptive.track import rounded
-from slipscale.experiments.protocols.adjusting import adjusted_columns
 from slipscale.experiments.protocols.base import (
     Amplitude,
     AtLeastOne,
@@ -22,10 +21,15 @@ from slipscale.experiments.protocols.base import (
     Protocol,
     Switch,
 )
-from slipscale.experiments.protocols.comparing import IntervalTask, truth, with_catch_trials
-from slipscale.experiments.protocols.pacing import RestedOptions
-from slipscale.experiments.protocols.repeating import part_over
-from slipscale.experiments.protocols.simulation import until_equal
+from slipscale.experiments.protocols.building_blocks.adjusting import adjusted_columns
+from slipscale.experiments.protocols.building_blocks.comparing import (
+    IntervalTask,
+    truth,
+    with_catch_trials,
+)
+from slipscale.experiments.protocols.building_blocks.pacing import RestedOptions
+from slipscale.experiments.protocols.building_blocks.repeating import part_over
+from slipscale.experiments.protocols.simulated_answers import until_equal
 from slipscale.experiments.protocols.steps import (
     Adjust,
     EndTrial,

@@ -14,21 +14,21 @@ from pydantic import Field
 
 from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocols.base import AtLeastOne, Column, Protocol
-from slipscale.experiments.protocols.comparing import (
+from slipscale.experiments.protocols.building_blocks.comparing import (
     DESIGN,
     Comparing,
     ComparingOptions,
     Shown,
     with_catch_trials,
 )
-from slipscale.experiments.protocols.simulation import compared
+from slipscale.experiments.protocols.simulated_answers import compared
 from slipscale.experiments.protocols.steps import ComparisonQuestion, Phase
 from slipscale.faults import UserError
 from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.base import Context, TrialRecord
-    from slipscale.experiments.protocols.simulation import SimulatedPerson
+    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
     from slipscale.experiments.protocols.steps import Ask, Steps
     from slipscale.stimuli.surface import Surface
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from slipscale.experiments.protocols.base import Column, Context, Count, Protocol, Switch
-from slipscale.experiments.protocols.comparing import DESIGN, truth
-from slipscale.experiments.protocols.rated_surfaces import (
+from slipscale.experiments.protocols.building_blocks.comparing import DESIGN, truth
+from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
     BLOCK,
     TEXTURE,
     Presentation,
@@ -27,7 +27,7 @@ from slipscale.experiments.protocols.steps import Ask, Instruct, VisualAnalogueQ
 if TYPE_CHECKING:
     from collections.abc import Generator
 
-    from slipscale.experiments.protocols.simulation import SimulatedPerson
+    from slipscale.experiments.protocols.simulated_answers import SimulatedPerson
     from slipscale.experiments.protocols.steps import Answer, Step, Steps
 
 LENGTH = 100.0

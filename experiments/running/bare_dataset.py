@@ -10,24 +10,24 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.bids import build_dataset, write_file
+from slipscale.experiments.dataset.journals import Run
 from slipscale.experiments.dataset.rendering import render
 from slipscale.experiments.dataset.rows_from_journal import gather
-from slipscale.experiments.dataset.runs import Run
 from slipscale.experiments.journal.header import header
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import answer_record, step_record
-from slipscale.experiments.participants.bare import bare_run, drops_out
+from slipscale.experiments.participants.simulated_people.bare_run import bare_run, drops_out
 from slipscale.experiments.protocols.steps import Adjust, Instruct, Reply
-from slipscale.experiments.running.dry_run import dry_run
+from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.pilot import MOCK, run_simulated
-from slipscale.experiments.running.run import plate_for
+from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.hardware.clock import VirtualClock
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.protocols.steps import Answer
     from slipscale.experiments.study.run_plan import RunPlan
 

@@ -14,7 +14,7 @@ from rich.console import Console
 from slipscale.experiments.dataset.backup import back_up
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
-from slipscale.experiments.journal.run_record import (
+from slipscale.experiments.journal.plan_and_progress import (
     consent_was_taken_back,
     dataset_of,
     is_complete,
@@ -24,8 +24,9 @@ from slipscale.experiments.journal.run_record import (
     read_plan,
 )
 from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
-from slipscale.experiments.running.changed_words import changed_words
-from slipscale.experiments.running.contact import (
+from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
+from slipscale.experiments.running.changed_texts import changed_texts
+from slipscale.experiments.running.contact_sources import (
     NOT_NAMED,
     ContactSpecs,
     of_plate,
@@ -33,8 +34,7 @@ from slipscale.experiments.running.contact import (
     of_study,
     open_sources,
 )
-from slipscale.experiments.running.dry_run import check_supported
-from slipscale.experiments.running.run import plate_for, run_plan
+from slipscale.experiments.running.rehearsal import check_supported
 from slipscale.experiments.running.run_state import (
     check_alike,
     check_mode,
@@ -45,12 +45,11 @@ from slipscale.experiments.running.run_state import (
 )
 from slipscale.experiments.session.mailbox import Mailbox, mailbox_of
 from slipscale.experiments.session.marker_outputs import open_markers
-from slipscale.experiments.session.masking_output import MaskingNoise, check_device
+from slipscale.experiments.session.masking_noise import MaskingNoise, check_device
 from slipscale.experiments.session.operator import Operators
-from slipscale.experiments.session.sound_output import SoundOutput
-from slipscale.experiments.session.sounds import NoSounds
+from slipscale.experiments.session.question_sounds import NoSounds, SoundOutput
+from slipscale.experiments.session.resonance_tracking import ResonanceTracking
 from slipscale.experiments.session.terminal import Keys, TerminalOperator
-from slipscale.experiments.session.tracking import ResonanceTracking
 from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError, harmless
@@ -64,8 +63,8 @@ if TYPE_CHECKING:
     from pathlib import Path
     from types import TracebackType
 
+    from slipscale.experiments.session.question_sounds import Sounds
     from slipscale.experiments.session.session import RunOutcome
-    from slipscale.experiments.session.sounds import Sounds
     from slipscale.hardware.driver import PlateDriver
 
 
@@ -193,7 +192,7 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
             f"{plan.participant}"
         )
     dataset = dataset_of(path, plan)
-    for sentence in changed_words(plan, records):
+    for sentence in changed_texts(plan, records):
         print(harmless(sentence), file=sys.stderr)
     if plan.mode == "participant" and is_mock(setting.plate):
         raise UserError(

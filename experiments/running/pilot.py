@@ -11,18 +11,22 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.dataset.runs import journals
+from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.journal.journal import Journal
-from slipscale.experiments.journal.run_record import (
+from slipscale.experiments.journal.plan_and_progress import (
     elapsed_s,
     holds_records,
     is_complete,
     is_mock,
     read_plan,
 )
-from slipscale.experiments.participants.population import Population
-from slipscale.experiments.participants.simulated import GAVE_UP, SimulatedParticipant
-from slipscale.experiments.running.contact import (
+from slipscale.experiments.participants.simulated_people.in_session import (
+    GAVE_UP,
+    SimulatedParticipant,
+)
+from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
+from slipscale.experiments.running.contact_sources import (
     NOT_NAMED,
     ContactSpecs,
     of_plate,
@@ -31,10 +35,9 @@ from slipscale.experiments.running.contact import (
     require_virtual,
     simulated,
 )
-from slipscale.experiments.running.dry_run import check_answered, check_supported
-from slipscale.experiments.running.run import plate_for, run_plan
+from slipscale.experiments.running.rehearsal import check_answered, check_supported
 from slipscale.experiments.session.operator import UnattendedOperator
-from slipscale.experiments.session.sounds import ImaginedSounds
+from slipscale.experiments.session.question_sounds import ImaginedSounds
 from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError

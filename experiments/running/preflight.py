@@ -15,11 +15,12 @@ from statistics import stdev
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.backup import check_folder as check_backup
-from slipscale.experiments.dataset.runs import read_runs
+from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.journal.locks import has_locks
-from slipscale.experiments.journal.run_record import is_mock
+from slipscale.experiments.journal.plan_and_progress import is_mock
 from slipscale.experiments.languages.texts import ENGLISH, shipped_texts
-from slipscale.experiments.running.contact import (
+from slipscale.experiments.running.begin_or_resume import plate_for
+from slipscale.experiments.running.contact_sources import (
     NOT_NAMED,
     ContactSpecs,
     of_plate,
@@ -27,8 +28,7 @@ from slipscale.experiments.running.contact import (
     try_sources,
 )
 from slipscale.experiments.running.disk_space import why_not_taken
-from slipscale.experiments.running.dry_run import check_supported, surfaces
-from slipscale.experiments.running.run import plate_for
+from slipscale.experiments.running.rehearsal import check_supported, surfaces
 from slipscale.experiments.running.run_state import (
     check_alike,
     check_mode,
@@ -338,10 +338,7 @@ def check_display(planned: PlannedSession) -> Finding:
 
 def check_sound(planned: PlannedSession) -> Finding:
     """Look for a device for the masking noise, if the study wants it, and make the noise."""
-    from slipscale.experiments.session.masking_output import (  # noqa: PLC0415 - loads PortAudio
-        MaskingNoise,
-        check_device,
-    )
+    from slipscale.experiments.session.masking_noise import MaskingNoise, check_device  # noqa: PLC0415 - loads PortAudio
 
     study, _ = read_study(planned.study)
     noise = study.masking_noise

@@ -16,7 +16,7 @@ from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstima
 from slipscale.experiments.protocols.steps import Present
 from slipscale.experiments.protocols.visual_analogue_scale import VisualAnalogueScale
 from slipscale.experiments.running.balance import order_balance, task_balance
-from slipscale.experiments.running.dry_run import dry_run
+from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.study.file import parse_study, read_study, study_text
 from slipscale.experiments.study.own_language import check_own_code, template, with_room_for
 from slipscale.experiments.study.run_plan import RunPlan

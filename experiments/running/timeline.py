@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.protocols.steps import Present, Rest, Silence
+from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.pilot import MOCK, pilot_plans
-from slipscale.experiments.running.run import plate_for
 from slipscale.experiments.study.file import read_study
 from slipscale.faults import UserError
 from slipscale.hardware.address import with_plate_file
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from slipscale.experiments.participants.bare import BareStep
-    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.participants.simulated_people.bare_run import BareStep
+    from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.protocols.steps import Step
     from slipscale.experiments.study.model import Study
     from slipscale.experiments.study.run_plan import RunPlan

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.base import Participant
     from slipscale.experiments.protocols.steps import Answer, Ask
     from slipscale.experiments.session.markers import Markers
-    from slipscale.experiments.session.masking import Noise
+    from slipscale.experiments.session.masking_noise import Noise
     from slipscale.experiments.session.operator import Operator, Request, State
     from slipscale.experiments.session.operator_answers import OperatorAnswers
     from slipscale.experiments.session.progress import Progress

@@ -9,7 +9,7 @@ from slipscale.experiments.protocols.steps import ChoiceQuestion
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.steps import Ask, Trial
-    from slipscale.experiments.session.masking import NoiseState
+    from slipscale.experiments.session.masking_noise import NoiseState
     from slipscale.experiments.session.surface_state import PlateState
 
 State = Literal["showing", "presenting", "waiting", "paused", "fault", "done"]

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from slipscale.experiments.protocols.steps import Step, Trial
-    from slipscale.experiments.session.masking import Noise
+    from slipscale.experiments.session.masking_noise import Noise
     from slipscale.experiments.session.operator import Operator, State
     from slipscale.experiments.session.surface_state import SurfaceState
     from slipscale.hardware.clock import Clock

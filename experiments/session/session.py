@@ -38,14 +38,14 @@ from slipscale.experiments.protocols.steps import (
     Voided,
 )
 from slipscale.experiments.session.adjusting import Adjusting, turned
-from slipscale.experiments.session.contact import Contact
-from slipscale.experiments.session.following import Following
+from slipscale.experiments.session.followed_textures import Following
 from slipscale.experiments.session.interruptions import Interruptions
 from slipscale.experiments.session.markers import Event, Markers
-from slipscale.experiments.session.masking import NoNoise
+from slipscale.experiments.session.masking_noise import NoNoise
+from slipscale.experiments.session.measured_contact import Contact
 from slipscale.experiments.session.operator_answers import OperatorAnswers
 from slipscale.experiments.session.progress import Progress
-from slipscale.experiments.session.sounds import NoSounds
+from slipscale.experiments.session.question_sounds import NoSounds
 from slipscale.experiments.session.surface_state import SurfaceState
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
@@ -59,10 +59,10 @@ if TYPE_CHECKING:
     from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.participants.base import Participant, Watch
     from slipscale.experiments.protocols.steps import Played, Step, Steps
-    from slipscale.experiments.session.masking import Noise
+    from slipscale.experiments.session.masking_noise import Noise
     from slipscale.experiments.session.operator import Operator
-    from slipscale.experiments.session.sounds import Sounds
-    from slipscale.experiments.session.tracking import ResonanceTracking
+    from slipscale.experiments.session.question_sounds import Sounds
+    from slipscale.experiments.session.resonance_tracking import ResonanceTracking
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.contact.source import ContactSource, Kind
     from slipscale.hardware.driver import PlateDriver

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from slipscale.experiments.protocols.steps import Reply, Silence, Step
-    from slipscale.experiments.session.following import Following
+    from slipscale.experiments.session.followed_textures import Following
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.contact.source import Sample
     from slipscale.hardware.driver import PlateDriver

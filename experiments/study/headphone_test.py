@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.protocols.base import Context
-    from slipscale.experiments.protocols.simulation import SimulatedAnswer, SimulatedPerson
+    from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer, SimulatedPerson
     from slipscale.experiments.protocols.steps import Answer, Steps, Value
     from slipscale.stimuli.headphone_sounds import Ears
 

@@ -13,7 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS
 from slipscale.experiments.protocols.base import Label, Words
-from slipscale.experiments.protocols.simulation import any_choice
+from slipscale.experiments.protocols.simulated_answers import any_choice
 from slipscale.experiments.protocols.steps import CONSENT, Instruct
 from slipscale.experiments.study.person_questions import TAKEN, PersonQuestion, Translated, distinct
 from slipscale.faults import UserError
@@ -21,7 +21,7 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
-    from slipscale.experiments.protocols.simulation import SimulatedAnswer
+    from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
     from slipscale.experiments.protocols.steps import Ask, Steps
     from slipscale.faults.validation import Fault
 

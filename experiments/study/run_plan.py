@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.protocols.base import Options, Protocol
-    from slipscale.experiments.protocols.simulation import SimulatedAnswer
+    from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
     from slipscale.experiments.protocols.steps import Answer
     from slipscale.experiments.study.model import Study
 
@@ -83,8 +83,8 @@ class RunPlan:
     order_version : int
         The rule that orders are drawn by; a run cannot be resumed with another.
     population : str
-        Whom a pilot simulates, all numbers as JSON
-        (`slipscale.experiments.participants.population`); empty for a person's run.
+        Whom a pilot simulates, all numbers as JSON: a `Population` of
+        `slipscale.experiments.participants.simulated_people.population`; empty for a person's run.
     """
 
     study_name: str

@@ -9,7 +9,7 @@ SPEC: ``mock`` or ``mock:option=value,...`` with
 ``calibration`` a file written by ``slipscale plate calibrate``: narrows the limits
 ``plate``       a file written by ``slipscale plate new``: limits and calibration
 ``fault``       faults on order: ``CODE@PHASE/N``, see
-                `slipscale.hardware.fault_injection`. CODE is a `PlateFault.code`; PHASE
+                `slipscale.hardware.backends.fault_injection`. CODE is a `PlateFault.code`; PHASE
                 is connect, present, read_back, silence or check. ``CODE@N`` counts all
                 of these but check (called every frame)
 ==============  ==================================================================
@@ -26,9 +26,9 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from slipscale.hardware import address as addresses
+from slipscale.hardware.backends.fault_injection import Injection, Schedule, parse_injections
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import FAULTS, ConnectionLost
-from slipscale.hardware.fault_injection import Injection, Schedule, parse_injections
 from slipscale.hardware.plate.dynamics import FingerLoad, Resonator
 from slipscale.hardware.plate.twin import OFF, SETTLING_TIME_CONSTANTS, Drive, Twin
 from slipscale.hardware.records import PlateIdentity, Presentation, Readback

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.faults import DONE, UserError
+from slipscale.hardware.backends.fault_injection import parse_injections
 from slipscale.hardware.emulator.response_faults import EMULATED_ONLY, FAULT_NAMES, PHASES
-from slipscale.hardware.fault_injection import parse_injections
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace

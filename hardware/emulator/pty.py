@@ -15,6 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TextIO
 
+from slipscale.hardware.backends.fault_injection import Schedule, parse_injections
 from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.emulator.firmware import IDENTITY, OLD_IDENTITY, Board
 from slipscale.hardware.emulator.response_faults import (
@@ -28,15 +29,14 @@ from slipscale.hardware.emulator.response_faults import (
     Piece,
     phase_of,
 )
-from slipscale.hardware.fault_injection import Schedule, parse_injections
 from slipscale.hardware.plate.dynamics import NO_FINGER
 from slipscale.hardware.plate.twin import Twin
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from slipscale.hardware.backends.fault_injection import Injection
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.fault_injection import Injection
     from slipscale.hardware.plate.dynamics import FingerLoad
 
 TICK_S = 0.001

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from slipscale.experiments.journal.journal import Journal
-from slipscale.experiments.journal.run_record import elapsed_s, read_plan
-from slipscale.experiments.participants.population import Population
-from slipscale.experiments.participants.simulated import SimulatedParticipant
-from slipscale.experiments.running.run import run_plan
+from slipscale.experiments.journal.plan_and_progress import elapsed_s, read_plan
+from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
+from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.running.begin_or_resume import run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
-from slipscale.experiments.session.sounds import ImaginedSounds
+from slipscale.experiments.session.question_sounds import ImaginedSounds
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.hardware.clock import VirtualClock

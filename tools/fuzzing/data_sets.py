@@ -14,7 +14,7 @@ from unittest import mock
 from slipscale.analysis.load import load
 from slipscale.experiments.dataset import verification
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.dataset.runs import read_runs
+from slipscale.experiments.dataset.journals import read_runs
 from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from pathlib import Path
     from random import Random
 
-    from slipscale.experiments.dataset.runs import Problem, Run
+    from slipscale.experiments.dataset.journals import Problem, Run
 
 JOURNALS = "sourcedata"
 

@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.dataset.rendering import render
-from slipscale.experiments.dataset.runs import read_runs
+from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.journal.record import chained, decode, encode
-from slipscale.experiments.journal.run_record import read_plan
 from slipscale.experiments.running.pilot import run_simulated
 from slipscale.faults import RigError, UserError
 from tools.fuzzing.changes import changed_file, characters

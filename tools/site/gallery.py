@@ -6,7 +6,7 @@ import io
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.protocols.steps import Present
-from slipscale.experiments.running.dry_run import dry_run
+from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.running.study_commands import show
 from slipscale.experiments.study.file import read_study, shipped_studies
 from slipscale.experiments.study.run_plan import RunPlan

@@ -13,7 +13,7 @@ from unittest import mock
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal import journal as journal_module
-from slipscale.experiments.journal import run_record
+from slipscale.experiments.journal import plan_and_progress
 from slipscale.experiments.running.pilot import pilot_plans, run_simulated
 from slipscale.experiments.study.file import shipped_studies
 from slipscale.faults import UserError
@@ -102,7 +102,7 @@ def difference(dataset: Path, expected: dict[str, bytes]) -> str:
 def looked_up_once() -> Iterator[None]:
     """Look each installed package up once: thousands of runs would each do it anew."""
     with ExitStack() as stack:
-        for module, name in ((registry, "entry_points"), (run_record, "version")):
+        for module, name in ((registry, "entry_points"), (plan_and_progress, "version")):
             stack.enter_context(mock.patch.object(module, name, cache(getattr(module, name))))
         yield
 

@@ -36,7 +36,7 @@ from slipscale.experiments.protocols.steps import (
     TextQuestion,
     YesNoQuestion,
 )
-from slipscale.experiments.running.run import run_plan
+from slipscale.experiments.running.begin_or_resume import run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.emulator.process import EmulatorProcess

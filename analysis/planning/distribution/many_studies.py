@@ -14,9 +14,9 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.planning.distribution.numbers import Findings, findings
 from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
-from slipscale.experiments.running.dry_run import check_answered, check_supported
+from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.pilot import MOCK, pilot_plans
-from slipscale.experiments.running.run import plate_for
+from slipscale.experiments.running.rehearsal import check_answered, check_supported
 from slipscale.experiments.study.file import study_hash
 from slipscale.faults import UserError
 from slipscale.hardware.address import with_plate_file
@@ -25,7 +25,7 @@ from slipscale.hardware.clock import VirtualClock
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.study.run_plan import RunPlan
 
 #: What a study's seed means; another number makes other seeds.

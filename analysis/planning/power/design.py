@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from slipscale.analysis.planning.power.grid import Condition
-    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.protocols.base import Context, Options
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
     from slipscale.experiments.study.model import Study

@@ -7,13 +7,13 @@ from dataclasses import dataclass, fields, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, cast, get_args
 
-from slipscale.experiments.protocols.orders import Rule
+from slipscale.experiments.protocols.ordering.orders import Rule
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.participants.simulated_people.population import Population
 
 FEWEST_PARTICIPANTS = 3
 #: Values of one option; a longer range is a slip.
@@ -32,7 +32,7 @@ class Condition:
     effect : float
         1 is the population's own; with 0.5 the mean sensations are half as far apart.
     lapses, dropout : float
-        Shares; see `slipscale.experiments.participants.habits.Habits`.
+        Shares; see `slipscale.experiments.participants.simulated_people.habits.Habits`.
     exponent : float
         Of the mean sensation above 0 µm; 0 keeps the population's own curve.
     order : {"blocked", "simple", "williams"} or None

@@ -20,13 +20,13 @@ from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.dataset.schema import INTERVAL, MAIN
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import answer_record, step_record
-from slipscale.experiments.participants.bare import bare_run, drops_out
+from slipscale.experiments.participants.simulated_people.bare_run import bare_run, drops_out
 from slipscale.experiments.protocols.steps import Ask, EndTrial, Present
 
 if TYPE_CHECKING:
     from slipscale.analysis.planning.protocols.studies import ProtocolStudy
-    from slipscale.experiments.participants.bare import BareStep
-    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.participants.simulated_people.bare_run import BareStep
+    from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.study.run_plan import RunPlan
 
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.planning.protocols.answers import Answered, StudyAnswers
     from slipscale.analysis.planning.protocols.studies import ProtocolStudy
-    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.participants.simulated_people.population import Population
 
     Array = NDArray[np.float64]
 

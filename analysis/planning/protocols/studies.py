@@ -16,7 +16,7 @@ import numpy as np
 import tomlkit
 
 from slipscale.analysis.tasks.thresholds.reading import COMPARISON, FORCED_CHOICE
-from slipscale.experiments.participants.bare import bare_run
+from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from slipscale.experiments.protocols.registry import load_protocol
 from slipscale.experiments.protocols.steps import Present
@@ -28,8 +28,8 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from slipscale.experiments.participants.bare import BareStep
-    from slipscale.experiments.participants.population import Population
+    from slipscale.experiments.participants.simulated_people.bare_run import BareStep
+    from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.protocols.base import Options, Protocol
     from slipscale.experiments.study.run_plan import RunPlan
 

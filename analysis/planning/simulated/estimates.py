@@ -1,8 +1,9 @@
 """Simulated studies by the thousand: the pilot's people, whole arrays of them at a time.
 
-The same model as `slipscale.experiments.participants.respondent`, habit by habit, without plate,
-screen and session; a test compares both. Random numbers are NumPy's. Both are needed: a person in a
-session answers one trial at a time and can be resumed, a power analysis needs millions of answers.
+The same model as `slipscale.experiments.participants.simulated_people.respondent`, habit by habit,
+without plate, screen and session; a test compares both. Both are needed: a person in a session
+answers one trial at a time and can be resumed; a power analysis needs millions of answers. Random
+numbers are NumPy's.
 """
 
 from __future__ import annotations
@@ -14,22 +15,22 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.planning.simulated.orders import draw_orders
-from slipscale.experiments.participants.habits import (
+from slipscale.experiments.participants.simulated_people.habits import (
     ROUND_TO_PERCENT,
     Frame,
     History,
     distorts,
     reported,
 )
-from slipscale.experiments.participants.population import curves
+from slipscale.experiments.participants.simulated_people.population import curves
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from slipscale.experiments.participants.population import Population
-    from slipscale.experiments.protocols.orders import Rule
+    from slipscale.experiments.participants.simulated_people.population import Population
+    from slipscale.experiments.protocols.ordering.orders import Rule
 
     Array = NDArray[np.float64]
 

@@ -1,9 +1,9 @@
 """Orders of surfaces for thousands of simulated participants, by the rules of the protocol.
 
-The distribution is the protocol's (`slipscale.experiments.protocols.orders`). Blocks are shuffled
-as whole arrays. Rules without such a form have a pool of the protocol's own orders: each simulated
-person, or group that shares a design, takes one of it and gives its surfaces other numbers by
-chance, which changes nothing about how likely an order is.
+The distribution is the protocol's (`slipscale.experiments.protocols.ordering.orders`). Blocks are
+shuffled as whole arrays. Rules without such a form have a pool of the protocol's own orders: each
+simulated person, or group that shares a design, takes one of it and gives its surfaces other
+numbers by chance, which changes nothing about how likely an order is.
 """
 
 from __future__ import annotations
@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.experiments.protocols.orders import presentation_order
-from slipscale.experiments.protocols.randomisation import Stream
-from slipscale.experiments.protocols.williams import Place, williams_group
+from slipscale.experiments.protocols.ordering.orders import presentation_order
+from slipscale.experiments.protocols.ordering.randomisation import Stream
+from slipscale.experiments.protocols.ordering.williams import Place, williams_group
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from slipscale.experiments.protocols.orders import Rule
+    from slipscale.experiments.protocols.ordering.orders import Rule
 
     Orders = NDArray[np.int64]
 

@@ -20,11 +20,11 @@ from starlette.routing import Route
 
 from slipscale.experiments.lab.console.actions import Actions
 from slipscale.experiments.lab.console.jobs import KINDS
+from slipscale.experiments.lab.console.page_texts import LANGUAGES, Words, preferred
 from slipscale.experiments.lab.console.pages import PAGES, parts_done
 from slipscale.experiments.lab.console.presence import Presence
 from slipscale.experiments.lab.console.security import REPORT_POLICY, Guard
 from slipscale.experiments.lab.console.state import RESULTS, State, pilots
-from slipscale.experiments.lab.console.words import LANGUAGES, Words, preferred
 from slipscale.faults import UserError, harmless
 
 if TYPE_CHECKING:

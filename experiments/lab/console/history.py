@@ -15,7 +15,7 @@ from slipscale.experiments.lab.console.plots import BOTTOM, HEIGHT, LEFT, TOP, W
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from slipscale.experiments.lab.run_summary import PlateReading, RunSummary
+    from slipscale.experiments.lab.blind_summary import PlateReading, RunSummary
 
 TOGETHER = 8
 RIGHT = 10

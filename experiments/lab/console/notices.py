@@ -10,7 +10,7 @@ from datetime import datetime
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.journal.run_record import read_usable
+from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

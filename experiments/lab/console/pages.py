@@ -7,7 +7,8 @@ from datetime import UTC, datetime
 from statistics import median
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.journal.run_record import is_mock
+from slipscale.experiments.journal.plan_and_progress import is_mock
+from slipscale.experiments.lab.blind_summary import RunSummary, summary
 from slipscale.experiments.lab.console.actions import text_hash, why_not_edited
 from slipscale.experiments.lab.console.history import deviations, history
 from slipscale.experiments.lab.console.plots import scatter
@@ -18,7 +19,6 @@ from slipscale.experiments.lab.console.state import (
     table3,
     usual_duration_s,
 )
-from slipscale.experiments.lab.run_summary import RunSummary, summary
 from slipscale.experiments.session.terminal import clock_face
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.run_plan import RunPlan
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from slipscale.experiments.lab.console.jobs import Job, Jobs
+    from slipscale.experiments.lab.console.page_texts import Words
     from slipscale.experiments.lab.console.state import Live, Snapshot
-    from slipscale.experiments.lab.console.words import Words
     from slipscale.experiments.lab.roster import Person, Visit
 
 MOST_EVENTS = 30

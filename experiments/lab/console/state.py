@@ -11,10 +11,10 @@ from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING
 
+from slipscale.experiments.lab.blind_summary import RunSummary, summary
 from slipscale.experiments.lab.console.notices import notices
 from slipscale.experiments.lab.defaults import Defaults, here
 from slipscale.experiments.lab.roster import Roster, read_roster
-from slipscale.experiments.lab.run_summary import RunSummary, summary
 from slipscale.experiments.lab.unblinding import results_may_be_seen, unblinded
 from slipscale.experiments.session.mailbox import LiveStatus, read_status
 from slipscale.experiments.study.file import read_study

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.psychopy_window import entry, scene, touch
 from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
-from slipscale.experiments.participants.psychopy_window.screen_words import ScreenResult, remaining
+from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult, remaining
 from slipscale.experiments.participants.psychopy_window.waiting import Unmoved, by_touch
 from slipscale.experiments.protocols.steps import (
     Ask,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from slipscale.experiments.participants.psychopy_window.asking import Asking
-from slipscale.experiments.participants.psychopy_window.marking import Marking
+from slipscale.experiments.participants.psychopy_window.rating_line import Marking
 from slipscale.experiments.participants.psychopy_window.waiting import (
     Adjusting,
     Exploring,
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from slipscale.experiments.participants.psychopy_window.scene import Scene
-    from slipscale.experiments.participants.psychopy_window.screen_words import ScreenResult
+    from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
     from slipscale.experiments.protocols.steps import ParticipantStep
 
     Texts = Mapping[str, str]

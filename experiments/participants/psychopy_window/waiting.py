@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
-from slipscale.experiments.participants.psychopy_window.screen_words import (
+from slipscale.experiments.participants.psychopy_window.screen_texts import (
     ScreenResult,
     go_on_key,
     naming_key,

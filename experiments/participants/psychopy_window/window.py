@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.participants.base import Turn
     from slipscale.experiments.participants.psychopy_window.scene import Scene
-    from slipscale.experiments.participants.psychopy_window.screen_words import ScreenResult
+    from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
     from slipscale.experiments.protocols.steps import Adjust, ParticipantStep
     from slipscale.hardware.clock import Clock
 

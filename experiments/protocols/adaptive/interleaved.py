@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocols.adaptive.stopping import Stopping
     from slipscale.experiments.protocols.adaptive.track import Track
-    from slipscale.experiments.protocols.randomisation import Stream
+    from slipscale.experiments.protocols.ordering.randomisation import Stream
 
 Order = Literal["alternating", "shuffled"]
 

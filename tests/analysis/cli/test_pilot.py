@@ -8,7 +8,7 @@ from statistics import fmean, stdev
 import pytest
 
 from slipscale import commands
-from slipscale.experiments.dataset.runs import journals
+from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.running import pilot
 
 STUDY = """

@@ -11,7 +11,7 @@ import pytest
 from benchmarks.bare_dataset import write_dataset
 from slipscale.analysis.export.files import write_export
 from slipscale.analysis.pipeline import analyse
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.population import Population
 
 STUDY = """
 name = "every"

@@ -7,8 +7,11 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.planning.fitted_population import fit_population
 from slipscale.analysis.planning.simulated.dataset import simulated_dataset
 from slipscale.analysis.planning.simulated.estimates import Task, simulate_ratings
-from slipscale.experiments.participants.habits import Habits
-from slipscale.experiments.participants.population import AMPLITUDE_UM_PP, Population
+from slipscale.experiments.participants.simulated_people.habits import Habits
+from slipscale.experiments.participants.simulated_people.population import (
+    AMPLITUDE_UM_PP,
+    Population,
+)
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
 

@@ -14,8 +14,8 @@ from slipscale.analysis.preprocessing.residuals import residuals
 from slipscale.analysis.statistics.power_law import power_law
 from slipscale.analysis.tasks.estimation.order_effects import order_effects
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.experiments.participants.habits import Habits
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.habits import Habits
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 AMPLITUDES = (0.5, 0.95, 1.4, 1.85, 2.3)

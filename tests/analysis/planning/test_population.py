@@ -1,7 +1,7 @@
 """The simulated population is the paper's: its constants stand below the analysis."""
 
 from slipscale.analysis.published.biet2007 import TABLE3
-from slipscale.experiments.participants.population import (
+from slipscale.experiments.participants.simulated_people.population import (
     AMPLITUDE_UM_PP,
     MEAN_SENSATION,
     SD_SENSATION,

@@ -18,9 +18,9 @@ from slipscale.analysis.planning.power.shard import Looks, Shard, at_once, exclu
 from slipscale.analysis.planning.simulated.dataset import simulated_dataset
 from slipscale.analysis.planning.simulated.estimates import Ratings, Task, simulate_ratings
 from slipscale.analysis.planning.simulated.fast_tests import pairwise, tables
-from slipscale.experiments.participants.bare import bare_run
-from slipscale.experiments.participants.habits import REALISTIC
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.bare_run import bare_run
+from slipscale.experiments.participants.simulated_people.habits import REALISTIC
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.protocols.steps import Ask, Present
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.study.analysis_choices import AnalysisChoices

@@ -18,7 +18,7 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
 from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.run_plan import RunPlan

@@ -17,7 +17,7 @@ from slipscale.analysis.planning.power.run_grid import Part, estimated_s, missin
 from slipscale.analysis.planning.power.sequential import levels, look_sizes
 from slipscale.analysis.planning.power.shard import STUDIES_A_SHARD, Shard
 from slipscale.analysis.planning.power.shard_cache import MARK, ShardCache
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.study.file import read_study
 from slipscale.faults import UserError
 

@@ -22,9 +22,9 @@ from slipscale.analysis.planning.power.yes_no_steps import (
     simulate_steps,
 )
 from slipscale.analysis.tasks.difference.proportions import exact_interval
-from slipscale.experiments.participants.bare import bare_run
-from slipscale.experiments.participants.habits import Habits
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.bare_run import bare_run
+from slipscale.experiments.participants.simulated_people.habits import Habits
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.protocols.steps import Ask, Present
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.study.file import read_study

@@ -16,7 +16,7 @@ from slipscale.analysis.preregistration.bundle import read_bundle
 from slipscale.analysis.reporting.files import software
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.languages.texts import to_translate
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import write_simulated
 from slipscale.experiments.running.pilot import pilot_plans
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from slipscale.analysis.published.biet2007 import BY_AMPLITUDE, TABLE3, TABLE3_FILE
 from slipscale.analysis.reconstruction.table.table_files import read
-from slipscale.experiments.participants import population
+from slipscale.experiments.participants.simulated_people import population
 
 
 def test_reconstruction_reads_the_same_numbers():

@@ -11,7 +11,7 @@ from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting.files import write_analysis
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.experiments.participants.population import Population, curves
+from slipscale.experiments.participants.simulated_people.population import Population, curves
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 
 STUDY = """

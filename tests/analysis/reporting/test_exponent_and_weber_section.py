@@ -10,7 +10,7 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting.files import draw
 from slipscale.analysis.reporting.page import results
 from slipscale.analysis.tasks.exponent_and_weber.section import exponent_and_weber
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.population import Population
 
 STUDY = """
 name = "both"

@@ -18,7 +18,7 @@ from slipscale.analysis.tasks.multiplicity import multiplicity
 from slipscale.analysis.tasks.run import conclude
 from slipscale.analysis.tasks.sessions.sentences import session_sentences
 from slipscale.analysis.tasks.sessions.statistics import agreement
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.study.file import study_text

@@ -1,6 +1,6 @@
 # Catch steps of the descending difference, written once more in base R: how often a step is felt, and
 # the interval of the share of "yes" at catch steps.   Rscript catch_steps.R > catch_steps.csv   (R 4.2.2)
-# The model: experiments/participants/respondent.py (`notices`), without lapses and dropout. The
+# The model: experiments/participants/simulated_people/respondent.py (`notices`), without lapses and dropout. The
 # interval: Clopper and Pearson's of as many answers as there would be independent ones (Korn and
 # Graubard 1998, Surv. Methodol. 24, 193-201), the design effect corrected by Student's t.
 set.seed(1998)

@@ -1,6 +1,6 @@
 # The simulated population and the primary tests of slipscale power, written once more in base R.
 # Rscript power.R > power.csv   (R 4.2.2; some minutes)
-# The model: experiments/participants/population.py. Friedman's test; Wilcoxon's signed-rank test of
+# The model: experiments/participants/simulated_people/population.py. Friedman's test; Wilcoxon's signed-rank test of
 # every pair with R's own exact distribution (ties ranked, zeros left out), Holm over the six pairs.
 set.seed(2007)
 amplitude <- c(0, 0.5, 1.2, 2.3)

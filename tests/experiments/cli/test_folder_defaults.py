@@ -138,7 +138,9 @@ def test_what_goes_on_takes_the_place_it_goes_on_in(folder, capsys, monkeypatch,
     settings = []
     monkeypatch.setattr(lab_session, "go_on", lambda _, on: settings.append(on) or "complete")
     (folder / FILE).write_text(WHOLE)
-    monkeypatch.setattr("slipscale.experiments.journal.run_record.answered_by", lambda _: "person")
+    monkeypatch.setattr(
+        "slipscale.experiments.journal.plan_and_progress.answered_by", lambda _: "person"
+    )
     assert main(["resume", str(journal)]) == DONE
     [setting] = settings
     # The plate and the recorders are those of the run itself.

@@ -10,7 +10,7 @@ import pytest
 
 from slipscale import __version__, commands
 from slipscale.commands import main
-from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.psychopy_window import keyboard
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.running.preflight import PlannedSession, check, check_display

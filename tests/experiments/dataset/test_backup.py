@@ -5,7 +5,7 @@ import pytest
 from slipscale.experiments.dataset import backup as module
 from slipscale.experiments.dataset.backup import back_up, backups
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.dataset.runs import journals
+from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.dataset.withdrawal import withdraw
 from slipscale.faults import UserError

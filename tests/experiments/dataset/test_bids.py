@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.dataset.runs import mode_of
+from slipscale.experiments.dataset.journals import mode_of
 from slipscale.experiments.dataset.tsv import cell
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.participants.scripted import ScriptedParticipant

@@ -4,8 +4,8 @@ import pytest
 
 from slipscale.commands import main
 from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.journals import journals, read_runs
 from slipscale.experiments.dataset.merging import merge
-from slipscale.experiments.dataset.runs import journals, read_runs
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.dataset.withdrawal import withdraw, withdrawn
 from slipscale.experiments.journal.journal import Journal

@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.dataset.rendering import render
-from slipscale.experiments.dataset.runs import read_runs
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.journal.record import Record, chained, decode, encode
 from tools.fuzzing.recorded import record

@@ -10,7 +10,7 @@ from slipscale import commands
 from slipscale.experiments.dataset import withdrawal
 from slipscale.experiments.dataset.backup import back_up
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.dataset.runs import read_runs
+from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.dataset.withdrawal import replacement, withdraw, withdrawn
 from slipscale.experiments.journal.journal import FALLBACK, Journal

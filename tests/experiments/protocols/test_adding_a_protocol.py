@@ -17,7 +17,7 @@ BLOCK = re.compile(r"^```\w+ file=(\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # A pilot without its analysis, which takes as long as all else.
 UNDISTURBED = """
 from pathlib import Path
-from slipscale.experiments.participants.population import read_population
+from slipscale.experiments.participants.simulated_people.population import read_population
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 people = read_population("distracted")
 plans = pilot_plans(

@@ -6,12 +6,12 @@ from itertools import pairwise
 import pytest
 
 from slipscale.experiments.dataset.schema import columns
-from slipscale.experiments.participants.bare import bare_run
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.bare_run import bare_run
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.protocols.base import TrialRecord
 from slipscale.experiments.protocols.magnitude_production import PROTOCOL as MADE
 from slipscale.experiments.protocols.steps import Adjust, Ask, EndBlock, Explore, Present, Rest
-from slipscale.experiments.running.dry_run import dry_run, surfaces
+from slipscale.experiments.running.rehearsal import dry_run, surfaces
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError
 

@@ -9,7 +9,7 @@ import pytest
 from slipscale.experiments.protocols import registry
 from slipscale.experiments.protocols.base import Column, Options, Protocol
 from slipscale.experiments.protocols.registry import load_protocol
-from slipscale.experiments.protocols.simulation import compared
+from slipscale.experiments.protocols.simulated_answers import compared
 from slipscale.experiments.protocols.steps import (
     Ask,
     ChoiceQuestion,
@@ -21,8 +21,8 @@ from slipscale.experiments.protocols.steps import (
     Present,
     Trial,
 )
-from slipscale.experiments.running.dry_run import check_answered, surfaces
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
+from slipscale.experiments.running.rehearsal import check_answered, surfaces
 from slipscale.faults import RigError, UserError, plug_ins
 from slipscale.stimuli.surface import VirtualSurface
 

@@ -19,9 +19,9 @@ from slipscale.experiments.protocols.steps import (
     Feedback,
     NumberQuestion,
 )
-from slipscale.experiments.running.run import plate_for, run_plan
+from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import Request, UnattendedOperator
-from slipscale.experiments.session.sounds import ImaginedSounds
+from slipscale.experiments.session.question_sounds import ImaginedSounds
 from slipscale.hardware.clock import SystemClock
 from slipscale.stimuli import headphone_sounds
 

@@ -4,8 +4,8 @@ import csv
 
 import pytest
 
-from slipscale.experiments.participants.habits import REALISTIC
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.habits import REALISTIC
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
 from slipscale.experiments.running.pilot import pilot_plans
 

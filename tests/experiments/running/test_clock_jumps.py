@@ -8,8 +8,8 @@ import pytest
 
 from slipscale.experiments.dataset.measured import OF_THE_PLATE
 from slipscale.experiments.journal import header
+from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.journal.record import chained, decode, encode
-from slipscale.experiments.journal.run_record import read_plan
 from slipscale.experiments.participants.base import StopRequested
 from slipscale.experiments.participants.scripted import ScriptedParticipant
 from slipscale.experiments.protocols.steps import NumberQuestion, TextQuestion, YesNoQuestion

@@ -10,7 +10,7 @@ import pytest
 
 from slipscale.commands import main
 from slipscale.experiments.journal.journal import Journal
-from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.base import StopRequested
 from slipscale.experiments.participants.scripted import ScriptedParticipant
 from slipscale.experiments.running import lab_session, preflight

@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from slipscale.experiments.journal.run_record import last_plate, read_plan
+from slipscale.experiments.journal.plan_and_progress import last_plate, read_plan
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot, run_simulated
 from slipscale.faults import UserError
 from tools.board_sessions import STUDY

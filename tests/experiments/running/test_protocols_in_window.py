@@ -9,7 +9,7 @@ import pytest
 from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.journal.journal import Journal
-from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.psychopy_window import PsychoPyWindow
 from slipscale.experiments.protocols.steps import (
     Adjust,
@@ -19,7 +19,7 @@ from slipscale.experiments.protocols.steps import (
     VisualAnalogueQuestion,
     YesNoQuestion,
 )
-from slipscale.experiments.running.run import plate_for, run_plan
+from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.experiments.study.file import study_text
 from slipscale.hardware.clock import SystemClock

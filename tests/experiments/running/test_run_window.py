@@ -15,7 +15,7 @@ import pandas as pd
 import pytest
 
 from slipscale.experiments.dataset.verification import verify
-from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.journal.serialisation import answer_from
 
 pytestmark = [

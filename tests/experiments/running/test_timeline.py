@@ -6,8 +6,8 @@ import json
 import pytest
 
 from slipscale import commands
-from slipscale.experiments.journal.run_record import elapsed_s, read_plan
-from slipscale.experiments.participants.bare import BareStep
+from slipscale.experiments.journal.plan_and_progress import elapsed_s, read_plan
+from slipscale.experiments.participants.simulated_people.bare_run import BareStep
 from slipscale.experiments.protocols.steps import Explore, Present, Silence, Trial
 from slipscale.experiments.running.pilot import pilot_plans, run_simulated
 from slipscale.experiments.running.timeline import _Visit, timeline

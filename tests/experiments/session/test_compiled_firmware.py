@@ -9,8 +9,8 @@ import re
 
 import pytest
 
-from slipscale.experiments.journal.run_record import read_plan
-from slipscale.experiments.participants.simulated import SimulatedParticipant
+from slipscale.experiments.journal.plan_and_progress import read_plan
+from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
 from slipscale.experiments.protocols.steps import Explore
 from slipscale.experiments.study.file import study_text
 from slipscale.hardware.clock import SystemClock, VirtualClock

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import pytest
 
-from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.scripted import ScriptedParticipant
 from slipscale.experiments.protocols.steps import Ask, Explore
 from slipscale.experiments.running.preflight import CHECKS, PlannedSession

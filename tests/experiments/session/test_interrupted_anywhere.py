@@ -7,7 +7,7 @@ import pytest
 
 from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.dataset.schema import columns
-from slipscale.experiments.participants.simulated import SimulatedParticipant
+from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
 from slipscale.experiments.protocols.steps import Ask, Explore
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.hardware.clock import VirtualClock

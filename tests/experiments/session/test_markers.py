@@ -8,7 +8,7 @@ import types
 import pytest
 
 from slipscale import commands
-from slipscale.experiments.journal.run_record import last_markers
+from slipscale.experiments.journal.plan_and_progress import last_markers
 from slipscale.experiments.running.preflight import PlannedSession, check_markers
 from slipscale.experiments.session.marker_outputs import open_markers
 from slipscale.experiments.session.markers import Event, Markers
@@ -244,7 +244,7 @@ def test_a_resumed_run_goes_on_with_the_markers_it_had(marked, laboratory, plan,
         lambda _path, setting: settings.append(setting) or "complete",
     )
     monkeypatch.setattr(
-        "slipscale.experiments.journal.run_record.answered_by", lambda _records: "person"
+        "slipscale.experiments.journal.plan_and_progress.answered_by", lambda _records: "person"
     )
     path = plan().journal_path(laboratory.folder)
     parser, resume = commands.load_command("resume")

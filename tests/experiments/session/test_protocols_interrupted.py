@@ -8,9 +8,9 @@ import os
 
 import pytest
 
+from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.dataset.rendering import render
-from slipscale.experiments.dataset.runs import read_runs
-from slipscale.experiments.participants.simulated import SimulatedParticipant
+from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
 from slipscale.experiments.protocols.steps import Ask, Explore
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.experiments.study.file import study_text

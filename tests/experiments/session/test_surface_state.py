@@ -3,7 +3,7 @@
 import pytest
 
 from slipscale.experiments.protocols.steps import Present
-from slipscale.experiments.session.following import Following
+from slipscale.experiments.session.followed_textures import Following
 from slipscale.experiments.session.surface_state import SurfaceState
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.clock import VirtualClock

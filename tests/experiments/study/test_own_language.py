@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.languages.screen_room import LETTERS, not_drawn, too_long
 from slipscale.experiments.languages.texts import flatten, languages, shipped_texts, to_translate
-from slipscale.experiments.running.changed_words import changed_words
+from slipscale.experiments.running.changed_texts import changed_texts
 from slipscale.experiments.running.study_commands import texts, validate
 from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.own_language import _quoted
@@ -119,14 +119,14 @@ def test_words_that_changed_before_a_resume_are_noticed_and_those_of_before_stay
     laboratory.run(plan)
     path = plan.journal_path(laboratory.folder)
     begun, records = read_plan(path)
-    assert list(changed_words(begun, records)) == []
+    assert list(changed_texts(begun, records)) == []
     file = study.parent / "texts.de.toml"
     file.write_text(german(session__welcome="Guten Tag."), encoding="utf-8")
-    (said,) = changed_words(begun, records)
+    (said,) = changed_texts(begun, records)
     assert "its texts in 'de' have changed since the run began" in said
     assert begun.texts()["session.welcome"] == GERMAN["session.welcome"]
     records[0].data["texts_hash"] = "of another version"
-    assert "another version of Slipscale" in next(changed_words(begun, records))
+    assert "another version of Slipscale" in next(changed_texts(begun, records))
 
 
 def test_a_text_that_comes_with_a_newer_slipscale_is_asked_for_and_no_old_run_is_lost(study):

@@ -12,7 +12,7 @@ from slipscale.experiments.protocols.steps import Explore, Present
 from slipscale.experiments.running import lab_session
 from slipscale.experiments.running.lab_session import Setting, make_plan
 from slipscale.experiments.running.preflight import PlannedSession, check_plate
-from slipscale.experiments.session.following import Following
+from slipscale.experiments.session.followed_textures import Following
 from slipscale.experiments.session.surface_state import SurfaceState
 from slipscale.experiments.study.file import parse_study, study_text
 from slipscale.faults import UserError

@@ -15,8 +15,8 @@ from slipscale.analysis.planning.distribution.distribution import distribution
 from slipscale.analysis.planning.distribution.many_studies import ManyStudies, StudyResult, results
 from slipscale.analysis.planning.distribution.numbers import Findings, findings
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.experiments.participants.habits import REALISTIC
-from slipscale.experiments.participants.population import Population
+from slipscale.experiments.participants.simulated_people.habits import REALISTIC
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.faults import UserError
 

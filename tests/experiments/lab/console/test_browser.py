@@ -17,7 +17,7 @@ from contextlib import contextmanager
 import pytest
 
 from slipscale.experiments.journal.locks import is_being_written
-from slipscale.experiments.journal.run_record import read_plan
+from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.lab.folder import init
 from slipscale.experiments.lab.roster import read_roster
 from slipscale.experiments.session.mailbox import read_status

@@ -5,9 +5,9 @@ from dataclasses import replace
 
 import pytest
 
+from slipscale.experiments.lab.blind_summary import Event, PlateReading, RunSummary, summary
 from slipscale.experiments.lab.console import state
 from slipscale.experiments.lab.console.history import deviations, history
-from slipscale.experiments.lab.run_summary import Event, PlateReading, RunSummary, summary
 
 
 def read(*used, temperature_c=None):

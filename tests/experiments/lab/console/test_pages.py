@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import pytest
 
 from slipscale.experiments.lab.console.jobs import Job, Jobs
+from slipscale.experiments.lab.console.page_texts import LANGUAGES, page_texts
 from slipscale.experiments.lab.console.plots import scatter
-from slipscale.experiments.lab.console.words import LANGUAGES, page_texts
 from slipscale.experiments.lab.unblinding import unblinded
 from slipscale.experiments.languages.texts import blanks
 from slipscale.experiments.protocols.steps import Ask, NumberQuestion, Trial

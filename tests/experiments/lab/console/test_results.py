@@ -10,7 +10,7 @@ import pytest
 
 from slipscale.commands import main
 from slipscale.experiments.lab.console.jobs import Job, Jobs
-from slipscale.experiments.lab.console.words import page_texts
+from slipscale.experiments.lab.console.page_texts import page_texts
 from slipscale.experiments.lab.roster import read_roster
 from slipscale.experiments.study.analysis_choices import QualityFlag
 from slipscale.experiments.study.file import parse_study, study_text

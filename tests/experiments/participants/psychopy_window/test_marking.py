@@ -5,8 +5,8 @@ import pytest
 from slipscale.experiments.languages.texts import languages, load_texts
 from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.keyboard import Key
-from slipscale.experiments.participants.psychopy_window.marking import DONE, LINE_LENGTH, LINE_Y
-from slipscale.experiments.participants.psychopy_window.screen_words import ScreenResult
+from slipscale.experiments.participants.psychopy_window.rating_line import DONE, LINE_LENGTH, LINE_Y
+from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.participants.psychopy_window.window import hand_over
 from slipscale.experiments.protocols.steps import Ask, NumberQuestion, VisualAnalogueQuestion

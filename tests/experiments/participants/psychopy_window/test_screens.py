@@ -7,7 +7,7 @@ from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.asking import Stopping
 from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
 from slipscale.experiments.participants.psychopy_window.keyboard import Key, claim
-from slipscale.experiments.participants.psychopy_window.screen_words import ScreenResult
+from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.participants.psychopy_window.window import hand_over
 from slipscale.experiments.protocols.steps import (

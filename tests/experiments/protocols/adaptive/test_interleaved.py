@@ -11,7 +11,7 @@ from slipscale.experiments.protocols.adaptive.quest_plus import QuestPlus
 from slipscale.experiments.protocols.adaptive.staircase import staircase
 from slipscale.experiments.protocols.adaptive.stopping import Stopping
 from slipscale.experiments.protocols.adaptive.track import Progress
-from slipscale.experiments.protocols.randomisation import Stream
+from slipscale.experiments.protocols.ordering.randomisation import Stream
 from slipscale.faults import UserError
 
 RULE = staircase(start_um_pp=1, lowest_um_pp=0.01, highest_um_pp=2.3, steps_up=(0.2,))

@@ -1,0 +1,155 @@
+"""The runs of a data set: what each journal gives, and which journals are damaged.
+
+One damaged journal keeps no other run from being used, and what is whole of it is used too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.dataset.lost_header import header_from_tables
+from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.journal.plan_and_progress import is_complete, read_usable
+from slipscale.experiments.journal.reading import has_begun
+from slipscale.faults import UserError, harmless
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from slipscale.experiments.dataset.rows_from_journal import Gathered
+    from slipscale.experiments.journal.reading import Damage
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.study.run_plan import Mode, RunPlan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Problem:
+    """What is wrong with a file of a data set.
+
+    Parameters
+    ----------
+    file : str
+        Its path in the data set, with forward slashes.
+    place : str
+        "line 3", "row 2", an entry of a sidecar; empty where the whole file is meant.
+    what : str
+        What is wrong.
+    """
+
+    file: str
+    place: str = ""
+    what: str
+
+    def __str__(self) -> str:
+        """Return the sentence that names file and place."""
+        return harmless(": ".join(part for part in (self.file, self.place, self.what) if part))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Run:
+    """One run of a data set, as its journal tells it."""
+
+    path: Path
+    plan: RunPlan
+    records: list[Record]
+    damage: tuple[Damage, ...]
+    gathered: Gathered
+
+    @property
+    def complete(self) -> bool:
+        """Whether it came to its end."""
+        return is_complete(self.records)
+
+
+def journals(dataset: Path) -> list[Path]:
+    """Return the paths of a data set's journals, sorted."""
+    return sorted((dataset / "sourcedata").glob("sub-*/*_journal.jsonl"))
+
+
+def mode_of(dataset: Path) -> Mode | None:
+    """Return whether a data set holds pilots or participants; None while it holds neither.
+
+    Raises
+    ------
+    UserError
+        It holds both.
+    """
+    modes: set[Mode] = set()
+    for path in journals(dataset):
+        # Their first records alone, and a damaged one says nothing: no damage must keep the next
+        # participant waiting.
+        try:
+            plan, _ = read_usable(path, most=1)
+        except UserError:
+            continue
+        if plan:
+            modes.add(plan.mode)
+    if len(modes) > 1:
+        raise UserError(f"{dataset}: holds pilots and participants; they must not be mixed")
+    return modes.pop() if modes else None
+
+
+def read_runs(dataset: Path) -> tuple[list[Run], list[Problem]]:
+    """Return a data set's runs in the order of their journals, and what is damaged of these.
+
+    Raises
+    ------
+    UserError
+        It holds both pilots and participants.
+    """
+    mode_of(dataset)
+    runs: list[Run] = []
+    problems: list[Problem] = []
+    for path in journals(dataset):
+        file = path.relative_to(dataset).as_posix()
+        try:
+            run = _read_run(dataset, path, problems)
+        except UserError as error:
+            problems.append(Problem(file=file, what=f"no run can be read from it ({error})"))
+            continue
+        if run:
+            runs.append(run)
+            problems += [
+                Problem(file=file, place=f"line {damage.line}", what=f"damaged: {damage.reason}")
+                for damage in run.damage
+            ]
+    return runs, problems
+
+
+def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
+    """Return a journal's run; None where it has not begun or does not say whose run it is."""
+    if not has_begun(path):
+        return None
+    plan, reading = read_usable(path)
+    file = path.relative_to(dataset).as_posix()
+    if plan is None and reading.records and (known := header_from_tables(dataset, path)):
+        plan, header = known
+        # The damage may be of more than the header: then its mark stays for the first trial.
+        whole = len(reading.records) > 1 and reading.records[1].number == 1
+        reading.records[: 1 if whole else 0] = [header]
+        told = "what the header said is taken from the run's sidecar"
+        problems.append(Problem(file=file, place="line 1", what=told))
+    if plan is None:
+        reason = str(reading.damage[0]) if reading.damage else "no header"
+        problems.append(
+            Problem(
+                file=file,
+                what=f"its first record is damaged ({reason}): what run it is cannot be told "
+                "from it; nothing of it is used"
+                if reading.records
+                else "its first record is torn: it holds nothing; the run can be begun anew",
+            )
+        )
+        return None
+    if plan.journal_path(dataset) != path:
+        expected = plan.journal_path(dataset).relative_to(dataset).as_posix()
+        raise UserError(f"it was written as {expected}; put it back under that name")
+    plan.tasks()  # raises where its study cannot be read
+    return Run(
+        path=path,
+        plan=plan,
+        records=reading.records,
+        damage=tuple(reading.damage),
+        gathered=gather(reading.records),
+    )

@@ -1,0 +1,149 @@
+"""What a run's journal says without unblinding anybody: how it went, not what was answered."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.journal.plan_and_progress import elapsed_s, read_usable
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.protocols.base import TrialRecord
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Event:
+    """Something that happened: a fault, a pause, a void, a note."""
+
+    time_s: float
+    kind: str
+    words: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlateReading:
+    """What the plate told at a presentation.
+
+    Parameters
+    ----------
+    used_tolerance : float or None
+        How far the measured amplitude lay from what was commanded, as a share of what the plate's
+        limits allow; None where nothing was measured.
+    temperature_c : float or None
+        The plate's; None where it tells none.
+    """
+
+    time_s: float
+    used_tolerance: float | None
+    temperature_c: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunSummary:
+    """A run, as far as it has come.
+
+    Parameters
+    ----------
+    trials : int
+        That are over, practice and voided ones among them.
+    flags : Mapping
+        Flag -> how many trials carry it.
+    response_times_s : tuple of float
+        Of the trials in order; of each task's answer.
+    duration_s : float
+        From the beginning to the last step.
+    readings : tuple of PlateReading
+        One for each presentation.
+    doing : str
+        The step that was begun last: its type, and the name of a question after a colon.
+    """
+
+    trials: int = 0
+    flags: Mapping[str, int] = field(default_factory=dict)
+    response_times_s: tuple[float, ...] = ()
+    duration_s: float = 0.0
+    readings: tuple[PlateReading, ...] = ()
+    events: tuple[Event, ...] = ()
+    doing: str = ""
+
+
+# Kind of record -> the entry that has its words. A fault's code only: its sentence may name an
+# amplitude.
+EVENTS = {"fault": "code", "void": "reason", "note": "text", "pause": "", "stop": "reason"}
+
+
+def summary(path: Path) -> RunSummary:
+    """Return what a run's journal says; an empty summary where it cannot be read."""
+    try:
+        stat = path.stat()
+        return _summary(path, stat.st_ino, stat.st_mtime_ns, stat.st_size)
+    except (OSError, UserError):
+        return RunSummary()
+
+
+@lru_cache(maxsize=4096)
+def _summary(path: Path, _inode: int, _changed_ns: int, _size: int) -> RunSummary:
+    _, reading = read_usable(path)
+    records = reading.records
+    trials = [trial for task in gather(records).trials.values() for trial in task]
+    begun = [record for record in records if record.kind == "begin"]
+    return RunSummary(
+        trials=len(trials),
+        flags=Counter(flag for trial in trials for flag in trial.flags),
+        response_times_s=tuple(time for trial in trials for time in _response_times(trial)),
+        duration_s=elapsed_s(records),
+        readings=tuple(_readings(records)),
+        events=tuple(
+            Event(time_s=record.time_s, kind=record.kind, words=_words(record))
+            for record in records
+            if record.kind in EVENTS
+        ),
+        doing=_step(begun[-1]) if begun else "",
+    )
+
+
+def _response_times(trial: TrialRecord) -> list[float]:
+    found = [answer.get("response_time_s") for answer in trial.answers.values()]
+    return [float(time) for time in found if time is not None][:1]
+
+
+def _readings(records: list[Record]) -> list[PlateReading]:
+    plates = [r.data["plate"] for r in records if r.kind in ("header", "resume")]
+    limits = plates[-1].get("limits") or {} if plates else {}
+    answers = [(r.time_s, r.data["answer"] or {}) for r in records if r.kind == "done"]
+    return [
+        PlateReading(
+            time_s=time_s,
+            used_tolerance=_used_tolerance(answer, limits),
+            temperature_c=answer.get("temperature_c"),
+        )
+        for time_s, answer in answers
+        if answer.get("type") == "Presented"
+    ]
+
+
+def _used_tolerance(answer: Mapping[str, Any], limits: Mapping[str, Any]) -> float | None:
+    share, least_um = limits.get("tolerance"), limits.get("tolerance_um")
+    measured = answer["readback_um_pp"] if answer["readback_kind"] == "measured" else None
+    if measured is None or not isinstance(share, float) or not isinstance(least_um, float):
+        return None
+    commanded: float = answer["commanded_um_pp"]
+    return float(abs(measured - commanded) / max(share * commanded, least_um))
+
+
+def _words(record: Record) -> str:
+    entry = EVENTS[record.kind]
+    return str(record.data.get(entry, "")) if entry else ""
+
+
+def _step(record: Record) -> str:
+    what = record.data["what"]
+    return f"{what['type']}:{what.get('name', '')}"

@@ -1,0 +1,1 @@
+"""Simulated participants: the population, how one person answers, and their runs."""

@@ -1,0 +1,186 @@
+"""A run without session, plate and journal: the protocol and the person alone, for planning.
+
+The same protocol is asked the same questions in the same order by the same person as in a full
+session on the mock plate, and gives the same answers, many times as fast. A texture is felt as
+the mean of its amplitude; in a session it is felt at moments of the stroke. A notch that is turned
+takes no time beyond the person's; on a plate it has to settle.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from slipscale.experiments.participants.simulated_people.in_session import (
+    FELT_DIGITS,
+    turned_until_content,
+)
+from slipscale.experiments.participants.simulated_people.respondent import Respondent
+from slipscale.experiments.protocols.steps import (
+    FEEL_AGAIN,
+    Adjust,
+    Adjusted,
+    Ask,
+    EndBlock,
+    EndTrial,
+    Explore,
+    Feedback,
+    Instruct,
+    Present,
+    Presented,
+    Reply,
+    Rest,
+    Silence,
+    Voided,
+)
+from slipscale.hardware.clock import VirtualClock
+from slipscale.stimuli.texture import Grating
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from slipscale.experiments.participants.simulated_people.population import Population
+    from slipscale.experiments.protocols.steps import Answer, Step
+    from slipscale.experiments.study.run_plan import RunPlan
+    from slipscale.stimuli.surface import Surface
+
+# Who gives up does so when one of these comes.
+PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, Adjust, EndBlock)
+
+
+class BareStep(NamedTuple):
+    """A step, its answer, and how long the person took; the plate takes no time here."""
+
+    step: Step
+    answer: Answer
+    duration_s: float
+
+
+def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[BareStep]:
+    """Yield a run's steps, each with its answer, to the end or until the person gives up.
+
+    Parameters
+    ----------
+    plan : RunPlan
+    population : Population, optional
+        In place of the shipped default.
+    """
+    person = _person(plan, population)
+    run = _Bare(person)
+    steps = plan.steps()
+    try:
+        step = next(steps)
+        while not (person.gives_up and isinstance(step, PERFORMED)):
+            person.now = step
+            answer = run.answers[type(step)](step)
+            taken = person.read(step.screen) if isinstance(step, EndBlock) else answer
+            duration_s = taken.response_time_s if isinstance(taken, Reply) else None
+            played = step.played if isinstance(step, Ask) else None
+            heard_s = played.sound.duration_s if played else 0.0
+            yield BareStep(step, answer, (duration_s or 0.0) + heard_s)
+            person.over(step, answer)
+            step = steps.send(answer)
+    except StopIteration:
+        return
+
+
+def drops_out(plan: RunPlan, population: Population | None = None) -> bool:
+    """Return whether the plan's participant gives up in one of their runs."""
+    return _person(plan, population).drops_out
+
+
+def _person(plan: RunPlan, population: Population | None) -> Respondent:
+    return Respondent(
+        seed=plan.seed,
+        participant=plan.participant,
+        visit=plan.visit,
+        planned=plan.planned_trials(),
+        language=plan.language,
+        population=population,
+        answers=plan.simulated_answers(),
+    )
+
+
+class _Bare:
+    """What is on the plate, what was felt, and the answer to each kind of step."""
+
+    def __init__(self, person: Respondent) -> None:
+        self.person = person
+        self.on_plate: Surface | None = None
+        self.answers: Mapping[type, Callable[[Any], Answer]] = {
+            Instruct: person.read,
+            Rest: person.read,
+            Explore: self.explore,
+            Feedback: person.read,
+            Ask: person.answer,
+            Adjust: self.adjust,
+            Present: self.present,
+            Silence: self.silence,
+            EndTrial: lambda _: Voided(),
+            EndBlock: lambda _: Voided(),
+        }
+
+    def present(self, step: Present) -> Presented:
+        if step.lead_in and step.lead_in[0].surface != self.on_plate:
+            before, explore = step.lead_in
+            self.person.begin(explore)
+            self.person.feels(explore, _felt_um_pp(before.surface))
+        self.on_plate = step.surface
+        mean_um_pp = _mean_um_pp(step.surface)
+        return Presented(
+            commanded_um_pp=mean_um_pp,
+            readback_um_pp=mean_um_pp,
+            readback_kind="simulated",
+            settled_by="simulated",
+            onset_s=0.0,
+        )
+
+    def explore(self, step: Explore) -> Reply:
+        duration_s = self.person.exploration_s(step)
+        self.person.feels(step, _felt_um_pp(self.on_plate))
+        return Reply(response_time_s=duration_s)
+
+    def adjust(self, step: Adjust) -> Adjusted:
+        clock = VirtualClock()
+        trace = [(0.0, _mean_um_pp(self.on_plate))]
+
+        def turn(notches: int) -> None:
+            aim_um_pp = step.turned_um_pp(trace[-1][1], notches)
+            if aim_um_pp != trace[-1][1]:
+                trace.append((clock.now(), aim_um_pp))
+
+        def turned(left: Adjust) -> Reply:
+            return turned_until_content(
+                self.person, left, lambda: trace[-1][1], turn, clock, again=len(again_s)
+            )
+
+        again_s: list[float] = []
+        left, reply = step, turned(step)
+        while step.again is not None and reply.value == FEEL_AGAIN:
+            again_s.append(clock.now())
+            reference, explore = step.again
+            clock.sleep(self.person.exploration_s(explore))
+            self.person.feels(explore, _felt_um_pp(reference.surface))
+            left = left.with_less_time(reply.response_time_s or 0.0)
+            reply = turned(left)
+        return Adjusted(
+            value=trace[-1][1],
+            response_time_s=None if reply.timed_out else clock.now(),
+            time_source=reply.time_source,
+            timed_out=reply.timed_out,
+            readback_um_pp=trace[-1][1],
+            trace=tuple(trace),
+            again_s=tuple(again_s),
+        )
+
+    def silence(self, _step: Silence) -> None:
+        self.on_plate = None
+
+
+def _felt_um_pp(surface: Surface | None) -> float:
+    return round(_mean_um_pp(surface), FELT_DIGITS)
+
+
+def _mean_um_pp(surface: Surface | None) -> float:
+    if surface is None:
+        return 0.0
+    return surface.mean_um_pp if isinstance(surface, Grating) else surface.amplitude_um_pp

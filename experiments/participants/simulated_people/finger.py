@@ -1,0 +1,61 @@
+"""A simulated participant's finger: it strokes to and fro, at a speed and with a force of its own.
+
+=================  ========================  ==================================================
+what               value                     source
+=================  ========================  ==================================================
+speed              log-normal, 60 mm/s, 0.3  our assumption (median, sigma of the logarithm,
+                                             between people; 0.1 between explorations)
+stroke             40 mm                     our assumption: half of the paper's plate
+normal force       log-normal, 0.5 N, 0.3    0.5 N: Biet 2007, Section II-C; the rest is our
+                                             assumption (0.1 between explorations)
+=================  ========================  ==================================================
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Literal
+
+from slipscale.hardware.contact.source import Touch
+
+if TYPE_CHECKING:
+    from slipscale.experiments.protocols.ordering.randomisation import Stream
+
+SPEED_MM_S, FORCE_N, STROKE_MM = 60.0, 0.5, 40.0
+BETWEEN_PEOPLE, BETWEEN_EXPLORATIONS = 0.3, 0.1
+
+
+class SimulatedFinger:
+    """A finger that can be asked where it is at any time of an exploration.
+
+    Parameters
+    ----------
+    own : Stream
+        Random numbers of the participant.
+    """
+
+    unit: Literal["mm", "px"] = "mm"
+
+    def __init__(self, own: Stream) -> None:
+        self._own_speed = SPEED_MM_S * math.exp(BETWEEN_PEOPLE * own.normal())
+        self._own_force = FORCE_N * math.exp(BETWEEN_PEOPLE * own.normal())
+        self._speed_mm_s = self._own_speed
+        self._force_n = self._own_force
+        self._begun_s: float | None = None
+
+    def strokes(self, begun_s: float, chance: Stream) -> None:
+        """Begin to stroke, at one end of the stroke."""
+        self._begun_s = begun_s
+        self._speed_mm_s = self._own_speed * math.exp(BETWEEN_EXPLORATIONS * chance.normal())
+        self._force_n = self._own_force * math.exp(BETWEEN_EXPLORATIONS * chance.normal())
+
+    def lifts(self) -> None:
+        """Leave the plate."""
+        self._begun_s = None
+
+    def at(self, time_s: float) -> Touch | None:
+        """Return place and force; a to and fro whose mean speed is the finger's own."""
+        if self._begun_s is None or time_s < self._begun_s:
+            return None
+        turns = math.pi * self._speed_mm_s / STROKE_MM * (time_s - self._begun_s)
+        return Touch(-STROKE_MM / 2 * math.cos(turns), 0.0, self._force_n)

@@ -1,0 +1,225 @@
+"""A simulated participant in a session: feels the plate as it really vibrates, and answers."""
+
+from __future__ import annotations
+
+import math
+from statistics import fmean
+from typing import TYPE_CHECKING, ClassVar, Self
+
+from slipscale.experiments.participants.base import StopRequested, Unfinished
+from slipscale.experiments.participants.simulated_people.finger import SimulatedFinger
+from slipscale.experiments.participants.simulated_people.respondent import Respondent
+from slipscale.experiments.protocols.ordering.randomisation import Stream
+from slipscale.experiments.protocols.steps import FEEL_AGAIN, Ask, Explore, Reply
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from types import TracebackType
+
+    from slipscale.experiments.participants.base import Kind, Turn, Watch
+    from slipscale.experiments.participants.simulated_people.population import Population
+    from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
+    from slipscale.experiments.protocols.steps import Adjust, ParticipantStep, Steps
+    from slipscale.hardware.clock import Clock
+
+# The plate reads a fraction of a micrometre differently from moment to moment; a finger does not
+# tell 2.298 from 2.302 µm, and answers must not depend on the last digit.
+FELT_DIGITS = 2
+# A texture changes under the finger: it is felt at so many moments of the stroke, and rated as
+# the mean. A plain surface is the same at each.
+TOUCHES = 32
+TURN_S = 0.6  # from one notch to the next: turn, feel, decide
+MOST_TURNS = 1000  # more than the wheel has between any bounds: who cannot decide stops
+GAVE_UP = "the simulated participant gave up"
+
+
+class SimulatedParticipant:
+    """One of the simulated population.
+
+    Parameters
+    ----------
+    seed, participant, language, population, visit, planned, answers
+        As of `slipscale.experiments.participants.simulated_people.respondent.Respondent`.
+    feel : callable
+        Returns the plate's vibration now, µm peak to peak: what is felt is the plate itself, not
+        what the protocol believes of it.
+    clock : Clock
+        A virtual clock, so that nobody waits.
+    frame_s : float, optional
+        How often ``watch`` is called during an exploration, where a source measures the finger.
+    """
+
+    kind: ClassVar[Kind] = "simulated"
+    unfinished = Unfinished()
+
+    def __init__(
+        self,
+        *,
+        seed: int,
+        participant: str,
+        feel: Callable[[], float],
+        clock: Clock,
+        language: str = "en",
+        population: Population | None = None,
+        visit: int = 0,
+        planned: int = 0,
+        answers: Mapping[tuple[str, str], SimulatedAnswer] | None = None,
+        frame_s: float | None = None,
+    ) -> None:
+        self.respondent = Respondent(
+            seed=seed,
+            participant=participant,
+            visit=visit,
+            planned=planned,
+            language=language,
+            population=population,
+            answers=answers,
+        )
+        self._feel = feel
+        self._clock = clock
+        self._frame_s = frame_s
+        self.finger = SimulatedFinger(Stream(seed, participant, "simulated", "finger"))
+
+    def attend(self, steps: Steps) -> Steps:
+        """Yield a protocol's steps, and take note of each that is over, replayed ones too.
+
+        What a person remembers of a run then is the same whether it was interrupted or not.
+        """
+        try:
+            step = next(steps)
+            while True:
+                self.respondent.now = step
+                answer = yield step
+                self.respondent.over(step, answer)
+                step = steps.send(answer)
+        except StopIteration:
+            return
+
+    def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
+        """Read, explore, answer or rest; see `experiments.participants.base.Participant`."""
+        watch()
+        self._stop_if_enough()
+        onset_s = self._clock.now()
+        if isinstance(step, Explore):
+            reply = self._explore(step, watch)
+        else:
+            reply = (
+                self.respondent.answer(step)
+                if isinstance(step, Ask)
+                else self.respondent.read(step)
+            )
+            self._clock.sleep(reply.response_time_s or 0.0)
+        watch()
+        return Reply(
+            value=reply.value,
+            onset_s=onset_s,
+            response_time_s=None if reply.timed_out else reply.response_time_s,
+            time_source="simulated",
+            timed_out=reply.timed_out,
+        )
+
+    def adjust(self, step: Adjust, turn: Turn, watch: Watch, *, again: int = 0) -> Reply:
+        """Turn until the function that answers says that it will do, or asks to feel again."""
+        watch()
+        self._stop_if_enough()
+
+        def watched(notches: int) -> None:
+            turn(notches)
+            watch()
+
+        return turned_until_content(
+            self.respondent, step, self._feel, watched, self._clock, again=again
+        )
+
+    def hold(self, _text: str, until: Callable[[], bool]) -> None:
+        """Wait."""
+        while not until():
+            self._clock.sleep(0.1)
+
+    def _stop_if_enough(self) -> None:
+        if self.respondent.gives_up:
+            raise StopRequested(GAVE_UP)
+
+    def _explore(self, step: Explore, watch: Watch) -> Reply:
+        """Stroke the surface for a while and remember how it felt."""
+        person = self.respondent
+        duration_s = person.exploration_s(step)
+        moments = person.stream("touch")
+        begun_s = self._clock.now()
+        touches = []
+        self.finger.strokes(begun_s, person.stream("finger"))
+        for touch in range(TOUCHES):
+            share = (touch + moments.uniform()) / TOUCHES
+            self._pass_until(begun_s + share * duration_s, watch)
+            touches.append(round(self._feel(), FELT_DIGITS))
+        self._pass_until(begun_s + duration_s, watch)
+        if self._frame_s:
+            watch()  # the last samples, before the finger leaves
+        self.finger.lifts()
+        person.feels(step, round(fmean(touches), FELT_DIGITS))
+        return Reply(response_time_s=duration_s)
+
+    def _pass_until(self, time_s: float, watch: Watch) -> None:
+        """Let the time pass; where the finger is measured, watch at every frame."""
+        while self._frame_s and self._clock.now() + self._frame_s < time_s:
+            self._clock.sleep(self._frame_s)
+            watch()
+        self._clock.sleep(time_s - self._clock.now())
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        return None
+
+
+def turned_until_content(
+    person: Respondent,
+    step: Adjust,
+    feel: Callable[[], float],
+    turn: Turn,
+    clock: Clock,
+    *,
+    again: int = 0,
+) -> Reply:
+    """Turn notch by notch until the function that answers says that it will do.
+
+    Parameters
+    ----------
+    feel : callable
+        Returns the plate's vibration now, µm peak to peak.
+    again : int
+        How often the reference was felt again: above 0, the turning goes on.
+    """
+    onset_s = clock.now()
+    limit_s = math.inf if step.time_limit_s is None else step.time_limit_s
+    person.begin(step)
+    person.turned, person.felt_again = person.turned if again else 0, again
+    timed_out, value = False, None
+    for _ in range(MOST_TURNS):
+        clock.sleep(TURN_S)
+        if clock.now() - onset_s > limit_s:
+            timed_out = True
+            break
+        person.feels(step, round(feel(), FELT_DIGITS))
+        told = person.told(step)
+        if told == FEEL_AGAIN:
+            value = FEEL_AGAIN
+            break
+        notches = int(told or 0)
+        if not notches:
+            break
+        turn(notches)
+        person.turned += notches
+    return Reply(
+        value=value,
+        onset_s=onset_s,
+        response_time_s=None if timed_out else clock.now() - onset_s,
+        time_source="simulated",
+        timed_out=timed_out,
+    )

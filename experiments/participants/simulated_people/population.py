@@ -1,0 +1,333 @@
+"""The simulated population: who the pilot's participants are, with a source for each number.
+
+A participant feels a surface of amplitude *A* as a sensation between 0 (not slippery) and 100 (the
+most slippery surface imaginable). Across the population the sensation at *A* follows a beta
+distribution on 0-100; a participant's place in it, a standard normal deviate, is
+
+    sqrt(1 - t) (cos(angle(A)) intercept + sin(angle(A)) exponent) + sqrt(t) noise
+
+with two numbers of the person's own and one of each trial. The angle grows with log(1 + A / 0.5 µm)
+from one end of the amplitudes to the other, so that a person's own curve is smooth: some find
+everything slippery (intercept), with some it grows faster (exponent). At every amplitude the
+distribution over the population stays as it is, however many amplitudes a study has.
+
+Each number has its source beside it. The shipped populations are `POPULATIONS`; a laboratory
+writes its own as a TOML file with the same keys.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+from statistics import NormalDist
+from typing import TYPE_CHECKING, Annotated, Any, Self
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    SerializerFunctionWrapHandler,
+    ValidationError,
+    model_serializer,
+    model_validator,
+)
+
+from slipscale.experiments.participants.simulated_people.habits import REALISTIC, Habits
+from slipscale.experiments.participants.simulated_people.own_behaviour import (
+    behaviour_names,
+    load_behaviour,
+)
+from slipscale.faults import UserError
+from slipscale.faults.toml_file import parse_toml
+from slipscale.faults.validation import in_words
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+# Biet 2007, Table III (page 2688 of the journal's volume 54).
+AMPLITUDE_UM_PP = (0.0, 0.5, 1.2, 2.3)
+MEAN_SENSATION = (12.75, 19.58, 56.25, 81.33)
+SD_SENSATION = (12.75, 8.11, 8.82, 10.76)
+# A person's curve turns most where sensation does: our assumption.
+TURN_UM_PP = 0.5
+# Amplitudes kept for the next who feels the same: an adaptive method presents ever new ones.
+MOST_KEPT = 2**12
+OWN = "behaviour"
+
+Share = Annotated[float, Field(ge=0, le=1)]
+AboveZero = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+Percent = Annotated[float, Field(gt=0, lt=100)]
+
+
+class Population(BaseModel):
+    """The assumptions, to be varied. Each field's description ends with its source."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    name: str = Field(default="biet2007", description="What reports call it.")
+    amplitude_um_pp: tuple[NotNegative, ...] = Field(
+        default=AMPLITUDE_UM_PP,
+        min_length=2,
+        description="Where the sensation is known, ascending; between them it follows a monotone "
+        "cubic, outside them the ends are held. Biet 2007, Table III; between: our assumption.",
+    )
+    mean_sensation: tuple[Percent, ...] = Field(
+        default=MEAN_SENSATION,
+        description="Mean at each, 0 to 100. Biet 2007, Table III.",
+    )
+    sd_sensation: tuple[AboveZero, ...] = Field(
+        default=SD_SENSATION,
+        description="Standard deviation at each. Biet 2007, Table III (read as the sample's).",
+    )
+    shared: Share = Field(
+        default=0.55,
+        description="Part of the variance at the ends of the amplitudes that is the person's "
+        "intercept; what the trial leaves is the exponent's. Our assumption: the published table "
+        "leaves the pairing open; sensations at the two ends then correlate by 0.29.",
+    )
+    trial_to_trial: Share = Field(
+        default=0.15, description="Part of the variance that is each trial's. Our assumption."
+    )
+    noise_sigma: NotNegative = Field(
+        default=0.25,
+        description="People's own trial-to-trial noise: standard deviation of its logarithm. Our "
+        "assumption.",
+    )
+    scale_tops: tuple[AboveZero, ...] = Field(
+        default=(10.0, 20.0, 50.0, 100.0, 1000.0),
+        min_length=1,
+        description="Each participant has one of them. Our assumption: free-modulus scales are "
+        "round numbers over decades; the least step is 1 in 100 of it.",
+    )
+    line_shift_sd: NotNegative = Field(
+        default=0.3,
+        description="People's own use of a line between two words: spread of the logit of where "
+        "they put the middle. Our assumption.",
+    )
+    line_stretch_sigma: NotNegative = Field(
+        default=0.2,
+        description="Likewise, how much of the line they use: standard deviation of the logarithm "
+        "of the factor on the logit. Our assumption.",
+    )
+    criterion: NotNegative = Field(
+        default=1.6,
+        description="A change by x is noticed with d' = x / noise against it. Our assumption, so "
+        "that nearly all feel the paper's steps (\"all of the subjects feel clearly the "
+        'difference").',
+    )
+    criterion_sd: NotNegative = Field(
+        default=0.3, description="Spread of people's criteria. Our assumption."
+    )
+    noise: AboveZero = Field(
+        default=2.2, description="Change of sensation of d' = 1, median person. Our assumption."
+    )
+    threshold_sigma: NotNegative = Field(
+        default=0.25,
+        description="People's own thresholds: standard deviation of the logarithm of their noise. "
+        "Our assumption.",
+    )
+    exploration_s: AboveZero = Field(default=3.0, description="Median. Our assumption.")
+    exploration_sigma: NotNegative = Field(
+        default=0.3, description="Of the logarithm, trial to trial. Our assumption."
+    )
+    answer_s: AboveZero = Field(default=2.0, description="Median. Our assumption.")
+    answer_sigma: NotNegative = Field(
+        default=0.4, description="Of the logarithm, trial to trial. Our assumption."
+    )
+    pace_sigma: NotNegative = Field(
+        default=0.25,
+        description="People's own pace of exploring and answering: standard deviation of its "
+        "logarithm. Our assumption.",
+    )
+    reading_words_per_minute: AboveZero = Field(
+        default=238.0,
+        description="Silent reading. Brysbaert 2019, J. Mem. Lang. 109, 104047: mean of 190 "
+        "studies.",
+    )
+    reading_sigma: NotNegative = Field(
+        default=0.14,
+        description="Of the logarithm, between people. Brysbaert 2019: most adults read 175 to "
+        "300 words a minute.",
+    )
+    screen_s: NotNegative = Field(
+        default=1.0, description="Of each screen beside its words. Our assumption."
+    )
+    habits: Habits = Field(
+        default=Habits(), description="What people do beside answering; all off by default."
+    )
+    behaviour: str = Field(
+        default="",
+        description="Name of a package's own behaviour (an entry point of slipscale.participants); "
+        "left out: Slipscale's own people answer.",
+    )
+
+    @model_serializer(mode="wrap")
+    def _as_before(self, numbers: SerializerFunctionWrapHandler) -> dict[str, Any]:
+        # Journals of pilots that were begun without it are gone on with.
+        return {name: value for name, value in numbers(self).items() if value or name != OWN}
+
+    @model_validator(mode="after")
+    def _possible(self) -> Self:
+        known = self.amplitude_um_pp
+        if not len(known) == len(self.mean_sensation) == len(self.sd_sensation):
+            raise ValueError(
+                "expected as many values of amplitude_um_pp, mean_sensation and sd_sensation"
+            )
+        if any(low >= high for low, high in pairwise(known)):
+            raise ValueError("amplitude_um_pp: expected them to ascend")
+        if self.shared + self.trial_to_trial > 1:
+            raise ValueError(
+                "shared and trial_to_trial are parts of one variance: expected at most 1 together"
+            )
+        for mean, sd in zip(self.mean_sensation, self.sd_sensation, strict=True):
+            if sd**2 >= mean * (100 - mean):
+                raise ValueError(f"no distribution on 0 to 100 has mean {mean:g} and SD {sd:g}")
+        return self
+
+    @property
+    def own(self) -> float:
+        """The part of the variance that is the person's exponent."""
+        return max(1 - self.shared - self.trial_to_trial, 0.0)
+
+    def angle(self, amplitude_um_pp: float) -> float:
+        """Return how far a person's curve has turned from intercept to exponent, in radians.
+
+        At the two ends the sine's square is the exponent's part of what is the person's.
+        """
+        low, high = (math.log1p(a / TURN_UM_PP) for a in self._ends)
+        at = math.log1p(self.within(amplitude_um_pp) / TURN_UM_PP)
+        largest = math.atan2(math.sqrt(self.own), math.sqrt(self.shared))
+        return largest * (2 * (at - low) / (high - low) - 1)
+
+    def within(self, amplitude_um_pp: float) -> float:
+        """Hold an amplitude (a reading of a vibrating plate, with its noise) inside the table."""
+        low, high = self._ends
+        return min(max(amplitude_um_pp, low), high)
+
+    @property
+    def _ends(self) -> tuple[float, float]:
+        return self.amplitude_um_pp[0], self.amplitude_um_pp[-1]
+
+
+class Curves:
+    """Sensation as a function of amplitude, of one population; `curves` returns them."""
+
+    def __init__(self, population: Population) -> None:
+        from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - half a second
+
+        known = population.amplitude_um_pp
+        self._population = population
+        self._mean = PchipInterpolator(known, population.mean_sensation, extrapolate=False)
+        self._sd = PchipInterpolator(known, population.sd_sensation, extrapolate=False)
+        self._known: dict[float, tuple[float, float, float, float, float]] = {}
+
+    def mean(self, amplitude_um_pp: float) -> float:
+        """Return the population's mean sensation (0-100) at an amplitude; the ends are held."""
+        return self._at(amplitude_um_pp)[0]
+
+    def turns(self, amplitude_um_pp: float) -> tuple[float, float]:
+        """Return the weights of a person's intercept and exponent at an amplitude."""
+        return self._at(amplitude_um_pp)[3:]
+
+    def sensation(self, amplitude_um_pp: float, deviate: float) -> float:
+        """Return the sensation (0-100) of somebody at a place in the population.
+
+        Parameters
+        ----------
+        amplitude_um_pp : float
+            What the finger feels.
+        deviate : float
+            The place, as a standard normal deviate.
+        """
+        from scipy.special import betaincinv  # noqa: PLC0415 - pilots only
+
+        _, a, b, _, _ = self._at(amplitude_um_pp)
+        return 100 * float(betaincinv(a, b, PLACE.cdf(deviate)))
+
+    def shapes(self, amplitude_um_pp: float) -> tuple[float, float]:
+        """Return the two parameters of the beta distribution at an amplitude."""
+        return self._at(amplitude_um_pp)[1:3]
+
+    def _at(self, amplitude_um_pp: float) -> tuple[float, float, float, float, float]:
+        found = self._known.get(amplitude_um_pp)
+        if found is None:
+            people = self._population
+            felt = people.within(amplitude_um_pp)
+            mean = float(self._mean(felt)) / 100
+            sd = float(self._sd(felt)) / 100
+            concentration = mean * (1 - mean) / sd**2 - 1
+            angle = people.angle(felt)
+            person = math.sqrt(1 - people.trial_to_trial)
+            found = (
+                100 * mean,
+                mean * concentration,
+                (1 - mean) * concentration,
+                person * math.cos(angle),
+                person * math.sin(angle),
+            )
+            if len(self._known) >= MOST_KEPT:
+                self._known.clear()
+            self._known[amplitude_um_pp] = found
+        return found
+
+
+PLACE = NormalDist()
+
+
+@lru_cache(maxsize=64)
+def curves(population: Population) -> Curves:
+    """Return a population's curves, made once."""
+    return Curves(population)
+
+
+POPULATIONS: dict[str, Callable[[], Population]] = {
+    "biet2007": Population,
+    "realistic": lambda: Population(name="realistic", habits=REALISTIC),
+}
+
+
+def read_population(name: str) -> Population:
+    """Return a shipped population by name, a package's own, or one that a TOML file describes.
+
+    Raises
+    ------
+    UserError
+        There is none of these, the file has faults (all are told at once, each with its line), or
+        a package gives the name of a shipped population to its own.
+    """
+    if name in POPULATIONS and name in behaviour_names():
+        raise UserError(
+            f"{load_behaviour(name).named}: '{name}' is a shipped population; expected the entry "
+            "point to have another name"
+        )
+    if name in POPULATIONS:
+        return POPULATIONS[name]()
+    if name in behaviour_names():
+        return _of_package(name)
+    try:
+        text = Path(name).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it is not UTF-8 text"
+        known = ", ".join([*POPULATIONS, *behaviour_names()])
+        raise UserError(
+            f"population '{name}': {reason}; expected a TOML file or one of the populations that "
+            f"are there: {known}"
+        ) from None
+    found = parse_toml(text, name, Population)
+    if found.behaviour:
+        load_behaviour(found.behaviour)  # that it is there is told before anything is begun
+    return found
+
+
+def _of_package(name: str) -> Population:
+    """Return the population that a package's behaviour brings."""
+    behaviour = load_behaviour(name)
+    try:
+        own = dict(behaviour.kind.population)
+        return Population.model_validate({**own, "name": name, OWN: name})
+    except (TypeError, ValueError) as error:
+        said = in_words(error) if isinstance(error, ValidationError) else error
+        raise UserError(f"{behaviour.named}: its population is none: {said}") from None

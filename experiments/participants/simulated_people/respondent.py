@@ -1,0 +1,420 @@
+"""How one simulated person answers, from what was felt: knows no plate, no clock and no file.
+
+Every answer depends on (seed, participant, run, trial, question, how often it was asked before in
+that trial) and on what was felt; "before" counts answers that are on disk. So an interrupted and
+resumed pilot gives the same data as an undisturbed one, and a question that a protocol repeats is
+answered anew.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.participants.simulated_people.habits import (
+    LEAST_PERCENT,
+    ROUND_TO_PERCENT,
+    Frame,
+    History,
+    distorts,
+    reported,
+)
+from slipscale.experiments.participants.simulated_people.own_behaviour import (
+    Behaviour,
+    load_behaviour,
+)
+from slipscale.experiments.participants.simulated_people.population import Population, curves
+from slipscale.experiments.participants.simulated_people.sensation import Sensation
+from slipscale.experiments.protocols.ordering.randomisation import Stream
+from slipscale.experiments.protocols.simulated_answers import misfit
+from slipscale.experiments.protocols.steps import (
+    CONSENT,
+    Adjust,
+    Ask,
+    ChoiceQuestion,
+    EndBlock,
+    EndTrial,
+    Explore,
+    Feedback,
+    Instruct,
+    Present,
+    Presented,
+    Reply,
+    Rest,
+    Value,
+    WholeNumberQuestion,
+)
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer, SimulatedPerson
+    from slipscale.experiments.protocols.steps import Answer, Step, Trial
+
+# What people say has been removed; the first is the paper's ("less slippery", Section IV-B).
+VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
+    "en": (
+        "less slippery",
+        "it is less slippery",
+        "it got rougher",
+        "less smooth, it sticks more",
+        'the "oily" feeling is gone',
+    ),
+    "fr": (
+        "moins glissant",
+        "c'est moins glissant",
+        "plus rugueux",
+        "moins lisse, ça accroche",
+        "l'effet « huileux » a disparu",
+    ),
+}
+
+LEAST_RATIO = 0.01  # nobody types a ratio of nothing
+
+
+def unanswered(protocol: str, name: str) -> str:
+    """Return the sentence about a question that nobody answers in a pilot."""
+    return (
+        f"{protocol}: no simulated participant can answer '{name}', so there is no pilot "
+        f"of it; expected its 'simulated' to say who answers"
+    )
+
+
+class Respondent:
+    """One of the simulated population.
+
+    Parameters
+    ----------
+    seed : int
+        The study's seed.
+    participant : str
+        The participant's label.
+    visit : int
+        Which of the participant's runs it is: the person stays the same, trials are others.
+    planned : int
+        How many trials the run has: somebody who drops out does so at one of them.
+    language : str
+        Of the verbal reports; English ones where nobody speaks it.
+    population : Population, optional
+    answers : Mapping
+        Who answers the questions of the run's tasks, by task and name
+        (`RunPlan.simulated_answers`).
+    """
+
+    def __init__(
+        self,
+        *,
+        seed: int,
+        participant: str,
+        visit: int = 0,
+        planned: int = 0,
+        language: str = "en",
+        population: Population | None = None,
+        answers: Mapping[tuple[str, str], SimulatedAnswer] | None = None,
+    ) -> None:
+        people = population or Population()
+        self._answers = answers or {}
+        # A laboratory's own class, if any, and who answers: one of it, or this person.
+        self._behaviour = load_behaviour(people.behaviour) if people.behaviour else None
+        self._person: SimulatedPerson = self
+        if self._behaviour is not None:
+            self._person = self._behaviour.made(self)
+        self._key = (seed, participant)
+        self._visit = ("visit", visit) if visit else ()
+        self.language = language
+        self._people = people
+        self._curves = curves(people)
+        self.scale_top = self._stream("scale top").choice(people.scale_tops)
+        self._criterion = people.criterion + people.criterion_sd * self._own("criterion")
+        self._threshold = people.noise * math.exp(people.threshold_sigma * self._own("threshold"))
+        self._pace = math.exp(people.pace_sigma * self._own("pace"))
+        self._reading = math.exp(people.reading_sigma * self._own("reading"))
+        habits = people.habits
+        misread = self._stream("misread").uniform() < habits.misread
+        self._sensation = Sensation(people, self._own, misread=misread)
+        dropout = self._stream("dropout")
+        self.drops_out = dropout.uniform() < habits.dropout
+        self._last_trial = int(dropout.uniform() * planned) if self.drops_out else None
+        self._distorts = distorts(habits)
+        ends = people.amplitude_um_pp[0], people.amplitude_um_pp[-1]
+        low, high = (math.log(self._curves.mean(end)) for end in ends)
+        self._frame = Frame(log_range=abs(high - low), middle_um_pp=sum(ends) / 2)
+        # The step that the protocol waits for: what is performed beside it (a surface that was lost
+        # is explored again) is a step from before, and goes as it went.
+        self.now: Step | None = None
+        # The two surfaces felt last: a difference is between them.
+        self._felt = (0.0, 0.0)
+        # What was felt in one trial, by its interval; and the question that is being answered.
+        self._trial: Trial | None = None
+        self._of_trial: dict[int, float] = {}
+        self._standard_um_pp = 0.0  # felt last outside a trial
+        self.turned = 0
+        self.felt_again = 0
+        self._question = ""
+        self._again: tuple[str | int, ...] = ()
+        # What is over, as `over` was told.
+        self._asked: Counter[tuple[str, int, str]] = Counter()
+        self._histories: dict[str, History] = {}
+        self._before: dict[str, float] = {}
+        self._contact_s = 0.0
+        self._trials = 0
+
+    @property
+    def gives_up(self) -> bool:
+        """Whether the person has had enough, and asks to stop."""
+        return self._last_trial is not None and self._trials > self._last_trial
+
+    def over(self, step: Step, answer: Answer) -> None:
+        """Take note of a step that is over: its answer is on disk."""
+        trial = step.trial
+        if isinstance(step, Ask | Adjust | Explore):
+            self._asked[_place(step)] += 1
+        if isinstance(step, Explore):
+            if isinstance(answer, Reply):
+                self._contact_s += answer.response_time_s or 0.0
+        elif isinstance(step, EndTrial):
+            self._trials += 1
+        elif isinstance(step, Instruct | Rest | EndBlock):
+            self._contact_s = 0.0
+        elif isinstance(step, Present) and isinstance(answer, Presented):
+            amplitude_um_pp = answer.commanded_um_pp
+            if trial is None:
+                self._standard_um_pp = amplitude_um_pp
+                return
+            self._histories[trial.task] = self._histories.get(trial.task, History()).with_trial(
+                math.log(self._curves.mean(amplitude_um_pp)),
+                self._before.get(trial.task, amplitude_um_pp),
+            )
+            self._before[trial.task] = amplitude_um_pp
+
+    def feels(self, step: Explore | Adjust, felt_um_pp: float) -> None:
+        """Take note of what was felt, µm peak to peak."""
+        if isinstance(step, Explore):
+            self._felt = (self._felt[1], felt_um_pp)
+        self._of_trial[step.interval or 1] = felt_um_pp
+
+    def read(self, step: Instruct | Rest | Feedback) -> Reply:
+        """Return how long a text is read."""
+        if isinstance(step, Feedback):
+            return Reply(response_time_s=step.duration_s)
+        people = self._people
+        words = len(step.text.split())
+        minimum_s = 0.0
+        if isinstance(step, Rest):
+            minimum_s = step.minimum_s
+        else:
+            words += len(step.title.split())
+        reading_s = people.screen_s + 60 * words / people.reading_words_per_minute * self._reading
+        return Reply(response_time_s=max(reading_s, minimum_s))
+
+    def exploration_s(self, step: Explore) -> float:
+        """Return how long a surface is explored."""
+        self.begin(step)
+        people = self._people
+        deviate = self.stream("explore").normal()
+        wish_s = people.exploration_s * self._pace * math.exp(people.exploration_sigma * deviate)
+        wish_s = self._own_duration_s(step, wish_s)
+        longest_s = math.inf if step.maximum_s is None else step.maximum_s
+        return min(max(wish_s, step.minimum_s), longest_s)
+
+    def answer(self, step: Ask) -> Reply:
+        """Return the answer to a question."""
+        self.begin(step)
+        people = self._people
+        deviate = self.stream(step.name, "time").normal()
+        time_s = people.answer_s * self._pace * math.exp(people.answer_sigma * deviate)
+        time_s = self._own_duration_s(step, time_s)
+        if step.time_limit_s is not None and time_s > step.time_limit_s:
+            return Reply(response_time_s=step.time_limit_s, timed_out=True)
+        return Reply(value=self._value(step), response_time_s=time_s)
+
+    def begin(self, step: Ask | Explore | Adjust) -> None:
+        """Begin a step: another trial's impressions are gone."""
+        if step.trial != self._trial:
+            self._trial, self._of_trial = step.trial, {}
+            self.turned = self.felt_again = 0
+        self._question = "" if isinstance(step, Explore) else step.name
+        place = _place(step)
+        times = self._asked[place]
+        if isinstance(step, Explore) and step is not self.now:
+            times = max(times - 1, 0)
+        interval = step.interval if isinstance(step, Explore) else None
+        self._again = (
+            *(() if interval is None else ("interval", interval)),
+            *(("again", times) if times else ()),
+        )
+
+    def told(self, step: Ask | Adjust) -> Value:
+        """Return what the task's own function answers."""
+        task = step.trial.task if step.trial else getattr(step, "task", "")
+        answer = self._answers.get((task, step.name))
+        if answer is None:
+            raise UserError(unanswered(f"task '{task}'", step.name))
+        if self._behaviour is None:
+            who, value = f"the simulated answer of task '{task}'", answer(step, self)
+        else:
+            who, person = self._behaviour.named, self._person
+            value = self._behaviour.ask(lambda: answer(step, person))
+        if wrong := misfit(step, value):
+            raise UserError(f"{who} {wrong}")
+        return value
+
+    # What a protocol may know: `slipscale.experiments.protocols.simulated_answers.SimulatedPerson`.
+
+    @property
+    def felt_um_pp(self) -> tuple[float, ...]:
+        """What was felt in this trial, in the order of its intervals."""
+        return tuple(felt for _, felt in sorted(self._of_trial.items()))
+
+    @property
+    def impressions(self) -> tuple[float, ...]:
+        """How strong each seemed: the noise of two of them makes that of a difference."""
+        each = self._threshold / math.sqrt(2)
+        turned = (self.turned,) if self.turned else ()
+        again = ("felt again", self.felt_again) if self.felt_again else ()
+        return tuple(
+            self._curves.mean(felt)
+            + each * self.stream("impression", interval, *turned, *again).normal()
+            for interval, felt in sorted(self._of_trial.items())
+        )
+
+    def pick(self, strengths: Sequence[float]) -> int:
+        """Return the place of the largest; the last one is liked, and a lapse is any of them."""
+        if self.lapses():
+            return self.stream(self._question, "lapse", "value").below(len(strengths))
+        liking = self._people.habits.interval_bias * self._threshold
+        liked = [*strengths[:-1], strengths[-1] + liking]
+        return max(range(len(liked)), key=liked.__getitem__)
+
+    def says_yes(self, strength: float) -> bool:
+        """Return whether a difference of impressions passes the criterion."""
+        if self.lapses():
+            return self._any_yes()
+        return strength / self._threshold > self._criterion
+
+    def estimate(self) -> float:
+        """Return a magnitude estimate of the surface felt last, on the participant's own scale."""
+        habits = self._people.habits
+        percent: float = round(min(self._reported(), 100))
+        if habits.rounding and self.stream(self._question, "round").uniform() < habits.rounding:
+            percent = round(percent / ROUND_TO_PERCENT) * ROUND_TO_PERCENT
+        return round(percent / 100 * self.scale_top, 6)
+
+    def rating(self, start: float) -> float:
+        """Return the place of a mark on a line of 0 to 100, in the person's own use of the line."""
+        place = self._sensation.place(self._reported())
+        return place + self._people.habits.anchoring * (start - place)
+
+    def ratio(self) -> float:
+        """Return how many times as strong as the standard the surface felt last is."""
+        ratio = max(self._reported(), LEAST_PERCENT) / self._of_standard()
+        return max(float(f"{ratio:.2g}"), LEAST_RATIO)
+
+    def reaches(self, ratio: float) -> bool:
+        """Return whether the surface felt last is so many times as strong as the standard.
+
+        Of the habits regression, learning and misread act: the range that is shortened is that of
+        what is controlled, so a number is produced as one nearer to the standard's.
+        """
+        meant: float = ratio ** (1 - self._people.habits.regression)
+        return self._felt_percent() >= meant * self._of_standard()
+
+    def lapses(self) -> bool:
+        """Return whether the person attends to nothing in this question."""
+        lapses = self._people.habits.lapses
+        return bool(lapses) and self.stream(self._question, "lapse").uniform() < lapses
+
+    def notices(self) -> bool:
+        """Return whether the last two surfaces feel different."""
+        if self.lapses():
+            return self._any_yes()
+        before, after = (self._curves.mean(felt) for felt in self._felt)
+        noise = self.stream(self._question).normal()
+        return abs(before - after) / self._threshold + noise > self._criterion
+
+    def verbal_report(self) -> str:
+        """Return what people say has been removed."""
+        spoken = VERBAL_REPORTS.get(self.language, VERBAL_REPORTS["en"])
+        return self.stream(self._question).choice(spoken)
+
+    def stream(self, *purpose: str | int) -> Stream:
+        """Return random numbers for one purpose in this trial, for this time that it comes up."""
+        place = (self._trial.task, self._trial.number) if self._trial else ("", 0)
+        return self._stream(*self._visit, *place, *purpose, *self._again)
+
+    # ----------------------------------------------------------------------------------------------
+
+    def _value(self, step: Ask) -> Value:
+        """Return the answer to a question: a task's own, or one about the person."""
+        if step.trial or step.task:
+            return self.told(step)
+        question, stream = step.question, self.stream(step.name)
+        if isinstance(question, WholeNumberQuestion):
+            span = question.maximum - question.minimum + 1
+            return float(question.minimum + int(stream.uniform() * span))
+        if step.name == CONSENT:
+            return "yes"  # who does not agree is no participant
+        if isinstance(question, ChoiceQuestion):
+            return stream.choice(question.options)[0]
+        raise TypeError(f"no simulated answer to {type(question).__name__}")
+
+    def _own_duration_s(self, step: Explore | Ask, usual_s: float) -> float:
+        """Return how long a step takes people of a laboratory's own, if that is who this is."""
+        person, behaviour = self._person, self._behaviour
+        if behaviour is None or not isinstance(person, Behaviour):
+            return usual_s
+        time_s: object = behaviour.ask(lambda: person.duration_s(step, usual_s))
+        if not isinstance(time_s, int | float) or not 0 <= time_s < math.inf:
+            raise UserError(
+                f"{behaviour.named} takes {time_s!r} for a step, expected seconds, 0 or more"
+            )
+        return float(time_s)
+
+    def _reported(self) -> float:
+        """Return the sensation of the surface felt last, 0 to 100, as habits have it reported."""
+        habits = self._people.habits
+        past = self._past() if self._distorts or habits.learning else History()
+        percent = self._felt_percent()
+        if self._distorts and past.trials:
+            percent = float(reported(percent, habits, past, self._frame))
+        if self.lapses():
+            percent = 100 * self.stream(self._question, "lapse", "value").uniform()
+        return percent
+
+    def _felt_percent(self) -> float:
+        """Return the sensation of the surface felt last, 0 to 100, with the trial's noise."""
+        noise = self._sensation.noise * self.stream(self._question, "trial").normal()
+        if self._people.habits.learning:
+            noise *= max(self._past().trials, 1) ** -self._people.habits.learning
+        felt = self._of_trial[max(self._of_trial)] if self._of_trial else self._felt[1]
+        return self._sensation.percent(felt, noise)
+
+    def _of_standard(self) -> float:
+        """Return the sensation of the standard: felt first in this trial, or before it."""
+        several = len(self._of_trial) > 1
+        standard = self._of_trial[min(self._of_trial)] if several else self._standard_um_pp
+        return max(self._sensation.percent(standard), LEAST_PERCENT)
+
+    def _any_yes(self) -> bool:
+        return self.stream(self._question, "lapse", "value").uniform() < 0.5  # noqa: PLR2004
+
+    def _past(self) -> History:
+        past = self._histories.get(self._trial.task, History()) if self._trial else History()
+        return past.after_contact(self._contact_s)
+
+    def _own(self, what: str) -> float:
+        """Return a person's own standard normal deviate for something."""
+        return self._stream(what).normal()
+
+    def _stream(self, *purpose: str | int) -> Stream:
+        return Stream(*self._key, "simulated", *purpose)
+
+
+def _place(step: Ask | Explore | Adjust) -> tuple[str, int, str]:
+    """Return what a step is counted under: its trial, and its question or interval."""
+    name = f"explore {step.interval}" if isinstance(step, Explore) else step.name
+    if step.trial:
+        return step.trial.task, step.trial.number, name
+    return step.task if isinstance(step, Ask) else "", 0, name

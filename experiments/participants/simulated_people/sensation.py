@@ -1,0 +1,56 @@
+"""How strongly one simulated person feels an amplitude, and how they put that on a line."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.participants.simulated_people.population import curves
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.experiments.participants.simulated_people.population import Population
+
+LEAST_SHARE = 0.001  # the ends of a line are never quite reached
+
+
+class Sensation:
+    """A person's own curve, noise and use of a line.
+
+    Parameters
+    ----------
+    people : Population
+    own : callable
+        Returns the person's own standard normal deviate for something.
+    misread : bool
+        Whether the person rates how sticky a surface is.
+    """
+
+    def __init__(self, people: Population, own: Callable[[str], float], *, misread: bool) -> None:
+        self._curves = curves(people)
+        self._intercept = own("shared")
+        self._exponent = own("exponent")
+        # Less half the variance of the logarithm: the population's noise is what it says.
+        self.noise = math.sqrt(people.trial_to_trial) * math.exp(
+            people.noise_sigma * own("noise") - people.noise_sigma**2
+        )
+        self._misread = misread
+        self._shift = people.line_shift_sd * own("line shift")
+        self._stretch = math.exp(people.line_stretch_sigma * own("line stretch"))
+
+    def percent(self, felt_um_pp: float, noise: float = 0.0) -> float:
+        """Return the sensation of an amplitude (µm peak to peak), 0 to 100.
+
+        ``noise`` is the trial's, a normal deviate of standard deviation `noise`.
+        """
+        intercept, exponent = self._curves.turns(felt_um_pp)
+        deviate = intercept * self._intercept + exponent * self._exponent + noise
+        percent = self._curves.sensation(felt_um_pp, deviate)
+        return 100 - percent if self._misread else percent
+
+    def place(self, percent: float) -> float:
+        """Return where on a line of 0 to 100 the person puts a sensation."""
+        share = min(max(percent / 100, LEAST_SHARE), 1 - LEAST_SHARE)
+        logit = self._shift + self._stretch * math.log(share / (1 - share))
+        return 100 / (1 + math.exp(-logit))

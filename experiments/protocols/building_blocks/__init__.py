@@ -1,0 +1,1 @@
+"""What protocols share: comparisons, rated surfaces, adaptive options, pacing and repeats."""

@@ -1,0 +1,187 @@
+"""What a study may set for the rule that chooses the levels of a threshold task."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field
+
+from slipscale.experiments.protocols.adaptive.interleaved import Interleaved, Order
+from slipscale.experiments.protocols.adaptive.quest_plus import QuestPlus
+from slipscale.experiments.protocols.adaptive.staircase import staircase
+from slipscale.experiments.protocols.adaptive.stopping import MOST_TRIALS, Stopping
+from slipscale.experiments.protocols.adaptive.track import rounded
+from slipscale.experiments.protocols.adaptive.up_down import Scale
+from slipscale.experiments.protocols.adaptive.weighted import weighted
+from slipscale.experiments.protocols.base import AtLeastOne, Positive
+from slipscale.experiments.protocols.building_blocks.pacing import RestedOptions
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.experiments.protocols.adaptive.track import Track
+    from slipscale.experiments.protocols.ordering.randomisation import Stream
+
+Rule = Literal["staircase", "weighted", "quest_plus"]
+Some = Annotated[tuple[Positive, ...], Field(min_length=1)]
+TrialCap = Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)]
+
+
+class AdaptiveOptions(RestedOptions):
+    """What a study may set for a rule and its levels; the levels are those of one track."""
+
+    rule: Rule = Field(
+        default="staircase",
+        description="What chooses the next level. staircase: down_after right answers in a row go "
+        "down, one wrong one goes up, steps in García-Pérez's ratios; weighted: every answer "
+        "moves, steps in the ratio that settles at target; quest_plus: the level whose answer "
+        "tells most.",
+    )
+    start_um_pp: Positive = Field(
+        default=0.5, description="Level of a track's first trial; quest_plus chooses its own."
+    )
+    lowest_um_pp: Positive = Field(default=0.05, description="Lowest level.")
+    highest_um_pp: Positive = Field(default=1.0, description="Highest level.")
+    down_after: Annotated[int, Field(strict=True, ge=1, le=4)] = Field(
+        default=2,
+        description="Right answers in a row for a step down, in a staircase.",
+        json_schema_extra={"unit": "answers"},
+    )
+    target: Annotated[float, Field(strict=True, gt=0, lt=1)] = Field(
+        default=0.75,
+        description="Proportion of right answers at which a weighted rule settles.",
+        json_schema_extra={"unit": "share, 0 to 1"},
+    )
+    steps_up: Some = Field(
+        default=(0.2, 0.1),
+        description="Size of a step up until the first reversal, until the second, ...; the last "
+        "one stays.",
+        json_schema_extra={"unit": "decades; µm peak to peak on the linear scale"},
+    )
+    scale: Scale = Field(
+        default="log10", description="Whether steps multiply the level (log10) or add to it."
+    )
+    quest_levels: AtLeastOne = Field(
+        default=40,
+        description="How many levels quest_plus chooses from, and how many thresholds it thinks "
+        "possible, in equal ratios from the lowest to the highest.",
+        json_schema_extra={"unit": "levels"},
+    )
+    quest_slopes: Some = Field(
+        default=(1.0, 1.5, 2.0, 3.0, 5.0),
+        description="Slopes of the Weibull function that quest_plus thinks possible.",
+        json_schema_extra={"unit": "none"},
+    )
+    quest_lapses: Annotated[
+        tuple[Annotated[float, Field(strict=True, gt=0, lt=0.5)], ...], Field(min_length=1)
+    ] = Field(
+        default=(0.01, 0.04),
+        description="Lapse rates that quest_plus thinks possible.",
+        json_schema_extra={"unit": "share, 0 to 1"},
+    )
+    tracks: Annotated[int, Field(strict=True, ge=1, le=8)] = Field(
+        default=2,
+        description="How many tracks take turns, each with the same rule.",
+        json_schema_extra={"unit": "tracks"},
+    )
+    track_order: Order = Field(
+        default="shuffled",
+        description="Tracks in turn (alternating), or in a new order each round (shuffled).",
+    )
+    most_trials: TrialCap = Field(
+        default=40,
+        description="A track ends after so many answers in any case.",
+        json_schema_extra={"unit": "trials a track"},
+    )
+    least_trials: TrialCap = Field(
+        default=1,
+        description="Reversals or certainty end no track before so many answers.",
+        json_schema_extra={"unit": "trials a track"},
+    )
+    reversals: AtLeastOne | None = Field(
+        default=None,
+        description="A track ends after so many reversals; left out: they do not count.",
+        json_schema_extra={"unit": "reversals"},
+    )
+    threshold_sd_log10: Positive | None = Field(
+        default=None,
+        description="A track of quest_plus ends once its threshold is as certain as this, the "
+        "posterior's standard deviation; left out: it does not count.",
+        json_schema_extra={"unit": "decades"},
+    )
+
+    def begin(self, guess: float, stream: Callable[[int], Stream]) -> Interleaved:
+        """Return the tracks before their first trial.
+
+        Parameters
+        ----------
+        guess : float
+            Proportion of right answers by guessing.
+        stream : callable
+            Random numbers for the order of the tracks in a round, from its number.
+
+        Raises
+        ------
+        UserError
+            The options contradict themselves, a grid is too large, or a rule could never stop.
+        """
+        stopping = Stopping(
+            most_trials=self.most_trials,
+            least_trials=self.least_trials,
+            reversals=self.reversals,
+            threshold_sd_log10=self.threshold_sd_log10,
+        )
+        track = self._track(guess)
+        return Interleaved.start((track,) * self.tracks, stopping, stream, self.track_order)
+
+    @property
+    def expected_trials(self) -> int:
+        """How many answers all tracks are expected to take: a guess, where a rule ends them."""
+        ruled = self.reversals is not None or self.threshold_sd_log10 is not None
+        each = (self.least_trials + self.most_trials) // 2 if ruled else self.most_trials
+        return self.tracks * each
+
+    def _track(self, guess: float) -> Track:
+        if self.rule == "quest_plus":
+            return self._quest_plus(guess).start()
+        if self.rule == "weighted":
+            rule = weighted(
+                start_um_pp=self.start_um_pp,
+                lowest_um_pp=self.lowest_um_pp,
+                highest_um_pp=self.highest_um_pp,
+                steps_up=self.steps_up,
+                target=self.target,
+                scale=self.scale,
+            )
+        else:
+            rule = staircase(
+                start_um_pp=self.start_um_pp,
+                lowest_um_pp=self.lowest_um_pp,
+                highest_um_pp=self.highest_um_pp,
+                steps_up=self.steps_up,
+                down_after=self.down_after,
+                scale=self.scale,
+            )
+        return rule.start()
+
+    def _quest_plus(self, guess: float) -> QuestPlus:
+        if self.highest_um_pp <= self.lowest_um_pp:
+            raise UserError(
+                f"QUEST+: highest_um_pp is {self.highest_um_pp:g}, expected above lowest_um_pp "
+                f"({self.lowest_um_pp:g})"
+            )
+        low, high = math.log10(self.lowest_um_pp), math.log10(self.highest_um_pp)
+        spans = max(self.quest_levels - 1, 1)
+        levels = tuple(
+            rounded(10 ** (low + (high - low) * number / spans))
+            for number in range(self.quest_levels)
+        )
+        return QuestPlus(
+            levels_um_pp=levels,
+            thresholds_um_pp=levels,
+            slopes=self.quest_slopes,
+            lapses=self.quest_lapses,
+            guess=guess,
+        )

@@ -1,0 +1,118 @@
+"""Trials that are judged against a standard: felt first in each trial, or before some of them.
+
+Felt in each trial, the standard is the trial's first interval. Felt less often, it stands outside
+the trials: before the first of a block, after each rest, and then before every so many.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated
+
+from pydantic import Field
+
+from slipscale.experiments.protocols.base import Amplitude, AtLeastOne, Column, Count
+from slipscale.experiments.protocols.building_blocks.comparing import DESIGN
+from slipscale.experiments.protocols.building_blocks.rated_surfaces import (
+    BLOCK,
+    Presentation,
+    RatedOptions,
+    RatedSurfaces,
+)
+from slipscale.experiments.protocols.steps import Present, Silence
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.steps import Steps, Trial
+
+STANDARD, JUDGED = 1, 2
+
+
+class StandardOptions(RatedOptions):
+    """What a study may set for tasks with a standard, their order and pace apart."""
+
+    standard_um_pp: Annotated[Amplitude, Field(gt=0)] = Field(
+        description="Amplitude of the standard that everything is judged against."
+    )
+    standard_every_trials: AtLeastOne = Field(
+        default=1,
+        description="The standard is felt before every so many trials; 1: first in each trial. "
+        "Otherwise at the beginning of each block and after each rest as well.",
+        json_schema_extra={"unit": "trials"},
+    )
+    catch_trials: Count = Field(
+        default=0,
+        description="Trials in which the right answer is the standard itself, among the others, to "
+        "see whether attention holds; not analysed with them.",
+        json_schema_extra={"unit": "trials"},
+    )
+
+    @property
+    def in_each_trial(self) -> bool:
+        """Whether the standard is the first interval of each trial."""
+        return self.standard_every_trials == 1
+
+
+class AgainstStandard(RatedSurfaces):
+    """The trials of a run, counted.
+
+    Parameters
+    ----------
+    options, context
+        The run's.
+    planned : sequence of sequence of Presentation
+        Blocks of trials, practice first.
+    words : str
+        What the participant reads while the standard is there.
+    """
+
+    def __init__(
+        self,
+        options: StandardOptions,
+        context: Context,
+        planned: Sequence[Sequence[Presentation]],
+        words: str,
+    ) -> None:
+        super().__init__(options, context, planned)
+        self.against = options
+        self._words = words
+        self._left = 0  # trials until the standard comes again
+
+    def start(self) -> Steps:
+        """Have the standard come before the first of some trials."""
+        self._left = 0
+        yield from ()
+
+    def between(self) -> Steps:
+        """Yield the rest after so many trials, after which the standard comes."""
+        if self.rest_due:
+            self._left = 0
+        yield from super().between()
+
+    def standard(self, trial: Trial) -> Steps:
+        """Yield the standard before a trial's own surface, if it is due."""
+        surface = self.context.surface(self.against.standard_um_pp)
+        if self.against.in_each_trial:
+            yield Present(surface=surface, trial=trial, interval=STANDARD)
+            yield self.order.explore(self._words, trial, interval=STANDARD)
+            yield Silence(trial=trial, interval=STANDARD)
+            return
+        if not self._left:
+            yield Present(surface=surface)
+            yield self.order.explore(self._words)
+            yield Silence()
+            self._left = self.against.standard_every_trials
+        self._left -= 1
+
+
+#: The design's columns, and the standard's.
+DESIGN_COLUMNS: Mapping[str, Column] = {**BLOCK, **DESIGN}
+STANDARD_COLUMN: Mapping[str, Column] = {
+    "standard_um_pp": Column(
+        value=lambda record: record.trial.factors["standard_um_pp"],
+        kind="number",
+        description="Amplitude of the standard, peak to peak",
+        units="um",
+    ),
+}

@@ -1,0 +1,199 @@
+"""Trials that present surfaces in intervals: what the tasks that compare have in common.
+
+`Comparing` runs a fixed plan of trials, each with one question; what is compared with what is
+said by `constant_stimuli` and `paired_comparison`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from pydantic import Field
+
+from slipscale.experiments.protocols.base import Column, Count, Switch
+from slipscale.experiments.protocols.building_blocks.pacing import RestedOptions
+from slipscale.experiments.protocols.building_blocks.repeating import (
+    Condition,
+    Repeating,
+    part_over,
+)
+from slipscale.experiments.protocols.steps import (
+    Ask,
+    EndTrial,
+    Instruct,
+    Phase,
+    Present,
+    Reply,
+    Silence,
+    Trial,
+    Value,
+    Voided,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Mapping, Sequence
+
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.ordering.randomisation import Stream
+    from slipscale.experiments.protocols.steps import Answer, Explore, Question, Step, Steps
+    from slipscale.stimuli.surface import Surface
+
+
+class ComparingOptions(RestedOptions):
+    """What a study may set for tasks in which surfaces are compared after a plan."""
+
+    practice: Count = Field(
+        default=3,
+        description="Trials with surfaces that are easily told apart before, for practice; "
+        "recorded, not analysed.",
+        json_schema_extra={"unit": "trials"},
+    )
+    catch_trials: Count = Field(
+        default=0,
+        description="Trials with surfaces that are easily told apart among the others, to see "
+        "whether attention holds.",
+        json_schema_extra={"unit": "trials"},
+    )
+    repeat_timed_out: Switch = Field(
+        default=True, description="Whether a timed-out trial is repeated, once."
+    )
+
+
+class Shown(NamedTuple):
+    """What makes a trial: the surfaces in their order, and the protocol's own columns."""
+
+    phase: Phase
+    surfaces: tuple[Surface, ...]
+    factors: Mapping[str, Value]
+
+
+def with_catch_trials(
+    planned: Sequence[Condition], catch_trials: Sequence[Condition], stream: Stream
+) -> list[Condition]:
+    """Return the plan with catch trials at any places among it, each choice as likely."""
+    marks = stream.shuffled([False] * len(planned) + [True] * len(catch_trials))
+    trials, catches = iter(planned), iter(catch_trials)
+    return [next(catches) if catch else next(trials) for catch in marks]
+
+
+class IntervalTask(Repeating[Condition]):
+    """The trials of a run, counted, with a rest after so many.
+
+    Parameters
+    ----------
+    total : int
+        How many trials the task has if none is repeated.
+    options, context
+        The run's.
+    """
+
+    def __init__(self, total: int, options: RestedOptions, context: Context) -> None:
+        super().__init__(total)
+        self._pace = options
+        self.context = context
+
+    def between(self) -> Steps:
+        """Yield the rest after so many trials."""
+        if self.number % self._pace.rest_every_trials == 0 and self.number < self.total:
+            text = self.context.texts["session.rest"]
+            yield self._pace.rest(text, done=self.number, total=self.total)
+
+    def interval(self, surface: Surface, trial: Trial, number: int) -> Steps:
+        """Yield an interval: a surface, its exploration, silence."""
+        yield Present(surface=surface, trial=trial, interval=number)
+        yield self.exploration(trial, number)
+        yield Silence(trial=trial, interval=number)
+
+    def exploration(self, trial: Trial, number: int) -> Explore:
+        """Return the exploration of an interval's surface."""
+        text = self.context.texts["comparing.explore"].format(number=number)
+        return self._pace.explore(text, trial, interval=number)
+
+
+class Comparing(IntervalTask[Shown]):
+    """The trials of a run.
+
+    Parameters
+    ----------
+    options, context
+        The run's.
+    texts : str
+        What the keys of the task's own texts begin with.
+    question : Question
+        Asked after the last interval.
+    practice, main : sequence of Shown
+        The plan.
+    """
+
+    def __init__(
+        self,
+        options: ComparingOptions,
+        context: Context,
+        *,
+        texts: str,
+        question: Question,
+        practice: Sequence[Shown],
+        main: Sequence[Shown],
+    ) -> None:
+        super().__init__(len(practice) + len(main), options, context)
+        self.options = options
+        self._texts = texts
+        self._question = question
+        self._practice = practice
+        self._main = main
+
+    def steps(self) -> Steps:
+        """Yield the steps of a run."""
+        texts = self.context.texts
+        yield Instruct(
+            title=texts[f"{self._texts}.title"], text=texts[f"{self._texts}.instructions"]
+        )
+        if self._practice:
+            yield Instruct(text=texts["comparing.practice"])
+            yield from self.block(self._practice)
+            yield from self.close(lambda: Instruct(text=texts["comparing.main"]))
+        yield from self.block(self._main)
+        yield from self.close(lambda: part_over(texts))
+
+    def trial(
+        self, condition: Shown, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one trial; return the numbers of the trials to be repeated."""
+        trial = Trial(
+            task=self.context.task,
+            number=number,
+            total=self.total,
+            phase=condition.phase,
+            factors=condition.factors,
+            repeats=repeats,
+        )
+        for place, surface in enumerate(condition.surfaces, start=1):
+            yield from self.interval(surface, trial, place)
+        reply = yield Ask(
+            name="response",
+            question=self._question,
+            trial=trial,
+            time_limit_s=self.options.response_time_limit_s,
+        )
+        voided = yield EndTrial(trial=trial)
+        again = voided.trials if isinstance(voided, Voided) else ()
+        missed = isinstance(reply, Reply) and reply.timed_out and number not in again
+        if missed and self.options.repeat_timed_out and repeats is None:
+            again = (*again, number)
+        return again
+
+
+def truth(value: Value) -> str | None:
+    """Return a yes or no as a cell of a table holds it."""
+    return None if value is None else "true" if value else "false"
+
+
+#: The design's column of tasks after a plan.
+DESIGN: Mapping[str, Column] = {
+    "catch": Column(
+        value=lambda record: truth(record.trial.factors["catch"]),
+        kind="label",
+        description="Whether it is a practice or catch trial, outside the plan",
+        levels={"true": "outside the plan", "false": "one of the plan"},
+    ),
+}

@@ -1,0 +1,287 @@
+"""Trials in which one of a few intervals holds the surface to be found.
+
+What `difference_threshold` and `detection_threshold` share; where the levels come from is theirs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from pydantic import Field
+
+from slipscale.experiments.languages.texts import answers
+from slipscale.experiments.protocols.adaptive.answered_tracks import AnsweredTracks
+from slipscale.experiments.protocols.adaptive.track import rounded
+from slipscale.experiments.protocols.base import Column, Count, Positive
+from slipscale.experiments.protocols.building_blocks.adaptive_options import AdaptiveOptions
+from slipscale.experiments.protocols.building_blocks.comparing import IntervalTask, truth
+from slipscale.experiments.protocols.building_blocks.repeating import part_over
+from slipscale.experiments.protocols.simulated_answers import compared
+from slipscale.experiments.protocols.steps import (
+    Answer,
+    Ask,
+    ComparisonQuestion,
+    EndTrial,
+    Feedback,
+    Instruct,
+    Phase,
+    Reply,
+    Step,
+    Trial,
+    Voided,
+)
+
+if TYPE_CHECKING:
+    from collections import deque
+    from collections.abc import Generator, Iterable, Mapping
+
+    from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
+    from slipscale.experiments.protocols.base import Context, TrialRecord
+    from slipscale.experiments.protocols.building_blocks.repeating import Repetition
+    from slipscale.experiments.protocols.simulated_answers import SimulatedAnswer
+    from slipscale.experiments.protocols.steps import Steps, Value
+
+
+class ForcedChoiceOptions(AdaptiveOptions):
+    """What a study may set for a forced choice with levels that adapt."""
+
+    intervals: Literal[2, 3] = Field(
+        default=2,
+        description="How many surfaces a trial has, one of them to be found.",
+        json_schema_extra={"unit": "intervals"},
+    )
+    practice: Count = Field(
+        default=3,
+        description="Trials at the highest level before, for practice; recorded, not analysed.",
+        json_schema_extra={"unit": "trials"},
+    )
+    catch_trials: Count = Field(
+        default=4,
+        description="Trials at the highest level among the others, to see whether attention "
+        "holds; the tracks are not told of them.",
+        json_schema_extra={"unit": "trials"},
+    )
+    feedback: Literal["none", "practice", "always"] = Field(
+        default="practice", description="When the participant is told whether they were right."
+    )
+    feedback_s: Positive = Field(default=0.8, description="How long that is shown.")
+
+    @property
+    def guess(self) -> float:
+        """Proportion of right answers by guessing."""
+        return 1 / self.intervals
+
+
+class Choice(NamedTuple):
+    """What makes a trial: its phase, its level, and the track that it is of, if any."""
+
+    phase: Phase
+    level_um_pp: float
+    track: int | None = None
+    catch: bool = False
+    repeats: int | None = None
+
+
+class ForcedChoice(IntervalTask[Choice]):
+    """The trials of a run.
+
+    Parameters
+    ----------
+    options, context
+        The run's.
+    texts : str
+        What the keys of the task's own texts begin with.
+    standard_um_pp : float
+        Amplitude of the surfaces that are not to be found, µm peak to peak.
+    sign : {1, -1}
+        Whether a level adds to it or takes away, for the surface to be found.
+    """
+
+    def __init__(
+        self,
+        options: ForcedChoiceOptions,
+        context: Context,
+        *,
+        texts: str,
+        standard_um_pp: float,
+        sign: int = 1,
+    ) -> None:
+        super().__init__(most_trials(options, context), options, context)
+        self.options = options
+        self._texts = texts
+        self._standard_um_pp = standard_um_pp
+        self._sign = sign
+        start = options.begin(
+            options.guess, lambda turn: context.stream(context.task, "tracks", turn)
+        )
+        self.tracks = AnsweredTracks(start)
+        drawn = context.stream(context.task, "catch").shuffled(range(options.expected_trials))
+        self._catch_at = sorted(drawn[: options.catch_trials])  # how many answers come before
+        self._missed = 0  # trials without an answer
+        self._again: dict[int, int] = {}  # the trial that the next one of a track repeats
+        self._practice_left = options.practice
+        self._repetitions_left = 0
+
+    def steps(self) -> Steps:
+        """Yield the steps of a run."""
+        texts = self.context.texts
+        yield Instruct(
+            title=texts[f"{self._texts}.title"],
+            text=texts[f"{self._texts}.instructions"].format(intervals=self.options.intervals),
+        )
+        if self.options.practice:
+            yield Instruct(text=texts["comparing.practice"])
+            easy = Choice("practice", self.options.highest_um_pp)
+            yield from self.block([easy] * self.options.practice)
+            yield from self.close(lambda: Instruct(text=texts["comparing.main"]))
+        yield from self.drawn(self.next)
+        yield from self.close(lambda: part_over(texts))
+
+    def next(self) -> Choice | None:
+        """Return what makes the next trial, None when all tracks are over."""
+        now = self.tracks.now
+        if now.over or self._missed >= now.most_trials:
+            return None
+        if self._catch_at and now.trials >= self._catch_at[0]:
+            self._catch_at.pop(0)
+            return Choice("main", self.options.highest_um_pp, catch=True)
+        repeats = self._again.pop(now.current, None)
+        return Choice("main", now.level_um_pp, now.current, repeats=repeats)
+
+    def again(self, numbers: Iterable[int]) -> deque[Repetition[Choice]]:
+        """Have voided trials come again: those of a track as the track wants it."""
+        numbers = list(numbers)
+        self.tracks.take_back(numbers)
+        tracks = {number: self._known[number].track for number in numbers}
+        self._again |= {track: number for number, track in tracks.items() if track is not None}
+        others = super().again(number for number in numbers if tracks[number] is None)
+        self._repetitions_left += len(others)
+        self.total = self._total(self.tracks.now)
+        return others
+
+    def _total(self, now: Interleaved) -> int:
+        """Return the most trials that there are with the tracks as they are."""
+        over = now.over or self._missed >= now.most_trials
+        of_tracks = 0 if over else now.left_at_most + len(self._catch_at)
+        return self.number + self._practice_left + self._repetitions_left + of_tracks
+
+    def trial(
+        self, condition: Choice, number: int, repeats: int | None
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield one trial; return the numbers of the trials to be repeated."""
+        options, texts = self.options, self.context.texts
+        if repeats is not None:
+            self._repetitions_left -= 1
+        elif condition.phase == "practice":
+            self._practice_left -= 1
+        target = self.context.stream(self.context.task, "place", number).below(options.intervals)
+        trial = Trial(
+            task=self.context.task,
+            number=number,
+            total=self.total,
+            phase=condition.phase,
+            factors={
+                "track": None if condition.track is None else condition.track + 1,
+                "level_um_pp": condition.level_um_pp,
+                "catch": condition.catch,
+                "target_interval": target + 1,
+            },
+            repeats=condition.repeats if repeats is None else repeats,
+        )
+        for place in range(options.intervals):
+            level_um_pp = self._sign * condition.level_um_pp if place == target else 0.0
+            surface = self.context.surface(rounded(self._standard_um_pp + level_um_pp))
+            yield from self.interval(surface, trial, place + 1)
+        words = answers(texts["comparing.options"])[: options.intervals]
+        reply = yield Ask(
+            name="response",
+            question=ComparisonQuestion(
+                prompt=texts[f"{self._texts}.question"],
+                options=tuple(words),
+                seeks="most" if self._sign > 0 else "least",
+            ),
+            trial=trial,
+            time_limit_s=options.response_time_limit_s,
+        )
+        chosen = reply.value if isinstance(reply, Reply) else None
+        correct = chosen == target + 1
+        if chosen is not None and options.feedback in ("always", condition.phase):
+            said = texts["forced_choice.right" if correct else "forced_choice.wrong"]
+            yield Feedback(text=said, duration_s=options.feedback_s, trial=trial)
+        return (yield from self.end(trial, condition, chosen, correct=correct))
+
+    def end(
+        self, trial: Trial, condition: Choice, chosen: Value, *, correct: bool
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield a trial's end and tell its track; return the trials to be repeated."""
+        number, now = trial.number, self.tracks.now
+        if condition.track is not None and chosen is not None:
+            now = now.answered(correct=correct)
+        # Which trial is the last is known with its answer.
+        told = yield EndTrial(trial=replace(trial, total=self._total(now)))
+        voided = told.trials if isinstance(told, Voided) else ()
+        missed = chosen is None and number not in voided
+        self._missed += missed
+        if condition.track is not None and chosen is not None and number not in voided:
+            self.tracks.answer(number, correct=correct)
+        # A track's own cap ends who never answers; other trials come again once.
+        comes_again = missed and (condition.track is not None or trial.repeats is None)
+        return (*voided, number) if comes_again else voided
+
+
+def most_trials(options: ForcedChoiceOptions, _context: Context) -> int:
+    """Return the most trials that a run can have, practice and catch trials included."""
+    return options.practice + options.catch_trials + options.tracks * options.most_trials
+
+
+def expected_trials(options: ForcedChoiceOptions, _context: Context) -> int:
+    """Return how many trials a run is expected to have."""
+    return options.practice + options.catch_trials + options.expected_trials
+
+
+def _correct(record: TrialRecord) -> str | None:
+    chosen = record.answer("response")
+    return None if chosen is None else truth(chosen == record.trial.factors["target_interval"])
+
+
+DESIGN: Mapping[str, Column] = {
+    "track": Column(
+        value=lambda record: record.trial.factors["track"],
+        kind="number",
+        description="Track that chose the level, from 1; n/a in practice and catch trials",
+    ),
+    "catch": Column(
+        value=lambda record: truth(record.trial.factors["catch"]),
+        kind="label",
+        description="Whether it is a catch trial",
+        levels={"true": "at the highest level, to see whether attention holds", "false": "none"},
+    ),
+}
+STIMULUS: Mapping[str, Column] = {
+    "level_um_pp": Column(
+        value=lambda record: record.trial.factors["level_um_pp"],
+        kind="number",
+        description="By how much the surface to be found differs from the others, peak to peak",
+        units="um",
+    ),
+    "target_interval": Column(
+        value=lambda record: record.trial.factors["target_interval"],
+        kind="number",
+        description="Interval that held the surface to be found",
+    ),
+}
+RESPONSE: Mapping[str, Column] = {
+    "response": Column(
+        value=lambda record: record.answer("response"),
+        kind="number",
+        description="Interval that the participant chose",
+    ),
+    "correct": Column(
+        value=_correct,
+        kind="label",
+        description="Whether that was the surface to be found",
+        levels={"true": "right", "false": "wrong"},
+    ),
+}
+SIMULATED: Mapping[str, SimulatedAnswer] = {"response": compared}

@@ -1,0 +1,267 @@
+"""Surfaces that come one by one in random order, each to be rated: what such tasks have in common.
+
+The order is drawn in blocks, practice first. A trial that the operator voids, or (where the study
+says so) that times out, is repeated at the end of its block under a number of its own.
+"""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+from typing import TYPE_CHECKING, NamedTuple
+
+from pydantic import Field
+
+from slipscale.experiments.protocols.base import AtLeastOne, Column, Count, Switch
+from slipscale.experiments.protocols.building_blocks.pacing import PacedOptions
+from slipscale.experiments.protocols.building_blocks.repeating import Repeating, part_over
+from slipscale.experiments.protocols.ordering.orders import Rule, practice_order, presentation_order
+from slipscale.experiments.protocols.steps import (
+    Ask,
+    EndTrial,
+    Instruct,
+    Phase,
+    Present,
+    Reply,
+    Rest,
+    Silence,
+    Trial,
+    Voided,
+)
+from slipscale.stimuli.texture import Grating
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Mapping, Sequence
+
+    from slipscale.experiments.protocols.base import Context
+    from slipscale.experiments.protocols.steps import Answer, Question, Step, Steps, Value
+    from slipscale.stimuli.surface import Surface
+
+
+class RatedOptions(PacedOptions):
+    """What a study may set for tasks in which surfaces are rated one by one."""
+
+    repetitions: AtLeastOne = Field(
+        default=1,
+        description="How often each surface is rated.",
+        json_schema_extra={"unit": "ratings a surface"},
+    )
+    practice: Count = Field(
+        default=1,
+        description="How often each surface is rated before, for practice; recorded, not analysed.",
+        json_schema_extra={"unit": "ratings a surface"},
+    )
+    randomisation: Rule = Field(
+        default="blocked",
+        description="Order of the surfaces. simple: all trials shuffled together; blocked: each "
+        "repetition shuffled on its own; williams: rows of a Williams square, balanced for what "
+        "follows what.",
+    )
+    no_immediate_repeat: Switch = Field(
+        default=True,
+        description="Whether orders in which a surface follows itself are avoided, from the last "
+        "practice trial to the first main trial too.",
+    )
+    repeat_timed_out: Switch = Field(
+        default=True, description="Whether a timed-out trial is repeated, once."
+    )
+    rest_every_trials: AtLeastOne | None = Field(
+        default=None,
+        description="A rest after so many trials; left out: after each block.",
+        json_schema_extra={"unit": "trials"},
+    )
+
+
+class Presentation(NamedTuple):
+    """What makes a trial: a surface, the block and phase that it belongs to, and own columns."""
+
+    block: int
+    phase: Phase
+    surface: Surface
+    factors: Mapping[str, Value] = MappingProxyType({})
+
+
+Blocks = list[tuple["Phase", list[int]]]
+
+
+def order_blocks(conditions: int, options: RatedOptions, context: Context) -> Blocks:
+    """Return the order of so many conditions, block by block, practice first."""
+    main = presentation_order(
+        conditions,
+        options.repetitions,
+        options.randomisation,
+        stream=context.stream(context.task, "main"),
+        shared=lambda group, turn: context.shared_stream(context.task, "main", group, turn),
+        place=context.place,
+        no_immediate_repeat=options.no_immediate_repeat,
+    )
+    practice = practice_order(
+        conditions,
+        options.practice,
+        stream=context.stream(context.task, "practice"),
+        following=main[0][0] if options.no_immediate_repeat else None,
+    )
+    return [
+        *(("practice", block) for block in practice),
+        *(("main", block) for block in main),
+    ]
+
+
+def surface_blocks(
+    surfaces: Sequence[Surface], options: RatedOptions, context: Context
+) -> list[list[Presentation]]:
+    """Return the order of surfaces, block by block, practice first."""
+    order = order_blocks(len(surfaces), options, context)
+    return [
+        [Presentation(number, phase, surfaces[each]) for each in block]
+        for number, (phase, block) in enumerate(order, start=1)
+    ]
+
+
+def with_catch_trials(
+    planned: list[list[Presentation]], catches: Sequence[Presentation], context: Context
+) -> list[list[Presentation]]:
+    """Return the plan, each trial told whether it is a catch trial, with those mixed in.
+
+    A catch trial is one outside the plan, to see whether attention holds. They come at any places
+    among the main trials, each choice of places as likely; a catch trial belongs to the block that
+    it falls into.
+    """
+    main = sum(each.phase == "main" for block in planned for each in block)
+    stream = context.stream(context.task, "catch")
+    marks = iter(stream.shuffled([False] * main + [True] * len(catches)))
+    left = iter(catches)
+
+    def marked(each: Presentation, block: int, *, catch: bool) -> Presentation:
+        return each._replace(block=block, factors={**each.factors, "catch": catch})
+
+    mixed = []
+    for block in planned:
+        own = []
+        for each in block:
+            while each.phase == "main" and next(marks):
+                own.append(marked(next(left), each.block, catch=True))
+            own.append(marked(each, each.block, catch=False))
+        mixed.append(own)
+    mixed[-1] += [marked(each, mixed[-1][-1].block, catch=True) for each in left]
+    return mixed
+
+
+class RatedSurfaces(Repeating[Presentation]):
+    """The trials of a run, counted.
+
+    Parameters
+    ----------
+    options, context
+        The run's.
+    planned : sequence of sequence of Presentation
+        Blocks of trials, practice first.
+    """
+
+    def __init__(
+        self,
+        options: RatedOptions,
+        context: Context,
+        planned: Sequence[Sequence[Presentation]],
+    ) -> None:
+        super().__init__(sum(len(block) for block in planned))
+        self.order = options
+        self.context = context
+        self.planned = planned
+
+    def rest(self) -> Rest:
+        """Return the break screen for now."""
+        text = self.context.texts["session.rest"]
+        return self.order.rest(text, done=self.number, total=self.total)
+
+    @property
+    def rest_due(self) -> bool:
+        """Whether a rest follows the trial that is over."""
+        every = self.order.rest_every_trials
+        return every is not None and self.number % every == 0 and self.number < self.total
+
+    def between(self) -> Steps:
+        """Yield the rest after so many trials."""
+        if self.rest_due:
+            yield self.rest()
+
+    def steps(self, *, practice: str, main: str) -> Steps:
+        """Yield all blocks, with the texts before practice and before the main trials."""
+        texts, planned = self.context.texts, self.planned
+        if planned[0][0].phase == "practice":
+            yield Instruct(text=practice)
+        for number, block in enumerate(planned, start=1):
+            yield from self.block(block)
+            following = planned[number][0].phase if number < len(planned) else None
+            if following is None:
+                yield from self.close(lambda: part_over(texts))
+            elif following != block[0].phase:
+                yield from self.close(lambda: Instruct(text=main))
+            elif self.order.rest_every_trials is None:
+                yield from self.close(self.rest)
+
+    def numbered(
+        self,
+        condition: Presentation,
+        number: int,
+        repeats: int | None,
+        factors: Mapping[str, Value],
+    ) -> Trial:
+        """Return a trial, with its block and what else the data set says of it."""
+        return Trial(
+            task=self.context.task,
+            number=number,
+            total=self.total,
+            phase=condition.phase,
+            factors={"block": condition.block, **condition.factors, **factors},
+            repeats=repeats,
+        )
+
+    def rated(
+        self,
+        condition: Presentation,
+        trial: Trial,
+        *,
+        explore: str,
+        name: str,
+        question: Question,
+    ) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield a surface, its exploration and its rating; return the trials to be repeated."""
+        options = self.order
+        yield Present(surface=condition.surface, trial=trial)
+        yield options.explore(explore, trial)
+        if options.exploration_maximum_s is not None:
+            yield Silence(trial=trial)
+        reply = yield Ask(
+            name=name,
+            question=question,
+            trial=trial,
+            time_limit_s=options.response_time_limit_s,
+        )
+        # Silence between surfaces: otherwise the change itself would be felt, not the surface.
+        yield Silence(trial=trial)
+        return (yield from self.over(trial, reply))
+
+    def over(self, trial: Trial, reply: Answer) -> Generator[Step, Answer, tuple[int, ...]]:
+        """Yield a trial's end; return the numbers of the trials to be repeated."""
+        voided = yield EndTrial(trial=trial)
+        again = voided.trials if isinstance(voided, Voided) else ()
+        missed = isinstance(reply, Reply) and reply.timed_out and trial.number not in again
+        if missed and self.order.repeat_timed_out and trial.repeats is None:
+            again = (*again, trial.number)
+        return again
+
+
+BLOCK = {
+    "block": Column(
+        value=lambda record: record.trial.factors["block"],
+        kind="number",
+        description="Block of presentation, practice included, from 1",
+    ),
+}
+TEXTURE = {
+    "texture": Column(
+        value=lambda r: r.surface.name if isinstance(r.surface, Grating) else None,
+        kind="label",
+        description="Name of the texture in the study file; n/a for a surface of one amplitude",
+    ),
+}

@@ -1,0 +1,116 @@
+"""Williams designs: orders in which every surface follows every other equally often.
+
+A design is drawn for a group of runs that fill whole squares together, and divided among them;
+labels and the order of the rows are random, the balance is not.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.experiments.protocols.ordering.randomisation import Stream
+
+
+def williams_square(size: int) -> list[list[int]]:
+    """Return orders of ``size`` conditions balanced for first-order carry-over.
+
+    Every condition follows every other equally often, and stands in every position equally often:
+    ``size`` rows for an even size, twice as many for an odd one (Williams 1949,
+    doi:10.1071/CH9490149).
+
+    Returns
+    -------
+    list of list of int
+        Rows of 0 ... size - 1.
+    """
+    # 0, 1, n-1, 2, n-2, ...: neighbours differ by every amount once.
+    first = [0, *((step + 1) // 2 if step % 2 else size - step // 2 for step in range(1, size))]
+    square = [[(place + shift) % size for place in first] for shift in range(size)]
+    return square if size % 2 == 0 else square + [row[::-1] for row in square]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """Where a run stands in the counterbalancing over participants and visits.
+
+    Parameters
+    ----------
+    row : int
+        The participant's place: 0, 1, ...
+    visit : int
+        Which of the participant's runs it is: 0, 1, ...
+    advance : bool
+        Whether each visit takes the next place; otherwise every visit keeps the participant's.
+    """
+
+    row: int
+    visit: int = 0
+    advance: bool = True
+
+    def within(self, size: int) -> tuple[int, int, int]:
+        """Return group, turn and place for a design that ``size`` participants fill.
+
+        In a turn each of the group's participants has each place once if visits advance; the next
+        turn's design is drawn anew.
+        """
+        group, place = divmod(self.row, size)
+        turn, step = divmod(self.visit, size) if self.advance else (self.visit, 0)
+        return group, turn, (place + step) % size
+
+
+def williams_group(conditions: int, repetitions: int, *, no_immediate_repeat: bool) -> int:
+    """Return how many runs fill whole Williams squares together, each with its blocks."""
+    rows = len(williams_square(conditions))
+    return rows // math.gcd(rows, _rows_drawn(conditions, repetitions, no_immediate_repeat))
+
+
+def _rows_drawn(conditions: int, repetitions: int, no_immediate_repeat: bool) -> int:
+    """Return how many rows a run takes from the squares."""
+    # Two conditions without an immediate repeat alternate: the first block decides all others.
+    return 1 if no_immediate_repeat and conditions == 2 else repetitions  # noqa: PLR2004 - said above
+
+
+def williams_blocks(
+    conditions: int,
+    repetitions: int,
+    shared: Callable[[int, int], Stream],
+    place: Place,
+    no_immediate_repeat: bool,
+) -> list[list[int]]:
+    """Return a run's share of the Williams squares that its group of runs fills.
+
+    Each square has its labels and the order of its rows drawn anew; a run's blocks are rows that
+    follow each other, in one square as far as it reaches.
+    """
+    taken = _rows_drawn(conditions, repetitions, no_immediate_repeat)
+    size = williams_group(conditions, repetitions, no_immediate_repeat=no_immediate_repeat)
+    group, turn, own = place.within(size)
+    stream = shared(group, turn)
+    square = williams_square(conditions)
+    blocks: list[list[int]] = []
+
+    def clash(rows: list[list[int]]) -> bool:
+        known = blocks[-1:]
+        return no_immediate_repeat and any(
+            before[-1] == after[0]
+            for number, (before, after) in enumerate(
+                pairwise([*known, *rows]), start=len(blocks) + 1 - len(known)
+            )
+            if number % taken  # otherwise another run begins
+        )
+
+    while len(blocks) < (own + 1) * taken:
+        while True:
+            labels = stream.shuffled(range(conditions))
+            rows = [[labels[each] for each in row] for row in stream.shuffled(square)]
+            if not clash(rows):
+                break
+        blocks += rows
+    own_blocks = blocks[own * taken : (own + 1) * taken]
+    return own_blocks * (repetitions // taken)

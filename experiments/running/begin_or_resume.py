@@ -1,0 +1,97 @@
+"""Performing a run: a plan, a plate, a participant and a journal, from its end to the run's."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.journal.header import header, resume_data
+from slipscale.experiments.running.contact_sources import describe_contact
+from slipscale.experiments.session.session import Session
+from slipscale.hardware.registry import open_plate
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from slipscale.experiments.journal.journal import Journal
+    from slipscale.experiments.participants.base import Participant
+    from slipscale.experiments.protocols.steps import Steps
+    from slipscale.experiments.running.contact_sources import NamedSource
+    from slipscale.experiments.session.markers import Markers
+    from slipscale.experiments.session.masking_noise import Noise
+    from slipscale.experiments.session.operator import Operator
+    from slipscale.experiments.session.question_sounds import Sounds
+    from slipscale.experiments.session.resonance_tracking import ResonanceTracking
+    from slipscale.experiments.session.session import RunOutcome
+    from slipscale.experiments.study.run_plan import RunPlan
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.contact.source import Kind
+    from slipscale.hardware.driver import PlateDriver
+
+
+def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
+    """Return the plate that a SPEC names, not connected, held as narrowly as the study wants."""
+    driver = open_plate(spec, clock=clock, seed=plan.seed)
+    wanted = plan.study.plate
+    driver.limits = driver.limits.held_to(
+        tolerance=wanted.tolerance, tolerance_um=wanted.tolerance_um_pp
+    )
+    return driver
+
+
+def run_plan(
+    plan: RunPlan,
+    *,
+    spec: str,
+    plate: PlateDriver,
+    participant: Participant,
+    journal: Journal,
+    clock: Clock,
+    operator: Operator,
+    noise: Noise | None = None,
+    sounds: Sounds | None = None,
+    markers: Markers | None = None,
+    unblind: bool = False,
+    sources: Mapping[Kind, NamedSource] | None = None,
+    tracking: ResonanceTracking | None = None,
+    steps: Steps | None = None,
+) -> RunOutcome:
+    """Run a plan from the journal's end to the run's.
+
+    Parameters
+    ----------
+    plate : PlateDriver
+        Connected.
+    journal : Journal
+        New (it gets its header here) or reopened.
+    sources : Mapping, optional
+        Connected sources of position and force.
+    tracking : ResonanceTracking, optional
+        Looks for the resonance between trials.
+    steps : generator, optional
+        The plan's steps, where somebody takes note of them on their way.
+    """
+    contact = describe_contact(sources or {}, plate)
+    masking = "on" if noise else "absent"
+    if not journal.records:
+        journal.write("header", **header(plan, plate, spec, participant.kind, masking), **contact)
+    else:
+        journal.write("resume", **resume_data(plan, plate, spec, masking), **contact)
+    if markers and markers.names:
+        journal.write("markers", outputs=list(markers.names))
+    session = Session(
+        steps=steps or plan.steps(),
+        plate=plate,
+        participant=participant,
+        journal=journal,
+        clock=clock,
+        operator=operator,
+        texts=plan.texts(),
+        planned=plan.planned_trials(),
+        noise=noise,
+        sounds=sounds,
+        markers=markers,
+        unblind=unblind,
+        sources={kind: each.source for kind, each in (sources or {}).items()},
+        tracking=tracking,
+    )
+    return session.run()

@@ -1,0 +1,35 @@
+"""What has become of the words that a participant reads, since a run was begun."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.languages.texts import texts_hash
+from slipscale.experiments.study.file import read_study
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from slipscale.experiments.journal.record import Record
+    from slipscale.experiments.study.run_plan import RunPlan
+
+
+def changed_texts(plan: RunPlan, records: list[Record]) -> Iterator[str]:
+    """Yield what has become of the words that the participant reads, since the run was begun."""
+    texts = plan.texts()
+    began = records[0].data.get("texts_hash")
+    if began and began != texts_hash(texts):
+        yield (
+            "words on the screen differ from those that the run began with: this is another "
+            "version of Slipscale; the journal notes it"
+        )
+    with suppress(UserError):
+        study, text = read_study(plan.study_name)
+        if study.name == plan.study.name and replace(plan, study_text=text).texts() != texts:
+            yield (
+                f"{plan.study_name}: its texts in '{plan.language}' have changed since the run "
+                "began; it goes on with those it began with"
+            )

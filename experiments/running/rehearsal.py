@@ -1,0 +1,217 @@
+"""A run's steps as they would come: to be looked at before anybody sits down.
+
+Which steps come may depend on what is answered. A rehearsal therefore takes several ways through a
+run, and a protocol says itself which amplitudes it could come to (`Protocol.possible_um_pp`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.dataset.schema import columns
+from slipscale.experiments.participants.simulated_people.respondent import unanswered
+from slipscale.experiments.protocols.ordering.randomisation import Stream
+from slipscale.experiments.protocols.steps import (
+    Adjust,
+    Adjusted,
+    Ask,
+    ChoiceQuestion,
+    ComparisonQuestion,
+    EndBlock,
+    EndTrial,
+    NumberQuestion,
+    Present,
+    Presented,
+    Reply,
+    Silence,
+    TextQuestion,
+    VisualAnalogueQuestion,
+    Voided,
+    WholeNumberQuestion,
+    YesNoQuestion,
+)
+from slipscale.experiments.study.headphone_test import HEADPHONES
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+
+    from slipscale.experiments.protocols.steps import Answer, Question, Step, Value
+    from slipscale.experiments.study.run_plan import RunPlan
+    from slipscale.hardware.driver import PlateDriver
+    from slipscale.stimuli.surface import Surface
+
+# An answer is the one at this place, from 0 to 1, among all that there are: the first is the first
+# option and "yes". A way through a run is a place for each question, by the number of the question.
+WAYS: Mapping[str, Callable[[int], float]] = {
+    "first": lambda _: 0.0,
+    "last": lambda _: 1.0,
+    "in turn": lambda number: float(number % 2),
+    "mixed": lambda number: Stream("rehearsal", number).uniform(),
+}
+FIRST = WAYS["first"]
+
+
+def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step]:
+    """Yield a run's steps as they come if every question is answered, and no trial voided.
+
+    Parameters
+    ----------
+    plan : RunPlan
+    way : callable
+        Where in the range of answers each one is, by its number: 0 is "yes" and the first option.
+
+    Raises
+    ------
+    UserError
+        A protocol asks for an answer that its table has no column for, its table has a column
+        that every task has, or it has more trials than it says.
+    """
+    declared = {protocol.task: columns(protocol) for protocol, _ in plan.tasks()}
+    context = plan.context()
+    most = {
+        protocol.task: protocol.most(options, replace(context, task=protocol.task))
+        for protocol, options in plan.tasks()
+    }
+    named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
+    # These have tables of their own, or none.
+    beside = {HEADPHONES, *(each.name for each in plan.study.questionnaires)}
+    steps = plan.steps()
+    answer: Answer = None
+    asked = 0
+    while True:
+        try:
+            step = steps.send(answer)
+        except StopIteration:
+            return
+        if isinstance(step, Ask | Adjust):
+            asked += 1
+            task = step.trial.task if step.trial else getattr(step, "task", "")
+            if task and task not in beside and step.name not in declared[task]:
+                raise UserError(
+                    f"{named[task]} asks for '{step.name}', which its table has no column "
+                    "for: the answer would be missing from the data set; expected it to be declared"
+                )
+        if isinstance(step, EndTrial) and step.trial.number > most[step.trial.task]:
+            raise UserError(
+                f"{named[step.trial.task]} goes on after {most[step.trial.task]} trials, the "
+                "most that it says it has: a rule that never stops needs a cap"
+            )
+        yield step
+        # Consent is given: without it nothing else would come. The operator decides to go on.
+        own = isinstance(step, Ask) and step.trial is None and not step.task
+        decided = isinstance(step, Ask) and step.by == "operator" and bool(step.task)
+        answer = _answer(step, FIRST(asked) if own or decided else way(asked))
+
+
+def _answer(step: Step, place: float) -> Answer:
+    """Return the answer to a step at a place in the range of answers."""
+    if isinstance(step, EndTrial | EndBlock):
+        return Voided()
+    if isinstance(step, Silence):
+        return None
+    if isinstance(step, Present):
+        um_pp = step.surface.amplitude_um_pp
+        return Presented(
+            commanded_um_pp=um_pp,
+            readback_um_pp=um_pp,
+            readback_kind="none",
+            settled_by="time",
+            onset_s=0.0,
+        )
+    if isinstance(step, Adjust):
+        span_um_pp = step.highest_um_pp - step.lowest_um_pp
+        reached = step.highest_um_pp - place * span_um_pp
+        return Adjusted(value=reached, readback_um_pp=reached, trace=((0.0, reached),))
+    return Reply(value=_value(step.question, place) if isinstance(step, Ask) else None)
+
+
+def _value(question: Question, place: float) -> Value:
+    if isinstance(question, YesNoQuestion):
+        return place < 0.5  # noqa: PLR2004 - half of the range
+    if isinstance(question, ChoiceQuestion | ComparisonQuestion):
+        number = min(int(place * len(question.options)), len(question.options) - 1)
+        chosen = question.options[number]
+        return float(number + 1) if isinstance(question, ComparisonQuestion) else chosen[0]
+    if isinstance(question, WholeNumberQuestion):
+        return float(question.minimum + round(place * (question.maximum - question.minimum)))
+    if isinstance(question, NumberQuestion):
+        return 1.0 + place
+    if isinstance(question, VisualAnalogueQuestion):
+        return question.nearest(100.0 * place)
+    if isinstance(question, TextQuestion):
+        return "-"
+    raise TypeError(f"no answer to rehearse for {type(question).__name__}")
+
+
+def surfaces(plan: RunPlan) -> list[Surface]:
+    """Return every surface that a run could present, standards and starts among them, once each.
+
+    They are in the order of their labels, so that the order of presentation stays unknown.
+
+    Raises
+    ------
+    UserError
+        A protocol presents an amplitude beyond those that it says it could.
+    """
+    found: set[Surface] = set()
+    for protocol, options in plan.tasks():
+        if protocol.possible_um_pp:
+            context = plan.context(protocol.task)
+            found |= {context.surface(each) for each in protocol.possible_um_pp(options, context)}
+    for way in WAYS.values():
+        found |= _on_a_way(plan, way)
+    return sorted(found, key=lambda surface: (surface.label, surface.amplitude_um_pp))
+
+
+def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Surface]:
+    """Return what is presented on a way through a run; refuse what a protocol did not declare."""
+    bounds: dict[str, tuple[float, float]] = {}
+    named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
+    for protocol, options in plan.tasks():
+        if protocol.possible_um_pp:
+            possible = list(protocol.possible_um_pp(options, plan.context(protocol.task)))
+            bounds[protocol.task] = min(possible), max(possible)
+    found: set[Surface] = set()
+    for step in dry_run(plan, way):
+        if isinstance(step, Present):
+            found.add(step.surface)
+            task = step.trial.task if step.trial else ""
+            low, high = bounds.get(task, (0.0, float("inf")))
+            if not low <= step.surface.amplitude_um_pp <= high:
+                raise UserError(
+                    f"{named[task]} presents {step.surface.amplitude_um_pp:g} µm p-p, and says "
+                    f"that it presents {low:g} to {high:g}; expected it to declare every amplitude"
+                )
+    return found
+
+
+def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
+    """Raise `UserError`, or the plate's fault, if the plate could not present what a run needs."""
+    for surface in surfaces(plan):
+        plate.check_supported(surface)
+    for protocol, options in plan.tasks():
+        if protocol.finest_um_pp is None:
+            continue
+        finest_um_pp, at_um_pp = protocol.finest_um_pp(options, plan.context(protocol.task))
+        held_um_pp = plate.limits.allowed_um_pp(at_um_pp)
+        if finest_um_pp < held_um_pp:
+            raise UserError(
+                f"task '{protocol.task}' presents differences down to {finest_um_pp:g} µm p-p, and "
+                f"this plate is held to within {held_um_pp:g} µm p-p at {at_um_pp:g} µm p-p; "
+                "present larger ones, or give the study's [plate] a tolerance and a "
+                "tolerance_um_pp that the plate can keep"
+            )
+
+
+def check_answered(plan: RunPlan) -> None:
+    """Raise `UserError` where nobody could answer a question in a pilot."""
+    answers = plan.simulated_answers()
+    named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
+    for way in WAYS.values():
+        for step in dry_run(plan, way):
+            if isinstance(step, Ask | Adjust):
+                task = step.trial.task if step.trial else getattr(step, "task", "")
+                if task and (task, step.name) not in answers:
+                    raise UserError(unanswered(named[task], step.name))

@@ -1,0 +1,184 @@
+"""Masking noise in the headphones while the plate may sound: what a session needs, and its player.
+
+A session starts and stops a `Noise`; only `MaskingNoise` opens the sound device, when it starts.
+"""
+
+from __future__ import annotations
+
+import threading
+from typing import TYPE_CHECKING, Any, Literal, Protocol
+
+import numpy as np
+
+from slipscale.faults import RigError
+from slipscale.stimuli.masking_noise import pink_noise, ramp
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+REMEDY = "plug in headphones and choose them as the system's output, or turn masking off"
+COMMON_RATE_HZ = 48_000.0
+CHANNELS = 2
+STALL_S = 1.0  # how long after its fade a device may take to be through with it
+NoiseState = Literal["absent", "silent", "playing"]
+
+
+class Noise(Protocol):
+    """Masking noise in the headphones."""
+
+    @property
+    def state(self) -> NoiseState:
+        """Whether it plays now."""
+
+    def start(self) -> None:
+        """Fade in, unless it plays; return once it is at its level."""
+
+    def stop(self) -> None:
+        """Fade out, if it plays."""
+
+
+class NoNoise:
+    """No masking noise."""
+
+    state: NoiseState = "absent"
+
+    def start(self) -> None:
+        """Do nothing."""
+
+    def stop(self) -> None:
+        """Do nothing."""
+
+
+def check_device() -> str | None:
+    """Return what is wrong with the sound and what to do about it, None where sound can play."""
+    try:
+        import sounddevice  # noqa: PLC0415  fails to import where PortAudio is missing
+    except OSError:
+        return "PortAudio is missing: install it (Debian: apt-get install libportaudio2)"
+    try:
+        device = sounddevice.query_devices(kind="output")
+        rate_hz = device["default_samplerate"]
+        sounddevice.check_output_settings(samplerate=rate_hz, channels=CHANNELS)
+    except (sounddevice.PortAudioError, ValueError) as error:
+        return f"no sound can be played ({error}): {REMEDY}"
+    return None
+
+
+def device_rate_hz() -> float:
+    """Return the sample rate at which the noise will play; a common one where nothing can."""
+    if check_device():
+        return COMMON_RATE_HZ
+    import sounddevice  # noqa: PLC0415  see check_device
+
+    return float(sounddevice.query_devices(kind="output")["default_samplerate"])
+
+
+class Playback:
+    """Noise, block after block, with a gain that fades: what the sound card's thread asks for.
+
+    Parameters
+    ----------
+    noise : ndarray, shape (n,)
+        One period.
+    fade_samples : int
+        How long a fade from silence to full level takes.
+    """
+
+    def __init__(self, noise: NDArray[np.float32], fade_samples: int) -> None:
+        self._noise = noise
+        self._fade_samples = fade_samples
+        self._position = 0
+        self._gain = 0.0
+        self.target = 0.0
+        self.silent = threading.Event()
+        self.level = threading.Event()
+
+    def fill(self, block: NDArray[np.float32]) -> None:
+        """Write the next samples into ``block``, shape (samples, channels)."""
+        samples = len(block)
+        gains = ramp(self._gain, self.target, samples, self._fade_samples)
+        places = (self._position + np.arange(samples)) % self._noise.size
+        block[:] = (self._noise[places] * gains)[:, None]
+        self._position = int((self._position + samples) % self._noise.size)
+        self._gain = float(gains[-1]) if samples else self._gain
+        if self._gain == self.target:
+            (self.silent if self.target == 0.0 else self.level).set()
+
+
+class MaskingNoise:
+    """Pink noise in both ears, from `start` to `stop`.
+
+    Parameters
+    ----------
+    level_db : float
+        Root mean square in dB re a full-scale sine. What reaches the ear depends on the
+        headphones and the system's volume: measure it once with a sound level meter.
+    fade_s : float
+        How long the noise takes to come and to go.
+    seed : int
+        The same seed gives the same noise.
+
+    Raises
+    ------
+    UserError
+        A level so high that the noise would clip.
+    """
+
+    def __init__(self, level_db: float, fade_s: float, seed: int) -> None:
+        self._fade_s = fade_s
+        # Made now, so that a level at which it would clip is said before anybody sits down.
+        self._rate_hz = device_rate_hz()
+        self._noise = pink_noise(level_db=level_db, seed=seed, sample_rate_hz=self._rate_hz)
+        self._stream: Any = None
+        self._playback: Playback
+
+    @property
+    def state(self) -> NoiseState:
+        """Whether the noise plays now."""
+        return "silent" if self._stream is None else "playing"
+
+    def start(self) -> None:
+        """Fade the noise in and wait until it is at its level; nothing happens when it plays.
+
+        The plate may move after that: a sound of its own must not be heard through half a fade.
+
+        Raises
+        ------
+        RigError
+            There is nothing to play it on, or the device does not play.
+        """
+        if self._stream is not None:
+            return
+        wrong = check_device()
+        if wrong:
+            raise RigError(f"masking noise: {wrong}")
+        import sounddevice  # noqa: PLC0415  see check_device
+
+        playback = Playback(self._noise, round(self._fade_s * self._rate_hz))
+        playback.target = 1.0
+
+        def fill(memory: Any, *_about: Any) -> None:
+            playback.fill(np.frombuffer(memory, np.float32).reshape(-1, CHANNELS))
+
+        try:
+            # Raw: sounddevice's own arrays are made in a way that NumPy 2.5 warns of, each time.
+            stream = sounddevice.RawOutputStream(
+                samplerate=self._rate_hz, channels=CHANNELS, dtype="float32", callback=fill
+            )
+            stream.start()
+        except sounddevice.PortAudioError as error:
+            raise RigError(f"masking noise: {error}: {REMEDY}") from None
+        self._playback, self._stream = playback, stream
+        if not playback.level.wait(self._fade_s + STALL_S):
+            self.stop()
+            raise RigError(f"masking noise: the sound device does not play: {REMEDY}")
+
+    def stop(self) -> None:
+        """Fade the noise out and let go of the device; nothing happens when it is silent."""
+        if self._stream is None:
+            return
+        self._playback.silent.clear()
+        self._playback.target = 0.0
+        self._playback.silent.wait(self._fade_s + STALL_S)
+        stream, self._stream = self._stream, None
+        stream.close()
