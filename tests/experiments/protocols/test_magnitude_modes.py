@@ -171,8 +171,8 @@ def test_all_that_can_be_turned_to_is_known_beforehand(plan):
     "study, change, said",
     [
         ("visual_analogue_scale", ("resolution = 1.0", "resolution = 0.7"), "100 is a whole num"),
-        ("visual_analogue_scale", ("resolution = 1.0", "resolution = 0.0"), "equal to 0.1"),
-        ("visual_analogue_scale", ("resolution = 1.0", "resolution = 20.0"), "equal to 10"),
+        ("visual_analogue_scale", ("resolution = 1.0", "resolution = 0.0"), "expected 0.1 or more"),
+        ("visual_analogue_scale", ("resolution = 1.0", "resolution = 20.0"), "10 or less"),
         (
             "visual_analogue_scale",
             ("resolution = 1.0", "resolution = 5.0"),
@@ -181,21 +181,21 @@ def test_all_that_can_be_turned_to_is_known_beforehand(plan):
         ("visual_analogue_scale", ('"random"', '"top"'), "'left', 'middle', 'right' or 'random'"),
         ("visual_analogue_scale", ("cursor_shown = false", "cursor_shown = 0"), "cursor_shown"),
         ("ratio_to_standard", ("standard_um_pp = 1.2", ""), "standard_um_pp"),
-        ("ratio_to_standard", ("standard_um_pp = 1.2", "standard_um_pp = 0.0"), "greater than 0"),
+        ("ratio_to_standard", ("standard_um_pp = 1.2", "standard_um_pp = 0.0"), "above 0"),
         ("ratio_to_standard", ("standard_um_pp = 1.2", "standard_um_pp = 2.6"), "2.6 is beyond"),
         (
             "ratio_to_standard",
             ("standard_every_trials = 1", "standard_every_trials = 0"),
-            "equal to 1",
+            "expected 1 or more",
         ),
         ("magnitude_production", ("numbers = [7.0, 10.0, 14.0, 20.0]", ""), "numbers"),
         ("magnitude_production", ("[7.0, 10.0, 14.0, 20.0]", "[5.0]"), "at least 2"),
         ("magnitude_production", ("[7.0, 10.0, 14.0, 20.0]", "[5.0, 5.0]"), "all different"),
-        ("magnitude_production", ("[7.0, 10.0, 14.0, 20.0]", "[0.0, 5.0]"), "greater than 0"),
+        ("magnitude_production", ("[7.0, 10.0, 14.0, 20.0]", "[0.0, 5.0]"), "above 0"),
         ("magnitude_production", ("standard_um_pp = 0.8", "standard_um_pp = 0.1"), "between lowe"),
         ("magnitude_production", ("highest_um_pp = 2.3", "highest_um_pp = 3.1"), "3.1 is beyond"),
         ("magnitude_production", ("step_um_pp = 0.05", "step_um_pp = 1.2"), "at most half"),
-        ("magnitude_production", ("lowest_um_pp = 0.1", "lowest_um_pp = 0.0"), "greater than 0"),
+        ("magnitude_production", ("lowest_um_pp = 0.1", "lowest_um_pp = 0.0"), "above 0"),
     ],
 )
 def test_what_cannot_be_is_one_sentence_of_the_study(plan, study, change, said):

@@ -144,7 +144,7 @@ def test_a_population_without_them_is_written_as_it_always_was():
         ("faulty", r"raised ZeroDivisionError: nothing felt \(module .*test_behaviour, line"),
         ("wordy", "answered 'a lot' to 'estimate', not a number of 0 or more"),
         ("instant", "takes -1.0 for a step, expected seconds"),
-        ("misnumbered", "its population is none: trial_to_tral: Extra inputs"),
+        ("misnumbered", "its population is none: trial_to_tral: there is no such key"),
         ("nobody", "expected a class derived from Behaviour"),
     ],
 )
