@@ -43,7 +43,8 @@ start, spent = time.perf_counter(), time.process_time()
 from slipscale import figure_style
 for name, figure in files.draw(analysis).items():
     figure_style.svg(figure, salt=name)
-    figure_style.save(figure, folder.parent / name, (".png", ".pdf"))
+    if f"{name}.png" == files.MAIN_PICTURE:
+        figure_style.save(figure, folder.parent / files.MAIN_PICTURE)
 """
 
 ANALYSE = """

@@ -32,7 +32,7 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run
 from slipscale.experiments.participants.simulated_people.population import Population
-from slipscale.experiments.running.pilot import pilot_plans, run_simulated
+from slipscale.experiments.running.pilot import pilot_plans, run_pilot, run_simulated
 from slipscale.stimuli.periodic_film import periodic_state
 
 if TYPE_CHECKING:
@@ -41,6 +41,28 @@ if TYPE_CHECKING:
 FIGURES = Path(__file__).with_name("figures.json")
 WORSE = 1.3  # a larger growth of a ratio is a regression
 PARTICIPANTS, ROWS = 400, 100_000
+#: The main tests of a study and its figure, as a user would write them with pandas and pingouin.
+BY_HAND = """
+import sys, warnings
+from pathlib import Path
+import numpy as np, pandas as pd, pingouin as pg
+import statsmodels.formula.api as smf
+from matplotlib import pyplot as plt
+warnings.simplefilter("ignore")
+folder = Path(sys.argv[1])
+paths = sorted(folder.glob("sub-*/beh/*magnitudeestimation*.tsv"))
+rows = pd.concat([pd.read_csv(p, sep="\\t", na_values="n/a").assign(who=p.name[:6]) for p in paths])
+rows = rows[rows["phase"] == "main"].reset_index(drop=True)
+rows["log"] = np.log(rows["estimate"].clip(lower=1))
+names = {"data": rows, "dv": "log", "within": "amplitude_um_pp", "subject": "who"}
+pg.rm_anova(**names, correction=True)
+pg.friedman(**names)
+pg.pairwise_tests(**names, padjust="holm")
+smf.mixedlm("log ~ np.log(amplitude_um_pp)", rows[rows["amplitude_um_pp"] > 0], groups="who").fit()
+cells = rows.groupby("amplitude_um_pp")["estimate"].agg(["mean", "std"])
+plt.errorbar(cells.index, cells["mean"], cells["std"])
+plt.savefig(folder / "figure.svg")
+"""
 
 
 def ways(folder: Path) -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
@@ -48,6 +70,12 @@ def ways(folder: Path) -> dict[str, tuple[Callable[[], object], Callable[[], obj
     data, table = folder / "data", folder / "table.csv"
     write_dataset(data, PARTICIPANTS, ROWS)
     rows = load(data).estimates
+    pilot = folder / "pilot"
+    run_pilot(
+        pilot,
+        pilot_plans("biet2007", participants=14, seed=1, language=None),
+        tell=lambda _: None,
+    )
     plan = pilot_plans("biet2007", participants=1, seed=1, language=None)[0]
 
     def read() -> object:
@@ -69,6 +97,10 @@ def ways(folder: Path) -> dict[str, tuple[Callable[[], object], Callable[[], obj
         "import slipscale / python -c pass": (
             python("-c", "import slipscale"),
             python("-c", "pass"),
+        ),
+        "analyse 14 people / pandas and pingouin by hand": (
+            python("-m", "slipscale", "analyse", str(pilot), "--out", str(folder / "report")),
+            python("-c", BY_HAND, str(pilot)),
         ),
         "load / pandas reads": (lambda: load(data), read),
         "load and analyse / pandas reads": (lambda: analyse(data), read),

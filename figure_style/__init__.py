@@ -125,9 +125,9 @@ def lay_out(figure: Figure) -> None:
     """Place a figure's parts once, for all formats: the same picture in each, and sooner."""
     import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
 
-    if figure.get_layout_engine() is not None:
+    if (engine := figure.get_layout_engine()) is not None:
         with mpl.rc_context(STYLE):
-            figure.draw_without_rendering()
+            engine.execute(figure)
         figure.set_layout_engine("none")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 import sys
 from argparse import Action
 from dataclasses import replace
@@ -59,6 +60,15 @@ def add_analyse(parser: ArgumentParser) -> None:
         "--out", metavar="DIR", help="for the results (default: DATASET/derivatives/slipscale)"
     )
     parser.add_argument("--json", action="store_true", help="print Table III as JSON")
+    parser.add_argument(
+        "--figures",
+        nargs="+",
+        choices=("svg", "png", "pdf"),
+        default=(),
+        metavar="FORMAT",
+        help="formats of the figures: png, pdf or both, in addition to svg (default: svg, and "
+        "fig15.png)",
+    )
     parser.add_argument(
         "--plan",
         type=Path,
@@ -160,6 +170,8 @@ def add_mapping(parser: ArgumentParser) -> None:
 
 def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
     """Read what the options name, under their mapping, and analyse it as they say."""
+    # Before NumPy loads: the matrices are small, and threads of linear algebra only wait, busily.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from slipscale.analysis.cli.mapping_options import mapping_from  # noqa: PLC0415
     from slipscale.analysis.load import load  # noqa: PLC0415
     from slipscale.analysis.pipeline import analyse  # noqa: PLC0415
@@ -209,7 +221,7 @@ def run_analyse(args: Namespace) -> int:
         # Matplotlib takes a second to load: not before something is to be drawn.
         from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
 
-        report = write_analysis(analysis, out, progress)
+        report = write_analysis(analysis, out, progress, formats=args.figures)
     for sentence in analysis.problems:
         print(harmless(f"note: {sentence}"), file=sys.stderr)
     if args.json:

@@ -43,7 +43,7 @@ def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[st
         See `check_installed`; nothing was written.
     """
     check_installed(forms)
-    report = write_analysis(analysis, out)
+    report = write_analysis(analysis, out, formats=("png", "pdf"))
     try:
         return [name for form in forms for name in FORMS[form](analysis, report)]
     except OSError as error:

@@ -24,19 +24,25 @@ from slipscale.analysis.writing.output_folder import make_folder
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Collection, Mapping
     from pathlib import Path
 
     from matplotlib.figure import Figure
 
     from slipscale.analysis.result import Analysis
 
+#: Written at every analysis: the paper's figure, which slides and messages take as a picture.
+MAIN_PICTURE = "fig15.png"
 XML = '<?xml version="1.0" encoding="utf-8"?>\n'
 SOFTWARE = ("slipscale", "numpy", "scipy", "pandas", "statsmodels", "pingouin", "matplotlib")
 
 
 def write_analysis(
-    analysis: Analysis, out: Path, progress: Callable[[str], None] | None = None
+    analysis: Analysis,
+    out: Path,
+    progress: Callable[[str], None] | None = None,
+    *,
+    formats: Collection[str] = (),
 ) -> Path:
     """Write tables, figures and the report into a folder, made if need be; return the report.
 
@@ -44,6 +50,8 @@ def write_analysis(
     ----------
     progress : callable, optional
         Called with a few words on what comes next.
+    formats : collection of str
+        ``"png"``, ``"pdf"``: formats of the figures in addition to SVG.
 
     Raises
     ------
@@ -74,7 +82,12 @@ def write_analysis(
         }
         for name, figure in drawn.items():
             _write(out / f"{name}.svg", f"{XML}{svgs[name]}\n")
-            figure_style.save(figure, out / name, (".png", ".pdf"))
+            for each in ("png", "pdf"):
+                path = out / f"{name}.{each}"
+                if each in formats or path.name == MAIN_PICTURE:
+                    figure_style.save(figure, path)
+                else:  # an earlier analysis may have left one, of other data
+                    path.unlink(missing_ok=True)
         tell("writing the report")
         report = out / "report.html"
         _write(report, page.render(analysis, svgs, versions))

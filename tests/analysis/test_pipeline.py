@@ -31,10 +31,19 @@ def test_analyse_writes_what_the_contract_says_where_it_says(dataset, capsys):
     assert len(estimates) == 48
     assert {"participant_id", "amplitude_um_pp", "estimate", "normalised"} <= set(estimates)
     assert {"fig15.svg", "fig15.png", "report.html"} <= set(digests(out))
+    assert {path.name for path in [*out.glob("*.png"), *out.glob("*.pdf")]} == {"fig15.png"}
     assert "Table III" in capsys.readouterr().out
     # A second run gives the same bytes, file by file.
     first = digests(out)
     assert digests(write_analysis(analyse(folder), out).parent) == first
+    # Other formats of figures are drawn on request; later analyses leave no outdated pictures.
+    assert commands.main(["analyse", str(folder), "--figures", "png", "pdf"]) == 0
+    pictures = {path.name for path in [*out.glob("*.png"), *out.glob("*.pdf")]}
+    assert pictures == {
+        f"{path.stem}.{each}" for path in out.glob("*.svg") for each in ("png", "pdf")
+    }
+    assert commands.main(["analyse", str(folder)]) == 0
+    assert digests(out) == first
     page = (out / "report.html").read_text().replace("http://www.w3.org", "")
     assert "http" not in page
     assert page.count("<svg") == 3

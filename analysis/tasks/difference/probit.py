@@ -10,6 +10,7 @@ interval has no upper bound and the lower one says what the counts allow.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from math import inf
 from typing import TYPE_CHECKING
 
@@ -177,22 +178,22 @@ class _Model:
 
         start = np.array([1.0] * (self.kinds - 1) + [0.5, 0.5])
         least, best = self.fit(start, {})
+        edges = (-FARTHEST, FARTHEST)
         # At the edge, held there, an optimiser may find what the free search stopped short of.
-        for end in (-FARTHEST, FARTHEST):
+        for end in edges:
             held, there = self.fit(best, {place: end})
             least, best = min((least, best), (held, there), key=lambda pair: pair[0])
 
-        def beyond(value: float) -> float:
-            if value == best[place]:
-                return -drop
-            return self.fit(best, {place: value})[0] - least - drop
+        @cache  # the edges are needed several times
+        def fallen(value: float) -> float:
+            return 0.0 if value == best[place] else self.fit(best, {place: value})[0] - least
 
         ends = [
-            float(optimize.brentq(beyond, best[place], end, xtol=1e-3))
-            if beyond(end) > 0
+            float(optimize.brentq(lambda d: fallen(d) - drop, best[place], end, xtol=1e-3))
+            if fallen(end) > drop
             else float(np.copysign(inf, end))
-            for end in (-FARTHEST, FARTHEST)
+            for end in edges
         ]
         # A maximum at the edge of the search is no maximum.
-        flat = any(self.fit(best, {place: end})[0] - least < FLAT for end in (-FARTHEST, FARTHEST))
+        flat = any(fallen(end) < FLAT for end in edges)
         return None if flat else float(best[place]), ends[0], ends[1]

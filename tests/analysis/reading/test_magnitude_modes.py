@@ -147,7 +147,6 @@ def test_each_task_is_in_every_output(analysis, tmp_path):
         assert len(rows) == len(written[name][0][part])
     for figure in ("ratings_line", "ratios_ratios", "productions_made"):
         assert (tmp_path / f"{figure}.svg").exists()
-        assert (tmp_path / f"{figure}.png").exists()
     for said in (
         "Visual analogue scale (line), 24 ratings of 3 participants",
         "allow neither ratios nor an exponent",

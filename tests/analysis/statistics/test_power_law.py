@@ -146,21 +146,6 @@ def test_two_amplitudes_cannot_tell_functions_apart():
     assert "at least 3" in growth_models.compare(table(lambda x: x, STIMULI[:2])).reason
 
 
-def test_single_participants_need_enough_trials_to_be_told_apart():
-    rng = np.random.default_rng(2)
-    amplitudes = np.repeat(STIMULI, 8)
-    rows = pd.DataFrame(
-        {
-            "participant_id": pd.Categorical(["a"] * 24 + ["b"] * 3),
-            "amplitude_um_pp": [*amplitudes, *STIMULI],
-            "log": [*(0.4 * np.log(amplitudes) + rng.normal(0, 0.02, 24)), 1.0, 2.0, 2.5],
-        }
-    )
-    winners = growth_models.individual_winners(rows)
-    assert winners["a"] == "power"
-    assert winners["b"] is None
-
-
 def test_a_power_of_predicted_friction_is_recovered_against_friction():
     reductions = np.array([growth.predicted_reduction(a) for a in STIMULI])
     logs = table(lambda _: reductions**1.3, noise=0.01)

@@ -318,35 +318,3 @@ def compare(
         best=min(scores, key=lambda name: scores[name]),
         n=len(usable),
     )
-
-
-def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
-    """Return the growth function of least AICc for each participant, from single trials.
-
-    Parameters
-    ----------
-    trials : DataFrame
-        ``participant_id amplitude_um_pp log``; amplitudes of 0 and missing logarithms are left
-        out.
-
-    Returns
-    -------
-    dict
-        Participant -> model, or None where too few trials tell models apart, or the two best
-        are within `UNDECIDED`.
-    """
-    usable = trials[(trials["amplitude_um_pp"] > 0) & trials["log"].notna()]
-    winners: dict[str, str | None] = {}
-    for who, own in usable.groupby("participant_id", observed=True):
-        stimuli, logs = own["amplitude_um_pp"].to_numpy(float), own["log"].to_numpy(float)[None, :]
-        scores: dict[str, float] = {}
-        # The largest model has four numbers to estimate; AICc needs six points for that.
-        if len(stimuli) >= 6 and len(np.unique(stimuli)) >= 3:  # noqa: PLR2004
-            found = {name: fit(name, stimuli, logs).aicc for name in MODELS}
-            scores = {name: aicc for name, aicc in found.items() if aicc is not None}
-        ranked = sorted(scores, key=lambda name: scores[name])
-        clear = len(ranked) == 1 or (
-            len(ranked) > 1 and scores[ranked[1]] - scores[ranked[0]] >= UNDECIDED
-        )
-        winners[str(who)] = ranked[0] if clear else None
-    return winners

@@ -11,11 +11,8 @@ from slipscale.analysis.json_form import record, renamed
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import exponents
-from slipscale.analysis.tasks.estimation.growth.growth_models import (
-    MODELS,
-    compare,
-    individual_winners,
-)
+from slipscale.analysis.tasks.estimation.growth.growth_models import MODELS, compare
+from slipscale.analysis.tasks.estimation.growth.individual_winners import individual_winners
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
