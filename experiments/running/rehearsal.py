@@ -7,7 +7,7 @@ run, and a protocol says itself which amplitudes it could come to (`Protocol.pos
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.participants.simulated_people.respondent import unanswered
@@ -20,10 +20,14 @@ from slipscale.experiments.protocols.steps import (
     ComparisonQuestion,
     EndBlock,
     EndTrial,
+    Explore,
+    Feedback,
+    Instruct,
     NumberQuestion,
     Present,
     Presented,
     Reply,
+    Rest,
     Silence,
     TextQuestion,
     VisualAnalogueQuestion,
@@ -124,7 +128,11 @@ def _answer(step: Step, place: float) -> Answer:
         span_um_pp = step.highest_um_pp - step.lowest_um_pp
         reached = step.highest_um_pp - place * span_um_pp
         return Adjusted(value=reached, readback_um_pp=reached, trace=((0.0, reached),))
-    return Reply(value=_value(step.question, place) if isinstance(step, Ask) else None)
+    if isinstance(step, Ask):
+        return Reply(value=_value(step.question, place))
+    if isinstance(step, Instruct | Explore | Feedback | Rest):
+        return Reply()
+    assert_never(step)
 
 
 def _value(question: Question, place: float) -> Value:
@@ -142,7 +150,7 @@ def _value(question: Question, place: float) -> Value:
         return question.nearest(100.0 * place)
     if isinstance(question, TextQuestion):
         return "-"
-    raise TypeError(f"no answer to rehearse for {type(question).__name__}")
+    assert_never(question)
 
 
 def surfaces(plan: RunPlan) -> list[Surface]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from slipscale.experiments.participants.psychopy_window import entry, scene, touch
 from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
@@ -15,6 +15,7 @@ from slipscale.experiments.protocols.steps import (
     ComparisonQuestion,
     NumberQuestion,
     TextQuestion,
+    VisualAnalogueQuestion,
     WholeNumberQuestion,
     YesNoQuestion,
 )
@@ -59,6 +60,10 @@ class Asking(Unmoved):
             case ComparisonQuestion():
                 self._compared = question.options
                 self._body, self._hint = self._comparison, texts["window.choose_key"]
+            case VisualAnalogueQuestion():
+                raise TypeError("a visual analogue scale has a screen of its own")
+            case _:
+                assert_never(question)
 
     def scene(self, elapsed_s: float) -> Scene:
         """Return the question, what has been typed, and what was wrong with the last entry."""

@@ -11,7 +11,7 @@ import re
 import unicodedata
 from dataclasses import dataclass, field
 from decimal import Decimal
-from typing import TYPE_CHECKING, Protocol, TypeGuard
+from typing import TYPE_CHECKING, Protocol, TypeGuard, assert_never
 
 from slipscale.experiments.languages.texts import NUMBER_KEYS
 from slipscale.experiments.protocols.steps import (
@@ -302,7 +302,9 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
         return KeyEntry(choice_keys(question))
     if isinstance(question, VisualAnalogueQuestion):
         raise TypeError("a visual analogue scale is no entry: it has a screen of its own")
-    return TypedEntry(question)
+    if isinstance(question, NumberQuestion | WholeNumberQuestion | TextQuestion):
+        return TypedEntry(question)
+    assert_never(question)
 
 
 def is_long(question: Question) -> TypeGuard[ChoiceQuestion]:
