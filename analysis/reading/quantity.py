@@ -29,15 +29,15 @@ class YesNoWords:
     depends on ``size``, is listed for ``each``, and its sensitivity by ``kind``, ``at`` a value.
     """
 
-    name: str
-    task: str
-    trials: tuple[str, str]
-    down: tuple[str, str]
-    catch: tuple[str, str]
-    each: str
     size: str
-    kind: str
-    at: str
+    name: str = "yes and no"
+    task: str = "yes and no"
+    trials: tuple[str, str] = ("trial", "trials")
+    down: tuple[str, str] = ("stimulus", "stimuli")
+    catch: tuple[str, str] = ("catch trial", "catch trials")
+    each: str = "level"
+    kind: str = "level"
+    at: str = "at"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,19 +102,7 @@ class Quantity:
     @property
     def yes_no(self) -> YesNoWords:
         """The words of a task of yes and no."""
-        if self.of_plate:
-            return STEPS
-        return YesNoWords(
-            name="yes and no",
-            task="yes and no",
-            trials=("trial", "trials"),
-            down=("stimulus", "stimuli"),
-            catch=("catch trial", "catch trials"),
-            each="level",
-            size=self.name,
-            kind="level",
-            at="at",
-        )
+        return STEPS if self.of_plate else YesNoWords(size=self.name)
 
     @property
     def title(self) -> str:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation.statistics import STATISTICS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from slipscale.analysis.reading.quantity import Quantity
     from slipscale.analysis.statistics.statistic import Inference
     from slipscale.experiments.study.analysis_choices import Primary
 
@@ -43,10 +43,7 @@ def _written(
 
 
 def primary_sentences(
-    inference: Inference,
-    primary: Primary = "ranks",
-    confidence: float = 0.95,
-    quantity: Quantity = PLATE_AMPLITUDE,
+    inference: Inference, primary: Primary, confidence: float, quantity: Quantity
 ) -> list[str]:
     """Return the sentences of the primary analysis, or why there is none."""
     found = list(_written(inference, primary, confidence, quantity, of_primary=True))
@@ -57,10 +54,7 @@ def primary_sentences(
 
 
 def secondary_sentences(
-    inference: Inference,
-    primary: Primary = "ranks",
-    confidence: float = 0.95,
-    quantity: Quantity = PLATE_AMPLITUDE,
+    inference: Inference, primary: Primary, confidence: float, quantity: Quantity
 ) -> list[str]:
     """Return the sentences of every other test on magnitude estimates."""
     found = _written(inference, primary, confidence, quantity, of_primary=False)

@@ -94,11 +94,15 @@ def test_the_primary_analysis_is_on_ranks_of_everybody_unless_the_study_declares
     ]
     text = "participant_id,amplitude_um_pp,estimate\n" + "\n".join(lines) + "\n"
     found = analyse(table_by_hand(text))
-    first = primary.primary_sentences(found.inference)
+    first = primary.primary_sentences(found.inference, "ranks", 0.95, PLATE_AMPLITUDE)
     assert "Friedman" in first[0]
     assert "n = 12" in first[0]
-    assert "F(" in primary.primary_sentences(found.inference, "logarithms")[0]
-    assert "n = 7 of 12" in primary.secondary_sentences(found.inference)[0]
+    asked = (found.inference, "logarithms", 0.95, PLATE_AMPLITUDE)
+    assert "F(" in primary.primary_sentences(*asked)[0]
+    assert (
+        "n = 7 of 12"
+        in primary.secondary_sentences(found.inference, "ranks", 0.95, PLATE_AMPLITUDE)[0]
+    )
     html = page(found)
     # The notice comes before any answer.
     assert 0 < html.index("Estimates of zero: 5") < html.index("Friedman")
