@@ -12,7 +12,7 @@ from slipscale.analysis.reporting import files, page
 PEOPLE = ("01", "02", "03")
 SOURCE = {"study": "by hand", "mode": "participant", "seed": 1}
 #: Task label -> its columns, and for each participant the cells of every trial.
-TABLES = {
+TABLES: dict[str, tuple[tuple[str, ...], list[list[tuple[object, ...]]]]] = {
     # Both ends of the line occur: 0 is its left end, 100 its right.
     "line": (
         ("surface", "amplitude_um_pp", "rating", "cursor_start", "resolution"),
