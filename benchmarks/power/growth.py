@@ -1,6 +1,6 @@
 """How the time of ``power`` grows, by studies, participants, trials, processes; draws the figure.
 
-    python benchmarks/power_growth.py [--out docs/figures] [--seconds 20]
+    python benchmarks/power/growth.py [--out docs/figures] [--seconds 20]
 
 Less than two minutes. The panel of processes is worth something on a quiet machine alone: nothing
 else may run. ``--seconds`` is about how long its grid takes one process.

@@ -1,6 +1,6 @@
-"""Power against R's loop of the same model and tests; growth is in ``power_growth.py``.
+"""Power against R's loop of the same model and tests; growth is in ``growth.py``.
 
-    python benchmarks/power_speed.py [--studies 400] [--rounds 3]
+    python benchmarks/power/speed.py [--studies 400] [--rounds 3]
 
 R's side is `tests/data/power_reference/power.R`: base R, Friedman's test and Wilcoxon's of six
 pairs with Holm's correction, of the magnitude question with 12 participants and one rating. Both
@@ -21,7 +21,7 @@ from slipscale.analysis.planning.power.shard import Shard
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.study.file import read_study
 
-SCRIPT = Path(__file__).parents[1] / "tests" / "data" / "power_reference" / "power.R"
+SCRIPT = Path(__file__).parents[2] / "tests" / "data" / "power_reference" / "power.R"
 # The model and the tests of the script, without its cases, and one timed loop of them.
 LOOP = """
 begun <- sum(proc.time()[1:2])

@@ -1,6 +1,6 @@
 """Counting and sampling the data sets behind Table III, beside enumeration and SPRITE.
 
-Run with ``python benchmarks/reconstruction.py``. Single-threaded; wall-clock times, the best of
+Run with ``python benchmarks/counting/table3.py``. Single-threaded; wall-clock times, the best of
 several runs where they are short.
 
 The enumeration is the depth-first search with bounds that CLOSURE does, without the extremes,
@@ -11,10 +11,10 @@ rest would take is labelled an extrapolation.
 SPRITE is run as pysprite 1.2.1 where an interpreter has it, best one of its own::
 
     python -m venv /tmp/peers && /tmp/peers/bin/pip install pysprite
-    python benchmarks/reconstruction.py --pysprite /tmp/peers/bin/python
+    python benchmarks/counting/table3.py --pysprite /tmp/peers/bin/python
 
 Counting Likert columns beside closure-core's counter is in ``likert.py``, how counting grows in
-``reconstruction_growth.py``. Not run: unsum and rsprite2, which are R packages, and CORVIDS, whose
+``growth.py``. Not run: unsum and rsprite2, which are R packages, and CORVIDS, whose
 program is in Python 2.
 """
 

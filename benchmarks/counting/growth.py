@@ -1,6 +1,6 @@
 """How counting grows with n, the width of the scale and the decimals printed: figure and table.
 
-    OMP_NUM_THREADS=1 python benchmarks/reconstruction_growth.py [--figure growth.svg]
+    OMP_NUM_THREADS=1 python benchmarks/counting/growth.py [--figure growth.svg]
 
 Each curve leaves out columns that are guessed to take more than `--seconds`. Beside the processor's
 time, which other work on the machine hardly touches, stand the memory a count holds at most (planes
