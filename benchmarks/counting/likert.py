@@ -3,8 +3,8 @@
     python benchmarks/counting/likert.py --closure-core PATH/TO/src/count.rs
 
 The file is part of closure-core (MIT or Apache 2.0), repository lhdjung/closure-core on GitHub; it
-needs no other file, and `rustc` builds it in a temporary folder. Without the file or `rustc` the peer is skipped
-by name.
+needs no other file, and `rustc` builds it in a temporary folder. Without the file or `rustc` the
+peer is skipped by name.
 
 Ours is timed from the column as read to the count, GRIM and GRIMMER included; the peer from its
 arguments to its result, inside its own process. Best of several runs each, one thread.

@@ -1,8 +1,8 @@
-"""What a protocol is made of; where protocols are found is said by `registry`.
+"""What a protocol is made of: options, steps, columns and simulated answers.
 
-What most protocols share
-is beside this: the options of `pacing`, and `repeating`, which counts trials and has voided ones
-come again.
+A protocol is declared once, as a `Protocol`; `registry` finds it by its entry point. All its random
+numbers come from its `Context`: the same seed and labels give the same run. `building_blocks` has
+what several protocols share.
 """
 
 from __future__ import annotations

@@ -1,4 +1,9 @@
-"""Textures that follow the finger: what the plate is told at each frame."""
+"""Textures that follow the finger: what the plate is commanded at each frame.
+
+A texture follows the finger only if a source measures its place and `followed_texture` finds that
+the plate supports it; otherwise the plate plays it by itself. Before a readback is compared with a
+command, the plate settles at the texture's mean.
+"""
 
 from __future__ import annotations
 

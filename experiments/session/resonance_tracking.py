@@ -1,4 +1,8 @@
-"""Resonance tracking between trials, on a plate that does not follow its resonance by itself."""
+"""Resonance tracking between trials, on a plate that does not follow its resonance by itself.
+
+The plate is swept before a trial's surface is presented, never while one is felt or rated, and not
+for a standard outside trials. A failed sweep is a fault of the rig, like a failed presentation.
+"""
 
 from __future__ import annotations
 
