@@ -1,8 +1,8 @@
 """The order in which surfaces are presented, by the rule that the study names.
 
 All orders are uniform over what their rule admits, in whole numbers throughout: the same on every
-machine. A change of any draw needs a new `ORDER_VERSION`: a run is resumed only with the orders of its
-beginning (docs/decisions/0002, 0130).
+machine. A change of any draw needs a new `ORDER_VERSION`: a run is resumed only with the orders
+of its beginning (docs/decisions/0002, 0130).
 """
 
 from __future__ import annotations
