@@ -81,7 +81,7 @@ def p_values(value):
 
 def test_no_p_of_the_inference_is_missing_from_the_list(analysis):
     """Two groups: the pair's p is that of all, and is counted once; the other ANOVA's twice."""
-    everything = p_values(analysis.inference)
+    everything = p_values(tuple(analysis.inference.results.values()))
     pair_of_groups, amplitude_again, friction = 2, 1, 0
     assert len(everything) - pair_of_groups - amplitude_again - friction == (
         multiplicity(analysis.inference, "ranks", 0.95).tests
