@@ -95,7 +95,7 @@ def test_a_reference_is_matched_from_below_as_often_as_from_above(plan):
         (
             "difference_threshold",
             ("most_trials = 30", "most_trials = 3000"),
-            "less than or equal to 1000",
+            "expected 1000 or less, got 3000",
         ),
         (
             "difference_threshold",
