@@ -18,7 +18,7 @@ def test_a_promises_command_finds_what_it_names(promise):
     program, *words = [word for word in shlex.split(promise.command) if "SLIPSCALE_" not in word]
     if program == "make":
         targets = (reliability.ROOT / "Makefile").read_text(encoding="utf-8")
-        assert f"\n{words[0]}: setup\n" in targets
+        assert f"\n{words[0]}: set-test\n" in targets
         return
     assert program == "pytest"
     wanted = words[words.index("-k") + 1].split(" or ") if "-k" in words else [""]

@@ -138,3 +138,10 @@ def test_an_empty_command_line_of_every_command_is_answered_without_a_usage_dump
         said = capsys.readouterr().err
         assert said.count("\n") == 1
         assert f"{name} --help" in said
+
+
+def test_after_a_verbose_command_the_next_one_is_quiet_again(capsys):
+    assert commands.main(["study", "validate", "biet2007", "--verbose"]) == 0
+    assert " s  slipscale" in capsys.readouterr().err
+    assert commands.main(["study", "validate", "biet2007"]) == 0
+    assert capsys.readouterr().err == ""

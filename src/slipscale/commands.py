@@ -236,6 +236,7 @@ def call(name: str, words: list[str]) -> int:
             from logging import getLogger  # noqa: PLC0415
 
             getLogger(__name__).info("%s ended", name)
+            getLogger("slipscale").handlers = []  # a later command in this process may be quiet
 
 
 def _failed(name: str, sentence: str, status: int, *, verbose: bool = False) -> int:

@@ -112,8 +112,11 @@ def test_an_existing_file_is_never_overwritten(file, capsys):
     [
         (["desk", "--backend", "mock"], "ends in .toml"),
         (["desk.toml", "--backend", "nothing"], "expected one of mock"),
-        (["my desk.toml", "--backend", "mock"], "name is 'my desk'"),
-        (["desk.toml", "--backend", "scpi", "--amplifier-gain", "-3"], "amplifier_gain is -3.0"),
+        (["my desk.toml", "--backend", "mock"], "got 'my desk'"),
+        (
+            ["desk.toml", "--backend", "scpi", "--amplifier-gain", "-3"],
+            "amplifier_gain: expected a number above 0, got -3.0",
+        ),
     ],
 )
 def test_a_new_file_that_cannot_be_is_refused_in_a_sentence(tmp_path, words, said, capsys):

@@ -217,15 +217,23 @@ def test_one_end_of_a_scale_is_enough():
 @pytest.mark.parametrize(
     "old, new, said",
     [
-        ('mean = "5.19"', "", r"line 2, column.1: expected a mean, a mean_percent or a sum"),
-        ('sd = "1.50"', "", r"line 2, column.1: expected a scale .*, an sd or an se"),
-        ('sd = "1.50"', 'ci_low = "1"', r"column.1: expected both ends of the confidence interval"),
+        (
+            'mean = "5.19"',
+            "",
+            r"line 2, item 1 of column: expected a mean, a mean_percent or a sum",
+        ),
+        ('sd = "1.50"', "", r"line 2, item 1 of column: expected a scale .*, an sd or an se"),
+        (
+            'sd = "1.50"',
+            'ci_low = "1"',
+            r"item 1 of column: expected both ends of the confidence interval",
+        ),
         ('sd = "1.50"', 'sd = "1"\npresent = [3, 3]', "the rating 3 is told of 2 times"),
         ('sd = "1.50"', 'sd = "1"\nabsent = ["2.5"]', "the rating 5/2 is not on the scale"),
         (
             'sd = "1.50"',
             'sd = "1"\nfrequencies = {3 = -1}',
-            "line 6, .*greater than or equal to 0",
+            "line 6, .*expected 0 or more, got -1",
         ),
         ('sd = "1.50"', 'sd = "1"\nfrequencies = {x = 1}', "such as 1, 0.5 or 1/3, got 'x'"),
     ],

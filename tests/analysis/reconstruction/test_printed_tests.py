@@ -157,10 +157,18 @@ def test_tests_are_read_with_the_table():
 @pytest.mark.parametrize(
     "old, new, said",
     [
-        ('"column 2"]', '"b"]', r"line 15, test.1.columns: there is no column 'b'; expected some"),
-        ('statistic = "1.93"', "", r"line 13, test.1: expected a statistic, p or p_below"),
-        ('kind = "paired_t"', 'kind = "t"', r"line 14, test.1.kind: .*'paired_t', 'independent_t'"),
-        ('statistic = "1.93"', 'p_below = "0"', "line 13, test.1: p_below is 0 or less"),
+        (
+            '"column 2"]',
+            '"b"]',
+            r"line 15, columns of item 1 of test: there is no column 'b'; expected some",
+        ),
+        ('statistic = "1.93"', "", r"line 13, item 1 of test: expected a statistic, p or p_below"),
+        (
+            'kind = "paired_t"',
+            'kind = "t"',
+            r"line 14, kind of item 1 of test: .*'paired_t', 'independent_t'",
+        ),
+        ('statistic = "1.93"', 'p_below = "0"', "line 13, item 1 of test: p_below is 0 or less"),
         ('["a", "column 2"]', '["a"]', "expected two or more different columns"),
         ('kind = "paired_t"', 'kind = "rm_f"\np = ".01"', "leave out the p"),
     ],
