@@ -115,7 +115,7 @@ def test_an_existing_file_is_never_overwritten(file, capsys):
         (["my desk.toml", "--backend", "mock"], "got 'my desk'"),
         (
             ["desk.toml", "--backend", "scpi", "--amplifier-gain", "-3"],
-            "amplifier_gain: expected a number above 0, got -3.0",
+            "expected a number above 0, got -3.0",
         ),
     ],
 )
