@@ -1,40 +1,83 @@
-"""What declarations of kinds of task share."""
+"""How a kind of task with trials and one statistic is declared."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
+from slipscale.analysis.tasks.kind import TaskAnalysis
 from slipscale.analysis.writing.numbers import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     import pandas as pd
+    from matplotlib.figure import Figure
 
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
     from slipscale.analysis.result import Analysis
     from slipscale.analysis.statistics.statistic import Statistic
+    from slipscale.analysis.tasks.kind import SectionWriter
 
 T = TypeVar("T")
 
 
-def run_trials(trials: TaskTrials, what: str) -> Callable[[Analysis], list[str]]:
-    """Return what counts the trials for the summary's design."""
+def of_one_statistic(
+    name: str,
+    trials: TaskTrials,
+    statistic: Statistic[T],
+    *,
+    question: str,
+    what: str,
+    title: str,
+    answers: Callable[[T, float], list[str]],
+    sentences: Callable[[T, float], list[str]],
+    section: SectionWriter,
+    figures: Callable[[T, pd.DataFrame], Mapping[str, Figure]],
+    table: Callable[[T], pd.DataFrame],
+    **others: Any,
+) -> TaskAnalysis:
+    """Return the declaration of a kind whose texts and figures follow from one result.
+
+    Parameters
+    ----------
+    question, what, title : str
+        The summary's question, what the trials are called, and the heading of the sentences.
+    answers, sentences : callable
+        Return texts from the result and the confidence level.
+    figures : callable
+        Returns figures by file name from the result and the trials.
+    table : callable
+        Returns the CSV table of the result.
+    others
+        Further fields of `TaskAnalysis`.
+    """
 
     def design(analysis: Analysis) -> list[str]:
         rows = len(analysis.dataset.of(trials))
         return [f"{counted(rows, 'trial', 'trials')} of {what}"] if rows else []
 
-    return design
+    def written(analysis: Analysis, write: Callable[[T, float], list[str]]) -> list[str]:
+        found = analysis.inference.found(statistic)
+        return [] if found is None else write(found, analysis.dataset.choices.confidence)
 
-
-def tables_of(
-    name: str, statistic: Statistic[T], table: Callable[[T], pd.DataFrame]
-) -> Callable[[Analysis], dict[str, pd.DataFrame]]:
-    """Return what writes a result as one table."""
+    def drawn(analysis: Analysis) -> Mapping[str, Figure]:
+        found = analysis.inference.found(statistic)
+        return {} if found is None else figures(found, analysis.dataset.of(trials))
 
     def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
         found = analysis.inference.found(statistic)
         return {} if found is None else {name: table(found)}
 
-    return tables
+    return TaskAnalysis(
+        name=name,
+        trials=trials,
+        statistics=(statistic,),
+        questions=lambda analysis: written(analysis, lambda _found, _level: [question]),
+        design=design,
+        answers=lambda analysis: written(analysis, answers),
+        sentences=lambda analysis: {title: written(analysis, sentences)},
+        sections=(section,),
+        figures=drawn,
+        tables=tables,
+        **others,
+    )
