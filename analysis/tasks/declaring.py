@@ -1,10 +1,11 @@
-"""How a kind of task with trials and one statistic is declared."""
+"""What kinds of task with trials and one statistic share: their declaration and section."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import counted
 
 if TYPE_CHECKING:
@@ -81,3 +82,8 @@ def of_one_statistic(
         tables=tables,
         **others,
     )
+
+
+def section_of(title: str, analysis: Analysis) -> ReportSection:
+    """Return an empty section, closed if magnitude estimates lead the report."""
+    return ReportSection(title, shown="closed" if analysis.prepared is not None else "open")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.declaring import section_of
 from slipscale.analysis.tasks.matching.statistics import MATCHING
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.result import Analysis
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
     from slipscale.analysis.tasks.matching.statistics import MatchedReference
-from slipscale.analysis.tasks.scales.section import _three, section_of
+from slipscale.analysis.tasks.scales.section import _three
 
 
 def matching(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

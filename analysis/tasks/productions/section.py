@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.declaring import section_of
 from slipscale.analysis.tasks.productions import sentences as words
 from slipscale.analysis.tasks.productions.statistics import PRODUCTIONS
 from slipscale.analysis.writing import html
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.result import Analysis
     from slipscale.analysis.tasks.productions.statistics import TaskProductions
-from slipscale.analysis.tasks.ratings.section import section_of
 
 
 def productions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

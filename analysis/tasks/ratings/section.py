@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.declaring import section_of
 from slipscale.analysis.tasks.ratings import sentences as words
 from slipscale.analysis.tasks.ratings.statistics import RATINGS
 from slipscale.analysis.writing import html
@@ -39,11 +40,6 @@ def ratings(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             )
         section.blocks += [_rating_table(task), _pair_table(task)]
     return section
-
-
-def section_of(title: str, analysis: Analysis) -> ReportSection:
-    """Return an empty section, closed if magnitude estimates lead the report."""
-    return ReportSection(title, shown="closed" if analysis.prepared is not None else "open")
 
 
 def _rating_table(task: TaskRatings) -> Markup:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.declaring import section_of
 from slipscale.analysis.tasks.scales import sentences
 from slipscale.analysis.tasks.scales.statistics import SCALES
 from slipscale.analysis.writing import html
@@ -47,11 +48,6 @@ def scales(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         if task.consistency:
             section.blocks.append(_consistency_table(task))
     return section
-
-
-def section_of(title: str, analysis: Analysis) -> ReportSection:
-    """Return an empty section, closed if magnitude estimates lead the report."""
-    return ReportSection(title, shown="closed" if analysis.prepared is not None else "open")
 
 
 def _scale_table(task: TaskScale) -> Markup:

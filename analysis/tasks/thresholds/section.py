@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.declaring import section_of
 from slipscale.analysis.tasks.thresholds import sentences as apa_thresholds
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED, THRESHOLDS
 from slipscale.analysis.writing import html
@@ -49,9 +50,7 @@ WAYS = (
 
 def thresholds(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     """Return the section: each task's curves, tracks and table."""
-    section = ReportSection(
-        "Thresholds", shown="closed" if analysis.prepared is not None else "open"
-    )
+    section = section_of("Thresholds", analysis)
     found = analysis.inference[THRESHOLDS]
     if isinstance(found, NotComputed):
         return section
