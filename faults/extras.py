@@ -17,6 +17,7 @@ EXTRA_OF = {
     "pyvisa_py": "plate",
     "serial": "plate",
     "skfem": "plate",
+    "nidaqmx": "daq",
     "distributed": "cluster",
     "pylsl": "markers",
     "starlette": "console",

@@ -6,13 +6,20 @@ import os
 import subprocess
 import sys
 from argparse import Namespace
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
-from slipscale import commands
+from slipscale import commands, requirements
+from slipscale.experiments.journal.header import header
+from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.lab.defaults import Defaults
+from slipscale.experiments.running.lab_session import make_plan
 from slipscale.faults import UserError
 from slipscale.faults.extras import EXTRA_OF
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.registry import open_plate
 from slipscale.requirements import NEEDS, WITHOUT_OUT, WRITES, check, unwritable
 
 #: Runs a command where some modules cannot be imported; what was imported is printed at the end.
@@ -66,6 +73,73 @@ def test_a_missing_package_is_reported_before_any_work_with_what_installs_it(
     assert sentence.startswith(f"slipscale {words[0]}: needs the package '{modules}'")
     assert f"pip install 'slipscale[{extra}]'" in sentence
     assert not (tmp_path / "o").exists()
+
+
+def begun(folder, spec, answered_by):
+    """Write the journal of a run that was interrupted at once; return its path."""
+    plan = make_plan("biet2007", participant="01", pilot=True)
+    path, clock = plan.journal_path(folder), VirtualClock()
+    contact = {"force": {"spec": "load_cells:COM2"}}
+    with open_plate("mock", clock=clock) as plate, Journal.create(path, clock) as journal:
+        journal.write("header", **header(plan, plate, spec, answered_by, "absent"), contact=contact)
+        journal.write("markers", outputs=["lsl"])
+    return path
+
+
+@pytest.mark.parametrize(
+    "run, words, needed",
+    [
+        (("mock", "simulated"), ("--markers", "parallel:0"), {"serial"}),
+        (("mock", "person"), (), {"psychopy", "serial", "pylsl"}),
+        (
+            ("mock", "person"),
+            ("--force", "none", "--markers", "serial:COM1"),
+            {"psychopy", "serial"},
+        ),
+        (("scpi:X", "person"), ("--force", "daq"), {"psychopy", "pyvisa", "pylsl", "nidaqmx"}),
+        (("scpi:X", "simulated"), ("--plate", "sound:1"), {"serial", "pylsl", "sounddevice"}),
+    ],
+)
+def test_resume_needs_what_the_run_used_unless_the_command_line_names_another(
+    tmp_path, monkeypatch, run, words, needed
+):
+    path = begun(tmp_path, *run)
+    args = commands.load_command("resume")[0].parse_args([str(path), *words])
+    asked = set()
+    monkeypatch.setattr(requirements, "is_installed", lambda module: asked.add(module) or True)
+    check("resume", args)
+    assert asked == needed
+
+
+def test_resume_reports_a_missing_package_before_the_journal_is_written(
+    tmp_path, monkeypatch, capsys
+):
+    path = begun(tmp_path, "serial:COM9", "person")
+    before = path.read_bytes()
+    monkeypatch.setattr(requirements, "is_installed", lambda module: module != "serial")
+    assert commands.main(["resume", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("slipscale resume: needs the package 'serial'")
+    assert "pip install 'slipscale[plate]'" in said
+    assert path.read_bytes() == before
+
+
+def test_next_checks_the_devices_and_places_of_the_laboratory_folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "full").write_text("a file")
+    (tmp_path / "slipscale.toml").write_text(
+        'study = "biet2007"\nplate = "scpi:X"\nmarkers = ["lsl"]\nforce = "daq"\n'
+        'backup = "full/backup"\npilots = "full/pilots"\n'
+    )
+    args = commands.load_command("next")[0].parse_args(["--pilot"])
+    monkeypatch.setattr(requirements, "is_installed", lambda _: False)
+    with pytest.raises(UserError) as raised:
+        check("next", args)
+    said = str(raised.value).split("; ")
+    found = {extra for extra in EXTRA_OF.values() if f"'slipscale[{extra}]'" in str(raised.value)}
+    assert found == {"plate", "markers", "daq", "session"}
+    assert "full/pilots/rehearsals: full is a file" in said
+    assert "full/backup: full is a file" in said
 
 
 def test_a_simulated_plate_needs_no_serial_line(tmp_path):
@@ -138,5 +212,7 @@ def test_the_tables_name_commands_options_and_packages_that_there_are():
         assert command.split()[0] in parsers
     for need in NEEDS:
         assert set(need.modules) - {"jax"} <= set(EXTRA_OF)
-        if need.option and " " not in need.command:
+        if need.command in ("next", "resume"):  # the laboratory folder and the journal say more
+            assert need.option in {"", "answered_by", *(field.name for field in fields(Defaults))}
+        elif need.option and " " not in need.command:
             assert f"--{need.option}" in parsers[need.command].format_help()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import sys
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ from slipscale.faults.extras import how_to_install
 
 if TYPE_CHECKING:
     from argparse import Namespace
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
 ANALYSIS = ("pandas", "pingouin", "statsmodels", "psignifit", "choix", "joblib")
 
@@ -24,9 +24,9 @@ ANALYSIS = ("pandas", "pingouin", "statsmodels", "psignifit", "choix", "joblib")
 class Need:
     """What a command needs, always or with one of its options.
 
-    ``command`` includes the subcommand, if there is one. ``option`` is the name of the parsed
-    argument, "" if the need does not depend on one; ``value`` is one of its values, or the driver
-    of a SPEC, "" if any value counts.
+    ``command`` includes the subcommand, if there is one. ``option`` is the name of what
+    `options_of` returns, "" if the need does not depend on one; ``value`` is one of its values, or
+    the driver of a SPEC, "" if any value counts.
     """
 
     command: str
@@ -35,9 +35,9 @@ class Need:
     value: str = ""
     programs: tuple[str, ...] = ()
 
-    def applies(self, args: Namespace) -> bool:
-        """Return whether the parsed arguments lead to this need."""
-        given = getattr(args, self.option, None) if self.option else True
+    def applies(self, options: Mapping[str, object]) -> bool:
+        """Return whether a command's options lead to this need."""
+        given = options.get(self.option) if self.option else True
         if not self.value:
             return bool(given)
         values = [given] if isinstance(given, str) else given
@@ -46,9 +46,18 @@ class Need:
         )
 
 
-#: The driver of a plate's SPEC, and what it imports.
-DRIVERS = {"serial": "serial", "scpi": "pyvisa"}
-ON_A_PLATE = ("run", "check", "plate watch", "plate calibrate", "plate conform")
+#: Option that takes SPECs: each driver that a SPEC can name, and the module that it imports.
+DRIVERS = {
+    "plate": {"serial": "serial", "scpi": "pyvisa", "sound": "sounddevice"},
+    "markers": {"lsl": "pylsl", "serial": "serial"},
+    "position": {"lasers": "serial"},
+    "force": {"load_cells": "serial", "daq": "nidaqmx"},
+}
+SESSIONS = ("run", "check", "next", "resume")
+#: Command: its options that take SPECs.
+WITH_DEVICES = dict.fromkeys(SESSIONS, tuple(DRIVERS)) | dict.fromkeys(
+    ("plate watch", "plate calibrate", "plate conform"), ("plate",)
+)
 
 NEEDS = (
     *(
@@ -61,18 +70,18 @@ NEEDS = (
     Need("export", ("weasyprint",), "forms", "pdf"),
     Need("power", ("distributed",), "scheduler"),
     Need("run", ("psychopy",)),
-    Need("run", ("pylsl",), "markers", "lsl"),
-    Need("run", ("serial",), "markers", "serial"),
     Need("check", ("psychopy", "sounddevice")),
     Need("next", ("psychopy",)),
+    Need("resume", ("psychopy",), "answered_by", "person"),
     Need("lab", ("starlette", "uvicorn")),
     Need("plate list", ("serial",)),
     Need("plate design", ("skfem",)),
     Need("plate emulate", option="firmware", programs=("cc",)),
     *(
-        Need(command, (module,), "plate", driver)
-        for command in ON_A_PLATE
-        for driver, module in DRIVERS.items()
+        Need(command, (module,), option, driver)
+        for command, options in WITH_DEVICES.items()
+        for option in options
+        for driver, module in DRIVERS[option].items()
     ),
 )
 
@@ -85,6 +94,8 @@ WRITES = {
     "reconstruct": ("out", "html"),
     "reproduce": ("out",),
     "run": ("out", "backup"),
+    "next": ("out", "backup"),
+    "resume": ("backup",),
     "data merge": ("out",),
     "study freeze": ("out",),
     "study show": ("figure",),
@@ -98,6 +109,7 @@ WITHOUT_OUT: dict[str, Callable[[Namespace], Path]] = {
     "analyse": lambda args: _folder_of(Path(args.dataset)),
     "pilot": lambda _: here().pilots,
     "run": lambda args: here().out(pilot=args.pilot),
+    "next": lambda args: here().out(pilot=args.pilot),
 }
 
 
@@ -123,7 +135,8 @@ def check(name: str, args: Namespace) -> None:
     """
     what = getattr(args, "what", None)
     command = f"{name} {what}" if what else name
-    needs = [need for need in NEEDS if need.command == command and need.applies(args)]
+    options = options_of(command, args)
+    needs = [need for need in NEEDS if need.command == command and need.applies(options)]
     wrong = list(_missing_packages(module for need in needs for module in need.modules))
     wrong += [
         f"needs the program '{program}'; install it, or put its folder into PATH"
@@ -131,18 +144,46 @@ def check(name: str, args: Namespace) -> None:
         for program in need.programs
         if shutil.which(program) is None
     ]
-    for where, path in _written(command, args):
+    for where, path in _written(command, args, options):
         if fault := unwritable(path):
             wrong.append(f"{where}: {fault}")
     if wrong:
         raise UserError("; ".join(wrong))
 
 
-def _written(command: str, args: Namespace) -> Iterator[tuple[str, Path]]:
+def options_of(command: str, args: Namespace) -> dict[str, object]:
+    """Return a command's options.
+
+    If the command uses devices, what the command line leaves open is the interrupted run's or the
+    laboratory folder's.
+
+    Raises
+    ------
+    UserError
+        The laboratory folder's file or the journal cannot be read.
+    """
+    options = asdict(here()) if command in WITH_DEVICES else {}
+    if command == "resume" and args.journal and args.journal.is_file():
+        from slipscale.experiments.journal import plan_and_progress as progress  # noqa: PLC0415
+        from slipscale.experiments.running.contact_sources import of_records  # noqa: PLC0415
+
+        records = progress.read_plan(args.journal)[1]
+        options |= {
+            **asdict(of_records(records)),
+            "plate": progress.last_plate(records),
+            "markers": progress.last_markers(records),
+            "answered_by": progress.answered_by(records),
+        }
+    return options | {name: value for name, value in vars(args).items() if value}
+
+
+def _written(
+    command: str, args: Namespace, options: Mapping[str, object]
+) -> Iterator[tuple[str, Path]]:
     """Yield each place that a command writes to, with its name for messages."""
     for option in WRITES.get(command, ()):
-        if path := getattr(args, option, None):
-            yield f"--{option} {path}", Path(path)
+        if path := options.get(option):
+            yield f"--{option} {path}" if option in args else str(path), Path(str(path))
         elif option == "out" and command in WITHOUT_OUT:
             path = WITHOUT_OUT[command](args)
             yield str(path), path
