@@ -6,12 +6,13 @@ from dataclasses import replace
 
 import pytest
 
+from slipscale.experiments.dataset import withdrawal
 from slipscale.experiments.protocols.registry import protocol_names
 from slipscale.experiments.study.file import read_study
 from slipscale.hardware.emulator.process import EmulatorProcess
 from slipscale.hardware.errors import PlateTimeout
 from tools.torture import __main__ as torture
-from tools.torture import pilots, soak, system_calls, writers
+from tools.torture import pilots, soak, system_calls, upkeep, writers
 from tools.torture.disk_faults import FAULTS, Journal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kills with POSIX signals")
@@ -21,7 +22,13 @@ def test_no_fault_and_no_kill_changes_the_data(capsys):
     assert torture.main(["--places", "1", "--study", "biet2007"]) == 0
     _, _, _, _, *rows = capsys.readouterr().out.strip().splitlines()
     assert [row.split(" | ")[0] for row in rows] == [
-        f"| {fault}" for fault in (*writers.KINDS, *FAULTS, *system_calls.KINDS)
+        f"| {fault}"
+        for fault in (
+            *writers.KINDS,
+            *map(upkeep.kind_of, upkeep.COMMANDS),
+            *FAULTS,
+            *system_calls.KINDS,
+        )
     ]
     assert all(row.endswith("| 0 |") for row in rows)
     assert all(int(row.split("|")[2]) >= 1 for row in rows)
@@ -53,6 +60,15 @@ def test_two_that_write_at_once_are_found(monkeypatch):
     told = [" ".join(map(str, each)) for each in outcome.bad]
     for kind in writers.KINDS:
         assert any(kind in each and "of 4 writers" in each for each in told)
+
+
+def test_a_label_that_a_withdrawal_leaves_is_found(monkeypatch):
+    """The campaign itself can fail: here the fallback folder is forgotten."""
+    monkeypatch.setattr(upkeep, "COMMANDS", {"withdraw": upkeep.COMMANDS["withdraw"]})
+    monkeypatch.setattr(withdrawal, "_kept_elsewhere", lambda _own: iter(()))
+    outcome = pilots.Outcome()
+    upkeep.kill_upkeep(1, outcome)
+    assert "names sub-01" in outcome.bad[0][1]
 
 
 def test_every_protocol_takes_part_with_all_its_options():

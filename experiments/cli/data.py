@@ -91,13 +91,24 @@ def _merge(one: Path, other: Path, out: Path) -> int:
 
 
 def _withdraw(dataset: Path, participant: str, *, remove: bool) -> int:
-    from slipscale.experiments.dataset.withdrawal import replacement, theirs, withdraw  # noqa: PLC0415
+    from slipscale.experiments.dataset.withdrawal import (  # noqa: PLC0415
+        sources_with,
+        theirs,
+        withdraw,
+    )
+    from slipscale.experiments.dataset.withdrawn import replacement  # noqa: PLC0415
 
     for path in withdraw(dataset, participant) if remove else theirs(dataset, participant):
         print(f"{'removed' if remove else 'would be removed'}: {path}")
     if not remove:
         print("Nothing is removed yet: say --yes.", file=sys.stderr)
         return ANSWER_IS_NO
+    for source in sources_with(dataset, participant):
+        print(
+            f"{dataset} was merged from {source}, which may still hold participant {participant}: "
+            f"slipscale data withdraw {source} --participant {participant} --yes",
+            file=sys.stderr,
+        )
     print(
         "The results of all participants were removed as well: slipscale analyse makes them anew. "
         f"Copies that you made elsewhere are yours to remove. Who replaces participant "

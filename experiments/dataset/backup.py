@@ -13,7 +13,7 @@ from contextlib import suppress
 from hashlib import sha256
 from pathlib import Path
 
-from slipscale.experiments.dataset.bids import write_file
+from slipscale.experiments.dataset.files import write_file
 from slipscale.faults import UserError
 
 KNOWN = Path("sourcedata", "backups.json")

@@ -1,7 +1,8 @@
 """Two data sets joined into a new one: those of two laboratory computers that share a study.
 
 Journals are copied as they are, and the tables made anew from them. Whatever contradicts itself is
-refused before anything is written, all of it at once.
+refused before anything is written, all of it at once. The new set is written as a draft and gets
+its name when it is complete: an interrupted merge leaves no set, and the same command repeats it.
 """
 
 from __future__ import annotations
@@ -14,10 +15,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.backup import KNOWN, backups
-from slipscale.experiments.dataset.bids import build_dataset, write_file
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.files import draft_of, write_file
+from slipscale.experiments.dataset.former_tables import with_former
 from slipscale.experiments.dataset.journals import Problem, journals, mode_of, read_runs
+from slipscale.experiments.dataset.lineage import note_merged, note_source
 from slipscale.experiments.dataset.rendering import README
-from slipscale.experiments.dataset.withdrawal import RECORD, withdrawn
+from slipscale.experiments.dataset.withdrawn import RECORD, entries, unfinished, withdrawn
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.faults import UserError
@@ -73,16 +77,30 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
         many = "1 contradiction" if len(told) == 1 else f"{len(told)} contradictions"
         lines = "".join(f"\n  {sentence}" for sentence in told)
         raise UserError(f"{one} and {other} cannot be joined, {many}:{lines}")
+    for folder in sources:  # before anybody's data are in it: a withdrawal concerns it too
+        note_merged(folder, out)
     try:
-        for place, path in chosen.items():
-            (out / place).parent.mkdir(parents=True, exist_ok=True)
-            shutil.copy2(path, out / place)
+        problems = _write(one, other, out, chosen)
     except OSError as error:
         raise UserError(f"--out {out}: cannot be written ({error.strerror})") from None
-    _write_lists(one, other, out)
-    problems = build_dataset(out)
     runs, _ = read_runs(out)
     return Merged(runs=len(runs), notes=tuple(_in_both(one, other)), problems=tuple(problems))
+
+
+def _write(one: Path, other: Path, out: Path, chosen: dict[Path, Path]) -> list[Problem]:
+    """Write the new set as a draft, and give it its name; return what is damaged of it."""
+    draft = draft_of(out)
+    if draft.exists():
+        shutil.rmtree(draft)
+    for place, path in chosen.items():
+        (draft / place).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy2(path, draft / place)
+    _write_lists(one, other, draft)
+    problems = build_dataset(draft)
+    if out.exists():
+        out.rmdir()
+    draft.rename(out)
+    return problems
 
 
 def _check_source(folder: Path) -> None:
@@ -92,6 +110,8 @@ def _check_source(folder: Path) -> None:
     for path in found:
         if is_being_written(path):
             raise UserError(f"{path}: a session of it runs now; end it first")
+    for sentence in unfinished(folder):
+        raise UserError(f"{folder}: {sentence}")
 
 
 def _by_place(folder: Path) -> dict[Path, Path]:
@@ -103,6 +123,9 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
     modes = {folder: mode_of(folder) for folder in (one, other)}
     if None not in modes.values() and modes[one] != modes[other]:
         yield f"{one} holds {modes[one]} data, {other} {modes[other]} data"
+    for folder in (one, other):
+        for problem in with_former(folder, read_runs(folder)[0]).problems:
+            yield f"{folder}: {problem}"
     ours, theirs = _by_place(one), _by_place(other)
     for place in sorted(set(ours) & set(theirs)):
         shorter, longer = sorted((ours[place].read_bytes(), theirs[place].read_bytes()), key=len)
@@ -165,9 +188,8 @@ def _write_lists(one: Path, other: Path, out: Path) -> None:
     """Write who withdrew from either, and where either is backed up."""
     gone: dict[str, object] = {}
     for folder in (one, other):
-        if withdrawn(folder):
-            entries = json.loads((folder / RECORD).read_text(encoding="utf-8"))
-            gone |= {entry["participant"]: entry for entry in entries}
+        gone |= {str(entry["participant"]): entry for entry in entries(folder)}
+        note_source(out, folder)
     if gone:
         write_file(out / RECORD, json.dumps(list(gone.values()), indent=2) + "\n")
     if places := [*dict.fromkeys(str(each) for f in (one, other) for each in backups(f))]:

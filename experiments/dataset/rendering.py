@@ -33,6 +33,7 @@ from slipscale.experiments.study.file import study_hash
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping, Sequence
 
+    from slipscale.experiments.dataset.files import Content
     from slipscale.experiments.dataset.journals import Run
     from slipscale.experiments.protocols.base import Column, Protocol
     from slipscale.experiments.protocols.steps import Value
@@ -40,9 +41,6 @@ if TYPE_CHECKING:
 
 BIDS_VERSION = "1.10.0"
 README = PurePosixPath("README.md")
-
-# A file's text, or the object that a JSON file holds.
-Content = str | dict[str, Any]
 
 
 def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Problem]]:

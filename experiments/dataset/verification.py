@@ -12,19 +12,22 @@ import json
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
+from slipscale.experiments.dataset.former_tables import cut_journals, strays
 from slipscale.experiments.dataset.journals import Problem, read_runs
-from slipscale.experiments.dataset.rendering import README, render, stem_of
-from slipscale.experiments.dataset.schema import SIDECAR, TABLE_NAME
+from slipscale.experiments.dataset.rendering import README, render
+from slipscale.experiments.dataset.schema import SIDECAR
+from slipscale.experiments.dataset.withdrawn import RECORD, unfinished
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
     from pathlib import Path, PurePosixPath
 
-    from slipscale.experiments.dataset.journals import Run
-    from slipscale.experiments.dataset.rendering import Content
+    from slipscale.experiments.dataset.files import Content
 
 # Problems of one kind in one file that are told one by one.
 TOLD = 20
+# What the study says of itself in a description: the same in every version of Slipscale.
+SETTLED = ("Name", "DatasetType", "License", "Authors", "TaskName")
 
 
 def verify(dataset: Path) -> list[Problem]:
@@ -36,59 +39,17 @@ def verify(dataset: Path) -> list[Problem]:
         It holds both pilots and participants.
     """
     runs, problems = read_runs(dataset)
+    problems += [Problem(file=RECORD.as_posix(), what=each) for each in unfinished(dataset)]
     problems += cut_journals(dataset, runs)
     files, unfit = render(runs)
     problems += unfit
     for name, content in files.items():
         if name != README:
             problems += _compare(dataset, name, content)
-    return [*problems, *_strays(dataset, files)]
-
-
-def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PurePosixPath]]:
-    """Return which journals are not what they were when their tables were made, and these tables.
-
-    A journal only grows: what the sidecar says of it must still be found in it.
-    """
-    found: dict[Problem, list[PurePosixPath]] = {}
-    for run in runs:
-        for protocol, _ in run.plan.tasks():
-            stem = stem_of(run, protocol.task)
-            told = _sidecar(dataset / stem.with_suffix(".json")).get("journal")
-            if not isinstance(told, dict):
-                continue
-            reason = _lost(run, told)
-            if reason:
-                file = run.path.relative_to(dataset).as_posix()
-                problem = Problem(file=file, what=reason)
-                tables = found.setdefault(problem, [])
-                tables += [stem.with_suffix(ending) for ending in (".tsv", ".json")]
-    return found
-
-
-def _lost(run: Run, told: dict[str, Any]) -> str:
-    """Return what a journal has lost since a sidecar was written; nothing if it holds it all."""
-    count, known = told.get("records"), told.get("hash")
-    if type(count) is not int or count < 1:
-        return ""
-    if len(run.records) < count:
-        return (
-            f"its end is missing: {len(run.records)} records, and there were {count} when its "
-            "tables were made"
-        )
-    now = run.records[count - 1].hash
-    if known and now and not run.damage and now != known:
-        return f"its first {count} records are not those that its tables were made from"
-    return ""
-
-
-def _sidecar(path: Path) -> dict[str, Any]:
-    """Return our object of a sidecar, empty where there is none that can be read."""
-    try:
-        own = json.loads(path.read_text(encoding="utf-8"))[SIDECAR]
-    except (OSError, ValueError, LookupError, TypeError, RecursionError):
-        return {}
-    return own if isinstance(own, dict) else {}
+    for path in strays(dataset, files.keys()):
+        file = path.relative_to(dataset).as_posix()
+        problems.append(Problem(file=file, what="no journal gives it"))
+    return problems
 
 
 def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Problem]:
@@ -102,14 +63,11 @@ def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Probl
         return [Problem(file=str(name), what=f"cannot be read ({error})")]
     if name.suffix == ".tsv":
         problems = list(_rows(str(name), text, str(content)))
-    elif isinstance(content, str):
+    elif isinstance(content, dict):
+        problems = list(_entries(str(name), text, content))
+    else:
         same = text == content
         problems = [] if same else [Problem(file=str(name), what="differs from the journals'")]
-    elif SIDECAR in content:
-        problems = list(_notes(str(name), _sidecar(path), content[SIDECAR]))
-    else:
-        # Descriptions of columns: another version of Slipscale may word them otherwise.
-        problems = []
     if len(problems) > TOLD:
         more = Problem(file=str(name), what=f"{len(problems) - TOLD} differences more")
         problems = [*problems[:TOLD], more]
@@ -150,17 +108,28 @@ def _short(row: list[str]) -> str:
     return f"begins {' '.join(row)[:40]!r}"
 
 
-def _notes(name: str, there: dict[str, Any], right: dict[str, Any]) -> Iterator[Problem]:
-    """Yield the entries in which a sidecar differs; later versions' entries may be absent."""
-    for key, value in right.items():
-        if key in there and there[key] != json.loads(json.dumps(value)):
-            yield Problem(file=name, place=key, what="differs from the journal's")
+def _entries(name: str, text: str, content: dict[str, Any]) -> Iterator[Problem]:
+    """Yield the entries in which a JSON file differs; later versions' entries may be absent."""
+    try:
+        there = _settled(json.loads(text))
+    except (ValueError, RecursionError) as error:
+        yield Problem(file=name, what=f"cannot be read ({error})")
+        return
+    for entry, wanted in _settled(json.loads(json.dumps(content))).items():
+        if entry in there and there[entry] != wanted:
+            yield Problem(file=name, place=entry, what="differs from the journal's")
 
 
-def _strays(dataset: Path, files: dict[PurePosixPath, Content]) -> Iterator[Problem]:
-    """Yield the tables that no journal gives."""
-    known = {str(name) for name in files}
-    for path in sorted(dataset.glob("sub-*/**/beh/*.tsv")):
-        name = path.relative_to(dataset).as_posix()
-        if name not in known and TABLE_NAME.fullmatch(path.name):
-            yield Problem(file=name, what="no journal gives it")
+def _settled(content: Any) -> dict[str, Any]:
+    """Return the entries that do not depend on Slipscale's version: units, levels, names."""
+    if not isinstance(content, dict):
+        return {}
+    if isinstance(content.get(SIDECAR), dict):
+        return dict(content[SIDECAR])
+    columns = {name: part for name, part in content.items() if isinstance(part, dict)}
+    return {name: content[name] for name in SETTLED if name in content} | {
+        f"{name}: {key}": part[key]
+        for name, part in columns.items()
+        for key in ("Units", "Levels")
+        if key in part
+    }

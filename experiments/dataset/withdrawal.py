@@ -1,22 +1,27 @@
-"""A participant withdraws: all that is theirs goes, and a record that somebody withdrew stays.
+"""A participant withdraws: all their data are removed, and a note that they withdrew is kept.
 
-Their number is never used again. Whoever replaces them has the label R and their number: the
+The withdrawal covers the data set, its backups and the sets it was merged into. It is noted with
+all that it has to do before the first file is removed; the pending mark is cleared last. Each step
+can be repeated, so an interrupted withdrawal is finished by the same command.
+
+The label is never used again. The participant's replacement has the label R and the number: the
 place in the counterbalancing follows from the number that a label ends with.
 """
 
 from __future__ import annotations
 
-import json
 import shutil
 import tempfile
-from datetime import UTC, datetime
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from slipscale.experiments.dataset import lineage
 from slipscale.experiments.dataset.backup import KNOWN, backups
-from slipscale.experiments.dataset.bids import build_dataset, write_file
-from slipscale.experiments.dataset.journals import journals, read_runs
-from slipscale.experiments.dataset.phenotype import phenotype
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.files import draft_of, write_file
+from slipscale.experiments.dataset.journals import journals
+from slipscale.experiments.dataset.withdrawn import Pending, note, pending
 from slipscale.experiments.journal.journal import FALLBACK
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import read_usable
@@ -26,86 +31,179 @@ from slipscale.faults.suggestions import expected_one_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-RECORD = Path("sourcedata", "withdrawn.json")
-
-
-def withdrawn(dataset: Path) -> list[str]:
-    """Return the labels of those who withdrew, in order."""
-    try:
-        entries = json.loads((dataset / RECORD).read_text(encoding="utf-8"))
-        return [str(entry["participant"]) for entry in entries]
-    except (FileNotFoundError, NotADirectoryError):
-        return []
-    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
-        raise UserError(
-            f"{dataset / RECORD}: cannot be read ({error}); expected the list that slipscale data "
-            "withdraw writes"
-        ) from None
-
-
-def replacement(participant: str) -> str:
-    """Return the label of who takes the place of a participant who withdrew.
-
-    >>> replacement("03"), replacement("R03")
-    ('R03', 'RR03')
-    """
-    return f"R{participant}"
-
 
 def theirs(dataset: Path, participant: str) -> list[Path]:
-    """Return all files and folders that hold something of a participant, their journals last.
+    """Return all files and folders that hold something of a participant.
 
-    The journals tell where else to look: a withdrawal that was broken off finds the rest by them.
-    What was derived from all participants holds them too. Journals that were written in a fallback
-    folder are looked for by their label and study; in backups, by their label.
+    Results that were derived from all participants hold them too.
 
     Raises
     ------
     UserError
-        The data set has no such participant, one of their sessions runs now, or a backup is not
-        there.
+        The data set has no such participant, one of their sessions runs now, or a backup or a
+        merged set is not there.
     """
-    own = [path for path in journals(dataset) if path.parent.name == f"sub-{participant}"]
-    here = [path for path in _places(dataset, participant) if path.exists()]
-    if not own and dataset / f"sub-{participant}" not in here and not _begun(dataset, participant):
-        labels = sorted({path.parent.name.removeprefix("sub-") for path in journals(dataset)})
-        known = expected_one_of(participant, labels) if labels else "it holds no participants"
-        raise UserError(f"--participant {participant}: {dataset} holds nothing of them; {known}")
-    if any(is_being_written(path) for path in own):
-        raise UserError(f"--participant {participant}: a session of theirs runs now; end it first")
-    return [*_kept_elsewhere(own), *_backed_up(dataset, participant), *here]
+    return list(_found(dataset, participant, _todo(dataset, participant)))
 
 
-def _places(dataset: Path, participant: str) -> tuple[Path, ...]:
-    return (
-        dataset / "derivatives" / "slipscale",
-        dataset / f"sub-{participant}",
-        dataset / "sourcedata" / f"sub-{participant}",
-    )
+def sources_with(dataset: Path, participant: str) -> list[Path]:
+    """Return the source sets of a merge that still hold a participant, or are not there."""
+    return [
+        source
+        for source in lineage.sources(dataset)
+        if not source.is_dir() or any(_in_one(source, participant))
+    ]
 
 
-def _begun(dataset: Path, participant: str) -> bool:
-    """Return whether a withdrawal was noted, and broken off before the tables were made anew."""
-    people = dataset / "participants.tsv"
-    noted = participant in withdrawn(dataset) and people.is_file()
-    return noted and f"sub-{participant}\t" in people.read_text(encoding="utf-8", errors="replace")
+def withdraw(dataset: Path, participant: str) -> list[Path]:
+    """Remove a participant, note that they withdrew, and rebuild the data sets.
 
-
-def _backed_up(dataset: Path, participant: str) -> Iterator[Path]:
-    """Yield what the data set's backups hold of a participant: journals, tables, results.
+    Returns
+    -------
+    list of Path
+        What was removed or rewritten without them.
 
     Raises
     ------
     UserError
-        A backup is not there: what it holds would stay.
+        As from `theirs`, or something cannot be removed.
     """
-    for backup in backups(dataset):
-        if not backup.is_dir():
+    todo = _todo(dataset, participant)
+    gone = list(_found(dataset, participant, todo))
+    note(dataset, participant, todo)
+    for copy in todo.merged:
+        note(copy, participant, None)
+    for path in todo.remove:
+        _remove(path)
+    for folder in (dataset, *todo.copies):
+        built = (folder / "participants.tsv").exists()
+        for path in list(_in_one(folder, participant)):
+            if path.is_dir():
+                _remove(path)
+            else:
+                _strike(path, participant)
+        if built or folder == dataset:
+            build_dataset(folder, gone=[participant])
+    note(dataset, participant, None)
+    return gone
+
+
+def _todo(dataset: Path, participant: str) -> Pending:
+    """Return what a withdrawal has to do elsewhere: as it was noted, else as it is found.
+
+    Raises
+    ------
+    UserError
+        The data set has no such participant, one of their sessions runs now, or a copy is not
+        there: what it holds would stay.
+    """
+    todo = pending(dataset).get(participant)
+    if todo is None:
+        merged = _merged_sets(dataset)
+        drafts = [draft_of(place) for place in merged if not place.exists()]
+        drafts = [draft for draft in drafts if draft.is_dir()]  # of interrupted merges
+        whole = [place for place in merged if draft_of(place) not in drafts]
+        lists = {copy: each / KNOWN for each in (dataset, *whole) for copy in backups(each)}
+        lists |= dict.fromkeys(whole, dataset / lineage.KNOWN)
+        _check_there(lists)
+        held = [copy for copy in lists if any(_in_one(copy, participant))]
+        own = [path for each in (dataset, *held) for path in _journals_of(each, participant)]
+        todo = Pending(
+            remove=(*_kept_elsewhere(own), *drafts),
+            copies=tuple(held),
+            merged=tuple(place for place in whole if place in held),
+        )
+        if not any(_found(dataset, participant, todo)):
+            raise _nothing_of(dataset, participant)
+    else:
+        _check_there(dict.fromkeys(todo.copies, dataset / KNOWN))
+    for folder in (dataset, *todo.copies):
+        if any(is_being_written(path) for path in _journals_of(folder, participant)):
             raise UserError(
-                f"the backup {backup} is not there, and holds data of the participant: connect its "
-                f"disk; if it is gone for good, take its line out of {dataset / KNOWN}"
+                f"--participant {participant}: a session of theirs runs now; end it first"
             )
-        yield from (place for place in _places(backup, participant) if place.exists())
+    return todo
+
+
+def _nothing_of(dataset: Path, participant: str) -> UserError:
+    labels = sorted({path.parent.name.removeprefix("sub-") for path in journals(dataset)})
+    known = expected_one_of(participant, labels) if labels else "it holds no participants"
+    return UserError(f"--participant {participant}: {dataset} holds nothing of them; {known}")
+
+
+def _merged_sets(dataset: Path) -> list[Path]:
+    """Return the sets that a data set was merged into, those of merged sets included."""
+    found = [dataset]
+    for place in found:
+        found += [each for each in lineage.merged_into(place) if each not in found]
+    return found[1:]
+
+
+def _check_there(lists: dict[Path, Path]) -> None:
+    for copy, file in lists.items():
+        if not copy.is_dir():
+            raise UserError(
+                f"the copy {copy} is not there, and may hold data of the participant: connect its "
+                f"disk; if it is gone for good, remove its line from {file}"
+            )
+
+
+def _found(dataset: Path, participant: str, todo: Pending) -> Iterator[Path]:
+    yield from (path for path in todo.remove if path.exists())
+    for folder in (*todo.copies, dataset):
+        yield from _in_one(folder, participant)
+
+
+def _in_one(folder: Path, participant: str) -> Iterator[Path]:
+    """Yield the folders of one data set that hold a participant, then tables that name them."""
+    places = ("derivatives/slipscale", f"sub-{participant}", f"sourcedata/sub-{participant}")
+    here = [folder / place for place in places]
+    named = [path for path in _shared_tables(folder) if any(_lines_of(path, participant))]
+    # Results alone say nothing of who is in them.
+    if named or any(place.exists() for place in here[1:]):
+        yield from (place for place in here if place.exists())
+        yield from named
+
+
+def _shared_tables(folder: Path) -> Iterator[Path]:
+    """Yield the tables of several participants, unfinished drafts included."""
+    for place in ("participants", "phenotype/*"):
+        for pattern in (f"{place}.tsv", draft_of(Path(f"{place}.tsv")).as_posix()):
+            yield from sorted(folder.glob(pattern))
+
+
+def _lines_of(path: Path, participant: str) -> Iterator[int]:
+    label = f"sub-{participant}".encode()
+    for number, line in enumerate(path.read_bytes().splitlines()):
+        if line.split(b"\t")[0].strip(b'" ') == label:
+            yield number
+
+
+def _strike(path: Path, participant: str) -> None:
+    """Remove a participant's rows from a table; one without other rows is removed whole."""
+    lines = path.read_bytes().splitlines(keepends=True)
+    named = set(_lines_of(path, participant))
+    left = [line for number, line in enumerate(lines) if number not in named]
+    if len(left) > 1 and not path.name.endswith(".tmp"):
+        write_file(path, b"".join(left), private=not path.stat().st_mode & 0o077)
+        return
+    with suppress(FileNotFoundError):
+        path.with_suffix(".json").unlink()
+    path.unlink()
+
+
+def _remove(path: Path) -> None:
+    with suppress(FileNotFoundError):
+        try:
+            shutil.rmtree(path)
+        except OSError as error:
+            if not path.exists():
+                return
+            raise UserError(f"{path}: cannot be removed ({error.strerror})") from None
+
+
+def _journals_of(dataset: Path, participant: str) -> list[Path]:
+    return [path for path in journals(dataset) if path.parent.name == f"sub-{participant}"]
 
 
 def _kept_elsewhere(own: list[Path]) -> Iterator[Path]:
@@ -119,48 +217,3 @@ def _kept_elsewhere(own: list[Path]) -> Iterator[Path]:
             plan, _ = read_usable(path, most=1)
             if plan and plan.study_text in studies:
                 yield path.parents[2]
-
-
-def withdraw(dataset: Path, participant: str) -> list[Path]:
-    """Remove a participant, note that they withdrew, and build the data set anew.
-
-    Returns
-    -------
-    list of Path
-        What was removed.
-    """
-    gone = theirs(dataset, participant)
-    known = withdrawn(dataset)  # raises where the list cannot be read
-    tables = set(_of_questionnaires(dataset))
-    entries = json.loads((dataset / RECORD).read_text(encoding="utf-8")) if known else []
-    day = datetime.now(UTC).date().isoformat()
-    if participant not in known:
-        entries.append({"participant": participant, "withdrawn_utc": day})
-    # First the note: a crash in between must not have the number offered again.
-    write_file(dataset / RECORD, json.dumps(entries, indent=2) + "\n")
-    for path in gone:
-        try:
-            shutil.rmtree(path)
-        except OSError as error:
-            raise UserError(f"{path}: cannot be removed ({error.strerror})") from None
-    for folder in (dataset, *(each for each in backups(dataset) if _is_built(each))):
-        runs, _ = read_runs(folder)
-        for name in tables:  # made anew from those who stay; a laboratory's own tables are let be
-            (folder / name).unlink(missing_ok=True)
-        if not runs:
-            for name in ("participants.tsv", "participants.json"):
-                (folder / name).unlink(missing_ok=True)
-        build_dataset(folder)
-    return gone
-
-
-def _of_questionnaires(dataset: Path) -> Iterator[str]:
-    """Yield the names of the tables that the data set's questionnaires fill."""
-    runs, _ = read_runs(dataset)
-    for name, _ in phenotype(runs):
-        yield str(name)
-
-
-def _is_built(backup: Path) -> bool:
-    """Return whether somebody had a backup's tables made, which list all participants."""
-    return (backup / "participants.tsv").exists()

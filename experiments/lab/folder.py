@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
-from slipscale.experiments.dataset.bids import write_file
+from slipscale.experiments.dataset.files import write_file
 from slipscale.experiments.languages.texts import CODE
 from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.run_plan import RunPlan

@@ -8,7 +8,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
 from slipscale.experiments.dataset.journals import journals
-from slipscale.experiments.dataset.withdrawal import replacement, withdrawn
+from slipscale.experiments.dataset.withdrawn import replacement, withdrawn
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.experiments.lab.exclusions import read_exclusions

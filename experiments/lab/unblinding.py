@@ -12,7 +12,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.dataset.bids import write_file
+from slipscale.experiments.dataset.files import write_file
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.dataset.bids import build_dataset, write_file
+from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.dataset.files import write_file
 from slipscale.experiments.dataset.journals import Run
 from slipscale.experiments.dataset.rendering import render
 from slipscale.experiments.dataset.rows_from_journal import gather

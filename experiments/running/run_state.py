@@ -7,7 +7,7 @@ from contextlib import suppress
 from typing import TYPE_CHECKING, Literal
 
 from slipscale.experiments.dataset.journals import journals, mode_of
-from slipscale.experiments.dataset.withdrawal import replacement, withdrawn
+from slipscale.experiments.dataset.withdrawn import replacement, withdrawn
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import is_complete, read_usable
 from slipscale.experiments.journal.reading import has_begun

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import tomlkit
 
-from slipscale.experiments.dataset.bids import write_file
+from slipscale.experiments.dataset.files import write_file
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from slipscale.experiments.protocols.steps import Present
 from slipscale.experiments.protocols.visual_analogue_scale import VisualAnalogueScale

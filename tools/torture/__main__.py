@@ -8,7 +8,8 @@ the undisturbed one, file by file and row by row:
 
 - `tools.torture.disk_faults`: a file layer below the journal, at so many records;
 - `tools.torture.system_calls`: real processes and SIGKILL, at four times as many system calls;
-- `tools.torture.writers`: processes that open one journal at once.
+- `tools.torture.writers`: processes that open one journal at once;
+- `tools.torture.upkeep`: SIGKILL in ``build``, ``withdraw``, ``merge`` and ``--backup``.
 
 Prints a row for each fault; Ctrl-C ends it with what was done until then. Exit status 1 where one
 set of data differs.
@@ -26,7 +27,8 @@ from typing import TYPE_CHECKING
 
 from tools.page_figures import put
 from tools.torture.pilots import Outcome, disk_campaign, looked_up_once, plans_of, studies
-from tools.torture.system_calls import kill_campaign
+from tools.torture.system_calls import CALLS, kill_campaign
+from tools.torture.upkeep import kill_upkeep
 from tools.torture.writers import writer_campaign
 
 if TYPE_CHECKING:
@@ -63,6 +65,7 @@ def campaign(names: Sequence[str], places: int, participants: int, outcome: Outc
     plans = [plan for name in names for plan in plans_of(name, participants)]
     with looked_up_once():
         writer_campaign(plans[0], ROUNDS * (places or 100), outcome)
+        kill_upkeep(CALLS * places, outcome)
         for plan in plans:
             began_s = time.monotonic()
             disk_campaign(plan, places, outcome)

@@ -12,6 +12,7 @@ import shutil
 import signal
 import sys
 import traceback
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,23 +68,27 @@ class Calls:
         sys.addaudithook(self._told)
         for name in ("stat", "fstat", "fsync"):
             setattr(os, name, self._counted(getattr(os, name)))
-        begin, text = Journal.__init__, Path.write_text
+        begin, write = Journal.__init__, Path.write_bytes
 
         def __init__(journal, path, clock, *, stream, records, synced=True):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, N807
             below = Stream(stream, self)  # type: ignore[arg-type]
             below.truncate = self._counted(below.truncate)
             begin(journal, path, clock, stream=below, records=records, synced=synced)  # type: ignore[arg-type]
 
-        def write_text(path: Path, data: str, **how: Any) -> int:
-            text(path, data[: len(data) // 2], **how)
+        def write_bytes(path: Path, data: bytes) -> int:
+            write(path, data[: len(data) // 2])
             self.call()
-            return text(path, data, **how)
+            return write(path, data)
 
         Journal.__init__ = __init__  # type: ignore[method-assign]
-        Path.write_text = write_text  # type: ignore[method-assign, assignment]
+        Path.write_bytes = write_bytes  # type: ignore[method-assign, assignment]
 
     def _told(self, event: str, arguments: tuple[Any, ...]) -> None:
-        if event in LOCKS or (event in EVENTS and str(arguments[0]).startswith(self._root)):
+        # In a tree that is being removed, names are relative to an open folder.
+        if event in LOCKS or (
+            event in EVENTS
+            and (str(arguments[0]).startswith(self._root) or arguments[-1] not in (-1, None))
+        ):
             self.call()
 
     def _counted(self, call: Callable[..., Any]) -> Callable[..., Any]:
@@ -96,17 +101,16 @@ class Calls:
         return counted
 
 
-def in_a_process(dataset: Path, plan: RunPlan, at: int) -> int | None:
-    """Run a pilot and build its data set in a fork; return its calls, None if it was killed."""
+def in_a_process(root: Path, at: int, action: Callable[[], object]) -> int | None:
+    """Do something in a fork; return its calls below a folder, None if it was killed."""
     reading, writing = os.pipe()
     process = os.fork()
     if not process:
         status = 1
         try:
-            calls = Calls(dataset, at)
+            calls = Calls(root, at)
             calls.watch()
-            run_simulated(dataset, plan, "mock", synced=True)
-            build_dataset(dataset)
+            action()
             os.write(writing, str(calls.count).encode())
             status = 0
         except BaseException:  # noqa: BLE001 - a fork must not go on as its parent
@@ -120,8 +124,13 @@ def in_a_process(dataset: Path, plan: RunPlan, at: int) -> int | None:
     if os.WIFSIGNALED(status):
         return None
     if status:
-        raise RuntimeError(f"a run failed that was to be killed at call {at}")
+        raise RuntimeError(f"a process failed that was to be killed at call {at}")
     return int(told)
+
+
+def _run_and_build(dataset: Path, plan: RunPlan) -> None:
+    run_simulated(dataset, plan, "mock", synced=True)
+    build_dataset(dataset)
 
 
 def cut(whole: Path, dataset: Path, plan: RunPlan) -> None:
@@ -137,7 +146,7 @@ def kill_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
     expected, _ = undisturbed(plan)
     with folder() as place:
         whole, base = place / "whole", place / "base"
-        all_calls = in_a_process(whole, plan, NEVER)
+        all_calls = in_a_process(whole, NEVER, partial(_run_and_build, whole, plan))
         cut(whole, base, plan)
         for turn, kind in enumerate(KINDS):
             calls = all_calls if kind == FIRST else _resumed_calls(base, place / "r", plan)
@@ -145,7 +154,7 @@ def kill_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
                 made = place / "a"
                 if kind == RESUMED:
                     shutil.copytree(base, made)
-                killed = in_a_process(made, plan, at) is None
+                killed = in_a_process(made, at, partial(_run_and_build, made, plan)) is None
                 try:
                     run_simulated(made, plan, "mock", synced=True)
                     problem = difference(made, expected)
@@ -159,4 +168,4 @@ def kill_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
 
 def _resumed_calls(base: Path, dataset: Path, plan: RunPlan) -> int | None:
     shutil.copytree(base, dataset)
-    return in_a_process(dataset, plan, NEVER)
+    return in_a_process(dataset, NEVER, partial(_run_and_build, dataset, plan))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from slipscale.experiments.dataset.bids import write_file
+from slipscale.experiments.dataset.files import write_file
 from slipscale.experiments.journal.plan_and_progress import is_mock
 from slipscale.experiments.lab.console.state import ended_runs
 from slipscale.experiments.lab.unblinding import unblind

@@ -7,7 +7,8 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.journals import journals, read_runs
 from slipscale.experiments.dataset.merging import merge
 from slipscale.experiments.dataset.verification import verify
-from slipscale.experiments.dataset.withdrawal import withdraw, withdrawn
+from slipscale.experiments.dataset.withdrawal import withdraw
+from slipscale.experiments.dataset.withdrawn import withdrawn
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError

@@ -154,11 +154,12 @@ def test_a_header_that_nothing_replaces_blocks_nobody_else(dataset, torn):
     if not torn:
         shutil.rmtree(dataset / "sub-01")
     put(dataset, [lines[0][:30]] if torn else one_flipped_bit(lines, 0))
-    (problem,) = build_dataset(dataset)
+    problem, kept = build_dataset(dataset)
     assert problem.file == JOURNAL
     assert "its first record is" in problem.what
+    assert (kept.file, kept.place) == ("participants.tsv", "sub-01")
     people = pd.read_csv(dataset / "participants.tsv", sep="\t")
-    assert list(people["participant_id"]) == ["sub-02"]
+    assert list(people["participant_id"]) == ["sub-01", "sub-02"]
     assert (dataset / TABLE).exists() == torn  # all that is left of that run
 
 
@@ -227,6 +228,24 @@ def test_a_cut_tail_is_found_and_building_keeps_the_tables(dataset):
     assert told(build_dataset(dataset)) == [expected]
     assert (dataset / TABLE).read_bytes() == before
     assert expected in told(verify(dataset))
+
+
+@pytest.mark.parametrize(
+    "file, was, changed, entry",
+    [
+        ("dataset_description.json", '"Name": "', '"Name": "My ', "Name"),
+        ("task-magnitudeestimation_beh.json", '"Units": "s"', '"Units": "ms"', "Units"),
+        ("participants.json", '"no": "', '"no": "never ', "Levels"),
+    ],
+)
+def test_an_edited_description_is_named_by_its_entry(dataset, file, was, changed, entry):
+    path = dataset / file
+    text = path.read_text(encoding="utf-8")
+    assert was in text
+    path.write_text(text.replace(was, changed, 1), encoding="utf-8")
+    (problem,) = verify(dataset)
+    assert problem.file == file
+    assert problem.place.endswith(entry)
 
 
 def test_a_journal_forged_with_all_its_hashes_is_told_by_the_sidecar(dataset):

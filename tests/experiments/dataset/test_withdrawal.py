@@ -1,18 +1,21 @@
 """Who withdraws leaves nothing but the fact."""
 
 import os
+import shutil
 import stat
 
 import pandas as pd
 import pytest
 
 from slipscale import commands
-from slipscale.experiments.dataset import withdrawal
+from slipscale.experiments.dataset import merging, withdrawal
 from slipscale.experiments.dataset.backup import back_up
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.dataset.journals import read_runs
+from slipscale.experiments.dataset.journals import journals, read_runs
+from slipscale.experiments.dataset.merging import merge
 from slipscale.experiments.dataset.verification import verify
-from slipscale.experiments.dataset.withdrawal import replacement, withdraw, withdrawn
+from slipscale.experiments.dataset.withdrawal import withdraw
+from slipscale.experiments.dataset.withdrawn import Pending, note, replacement, withdrawn
 from slipscale.experiments.journal.journal import FALLBACK, Journal
 from slipscale.experiments.running.run_state import check_alike, participants
 from slipscale.experiments.study.file import study_text
@@ -89,7 +92,7 @@ class Killed(BaseException):
     """The process is gone."""
 
 
-@pytest.mark.parametrize("step", range(6))
+@pytest.mark.parametrize("step", range(8))
 def test_a_withdrawal_that_is_killed_at_any_step_can_be_ended(
     dataset, plan, tmp_path, monkeypatch, step
 ):
@@ -98,15 +101,17 @@ def test_a_withdrawal_that_is_killed_at_any_step_can_be_ended(
     path.parent.mkdir(parents=True)
     path.write_bytes(plan().journal_path(dataset).read_bytes())
     (tmp_path / "disk").mkdir()
-    back_up(dataset, plan().journal_path(dataset), tmp_path / "disk")
+    for label in ("01", "02"):
+        back_up(dataset, plan(participant=label).journal_path(dataset), tmp_path / "disk")
+    build_dataset(tmp_path / "disk/data")
     calls = []
 
     def dying(call):
-        def counted(*arguments):
+        def counted(*arguments, **options):
             calls.append(call)
             if len(calls) == step + 1:
                 raise Killed
-            return call(*arguments)
+            return call(*arguments, **options)
 
         return counted
 
@@ -115,13 +120,88 @@ def test_a_withdrawal_that_is_killed_at_any_step_can_be_ended(
         life.setattr(withdrawal, "build_dataset", dying(withdrawal.build_dataset))
         with pytest.raises(Killed):
             withdraw(dataset, "01")
+    assert any("is not finished" in problem.what for problem in verify(dataset))
     withdraw(dataset, "01")
-    assert named(dataset, "sub-01") == []
+    assert named(dataset, "sub-01") == named(tmp_path / "disk", "sub-01") == []
+    assert verify(dataset) == verify(tmp_path / "disk/data") == []
     assert not kept.exists()
     assert not list(tmp_path.rglob("sub-01*"))
     assert withdrawn(dataset) == ["01"]
     with pytest.raises(UserError, match="holds nothing of them"):
         withdraw(dataset, "01")
+
+
+def test_a_withdrawal_that_an_earlier_version_left_unfinished_is_finished(dataset, tmp_path, plan):
+    """It noted the label first, and could be killed before the backup's tables were rebuilt."""
+    (tmp_path / "disk").mkdir()
+    for label in ("01", "02"):
+        back_up(dataset, plan(participant=label).journal_path(dataset), tmp_path / "disk")
+    build_dataset(tmp_path / "disk/data")
+    people = (tmp_path / "disk/data/participants.tsv").read_text()
+    withdraw(dataset, "01")
+    (tmp_path / "disk/data/participants.tsv").write_text(people)
+    withdraw(dataset, "01")
+    assert named(tmp_path / "disk", "sub-01") == []
+
+
+@pytest.fixture
+def merged(dataset, tmp_path, record_runs):
+    """Return the data set, another one, and the set that both were merged into."""
+    other = record_runs(tmp_path / "other", "03")
+    merge(dataset, other, tmp_path / "both")
+    return dataset, other, tmp_path / "both"
+
+
+def test_a_withdrawal_reaches_the_set_that_a_data_set_was_merged_into(merged, tmp_path):
+    dataset, other, both = merged
+    (tmp_path / "disk").mkdir()
+    back_up(both, journals(both)[0], tmp_path / "disk")
+    withdraw(dataset, "01")
+    assert named(both, "sub-01") == named(tmp_path / "disk", "sub-01") == []
+    assert withdrawn(both) == ["01"]
+    assert verify(both) == []
+    assert len(journals(other)) == 1
+
+
+def test_a_withdrawal_from_a_merged_set_names_the_source_that_holds_them(merged, capsys):
+    dataset, other, both = merged
+    assert commands.main(["data", "withdraw", str(both), "--participant", "01", "--yes"]) == 0
+    told = capsys.readouterr().err
+    assert f"slipscale data withdraw {dataset} --participant 01 --yes" in told
+    assert str(other) not in told
+    assert named(both, "sub-01") == []
+
+
+def test_a_merged_set_that_is_gone_is_named_before_anything_is_removed(merged):
+    dataset, _, both = merged
+    shutil.rmtree(both)
+    with pytest.raises(UserError, match=r"both is not there.*remove its line from .*merged\.json"):
+        withdraw(dataset, "01")
+    assert len(journals(dataset)) == 2
+
+
+def test_what_an_interrupted_merge_left_goes_too(dataset, tmp_path, record_runs, monkeypatch):
+    other = record_runs(tmp_path / "other", "03")
+
+    def killed(_folder):
+        raise Killed
+
+    with monkeypatch.context() as life:
+        life.setattr(merging, "build_dataset", killed)
+        with pytest.raises(Killed):
+            merge(dataset, other, tmp_path / "both")
+    assert not (tmp_path / "both").exists()
+    withdraw(dataset, "01")
+    assert list(tmp_path.rglob("sub-01*")) == []
+    merge(dataset, other, tmp_path / "both")
+    assert verify(tmp_path / "both") == []
+
+
+def test_sets_are_not_merged_while_a_withdrawal_is_unfinished(dataset, tmp_path, record_runs):
+    other = record_runs(tmp_path / "other", "03")
+    note(dataset, "02", Pending())
+    with pytest.raises(UserError, match="withdrawal of participant 02 is not finished"):
+        merge(dataset, other, tmp_path / "both")
 
 
 def test_nobody_withdraws_while_their_session_runs(dataset, plan):

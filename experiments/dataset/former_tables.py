@@ -1,0 +1,227 @@
+"""What the tables of a data set hold that its journals do not give any more.
+
+A build never removes a row. Journals can be lost, cut or damaged after their tables were made; the
+tables are then the only copy. The rules:
+
+- A run's table that would lose a row, or a value because of damage, stays as it is.
+- In a table of several participants or sessions, rows that no journal gives are kept, and so are
+  single values of people with a lost, cut or damaged journal.
+- Whatever is kept is reported, until the journal is back or somebody deletes the row.
+
+The rows of people who withdrew are the exception.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from slipscale.experiments.dataset.journals import Problem
+from slipscale.experiments.dataset.rendering import render, stem_of
+from slipscale.experiments.dataset.schema import (
+    MISSING,
+    PARTICIPANT,
+    RUN,
+    SESSION,
+    SIDECAR,
+    TABLE_NAME,
+)
+from slipscale.experiments.dataset.tsv import table
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterator, Sequence
+    from pathlib import Path, PurePosixPath
+
+    from slipscale.experiments.dataset.files import Content
+    from slipscale.experiments.dataset.journals import Run
+
+# The columns that say whose row it is.
+KEYS = (PARTICIPANT, SESSION, RUN)
+Files = dict["PurePosixPath", "Content"]
+Row = dict[str, str]
+
+
+class Kept(NamedTuple):
+    """Files to be written so that nothing is lost, and what is reported about them."""
+
+    files: Files
+    problems: list[Problem]
+
+
+def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) -> Kept:
+    """Return a data set's files with what only its former tables hold.
+
+    Parameters
+    ----------
+    dataset : Path
+        Its tables are read, and nothing is written.
+    runs : sequence of Run
+        What its journals give.
+    gone : collection of str
+        Labels of participants who withdrew: nothing of theirs is kept.
+    """
+    files, problems = render(runs)
+    cut = cut_journals(dataset, runs)
+    problems += cut
+    left = {table for tables in cut.values() for table in tables}
+    for run in runs:
+        for name in _tables_of(run):
+            if name in left or name not in files:
+                continue
+            if reason := _loses(dataset / name, str(files[name]), damaged=bool(run.damage)):
+                left |= {name, name.with_suffix(".json")}
+                problems.append(Problem(file=str(name), what=reason))
+    files = {name: content for name, content in files.items() if name not in left}
+    known = {path.name for path in left}
+    known |= {name.name for run in runs if run.damage for name in _tables_of(run)}
+    known |= {path.name for path in strays(dataset, [*files, *left])}
+    lost = {f"sub-{found['sub']}" for name in known if (found := TABLE_NAME.fullmatch(name))}
+    without = {f"sub-{label}" for label in gone}
+    for name in [name for name in files if name.suffix == ".tsv" and _is_shared(name)]:
+        problems += _keep_rows(dataset, name, files, lost=lost, gone=without)
+    return Kept(files, problems)
+
+
+def strays(dataset: Path, files: Collection[PurePosixPath]) -> Iterator[Path]:
+    """Yield the tables of runs that no journal gives."""
+    known = {str(name) for name in files}
+    for path in sorted(dataset.glob("sub-*/**/beh/*.tsv")):
+        if path.relative_to(dataset).as_posix() not in known and TABLE_NAME.fullmatch(path.name):
+            yield path
+
+
+def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PurePosixPath]]:
+    """Return which journals are not what they were when their tables were made, and these tables.
+
+    A journal only grows: what the sidecar says of it must still be found in it.
+    """
+    found: dict[Problem, list[PurePosixPath]] = {}
+    for run in runs:
+        for name in _tables_of(run):
+            told = _own_entries(dataset / name.with_suffix(".json")).get("journal")
+            reason = _lost(run, told) if isinstance(told, dict) else ""
+            if reason:
+                file = run.path.relative_to(dataset).as_posix()
+                tables = found.setdefault(Problem(file=file, what=reason), [])
+                tables += [name, name.with_suffix(".json")]
+    return found
+
+
+def _own_entries(path: Path) -> dict[str, Any]:
+    """Return our object of a sidecar, empty where there is none that can be read."""
+    own = _described(path).get(SIDECAR)
+    return own if isinstance(own, dict) else {}
+
+
+def _described(sidecar: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(sidecar.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}
+
+
+def _tables_of(run: Run) -> list[PurePosixPath]:
+    return [stem_of(run, protocol.task).with_suffix(".tsv") for protocol, _ in run.plan.tasks()]
+
+
+def _is_shared(name: PurePosixPath) -> bool:
+    return not TABLE_NAME.fullmatch(name.name)
+
+
+def _lost(run: Run, told: dict[str, Any]) -> str:
+    """Return what a journal has lost since a sidecar was written; nothing if it holds it all."""
+    count, known = told.get("records"), told.get("hash")
+    if type(count) is not int or count < 1:
+        return ""
+    if len(run.records) < count:
+        return (
+            f"its end is missing: {len(run.records)} records, and there were {count} when its "
+            "tables were made"
+        )
+    now = run.records[count - 1].hash
+    if known and now and not run.damage and now != known:
+        return f"its first {count} records are not those that its tables were made from"
+    return ""
+
+
+def _loses(path: Path, new: str, *, damaged: bool) -> str:
+    """Return what a run's table would lose; nothing if it keeps all."""
+    before, rows = _rows(path), _parse(new)
+    if len(before) > len(rows):
+        return (
+            f"holds {len(before)} rows, and its journal gives {len(rows)}; it was left as it is. "
+            "Restore the journal, or delete the table and build again"
+        )
+    erased = sum(
+        row.get(column) == MISSING and cell != MISSING
+        for old, row in zip(before, rows, strict=False)
+        for column, cell in old.items()
+    )
+    if damaged and erased:
+        return (
+            f"holds {erased} values that its damaged journal does not give; it was left as it is. "
+            "Restore the journal, or delete the table and build again"
+        )
+    return ""
+
+
+def _keep_rows(
+    dataset: Path,
+    name: PurePosixPath,
+    files: Files,
+    *,
+    lost: Collection[str],
+    gone: Collection[str],
+) -> Iterator[Problem]:
+    """Put the rows and values that only a former table holds back into the new one."""
+    rows, kept = _parse(str(files[name])), list[Row]()
+    whose = name.parts[0] if name.parts[0].startswith("sub-") else ""  # a table of sessions
+    for old in _rows(dataset / name):
+        person = whose or old.get(PARTICIPANT, "")
+        keys = [key for key in KEYS if key in old and key in rows[0]]
+        same = [row for row in rows if all(row[key] == old[key] for key in keys)]
+        if not keys or person in gone:
+            continue
+        label = " ".join(old[key] for key in keys)
+        if not same:
+            kept.append(old)
+            yield Problem(file=str(name), place=label, what=f"no journal gives this row; {KEPT}")
+            continue
+        erased = [
+            column
+            for column, cell in old.items()
+            if cell != MISSING and same[0].get(column, MISSING) == MISSING
+        ]
+        if erased and person in lost and len(same) == 1:
+            same[0].update({column: old[column] for column in erased})
+            values = ", ".join(erased)
+            yield Problem(file=str(name), place=label, what=f"no journal gives {values}; {KEPT}")
+    rows += kept
+    header = [*dict.fromkeys(column for row in rows for column in row)]
+    if kept:
+        rows.sort(key=lambda row: [row.get(key, "") for key in KEYS])
+    former = _described(dataset / name.with_suffix(".json"))
+    columns = files[name.with_suffix(".json")]
+    for column in header:
+        if isinstance(columns, dict) and column not in columns and column in former:
+            columns[column] = former[column]
+    files[name] = table(header, [[row.get(column, MISSING) for column in header] for row in rows])
+
+
+KEPT = "it was kept. Restore the journal, or delete it by hand and build again"
+
+
+def _rows(path: Path) -> list[Row]:
+    """Return the rows of a table that is there and can be read."""
+    try:
+        return _parse(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, csv.Error):
+        return []
+
+
+def _parse(text: str) -> list[Row]:
+    reader = csv.DictReader(io.StringIO(text), delimiter="\t", strict=True, restval=MISSING)
+    return [{k: v for k, v in row.items() if k is not None} for row in reader]

@@ -1,0 +1,63 @@
+"""Which data sets a merged set was made of, and which merged sets a data set is part of.
+
+Both sides keep the list, because a withdrawal from one concerns the other.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from slipscale.experiments.dataset.files import write_file
+from slipscale.faults import UserError
+
+KNOWN = Path("sourcedata", "merged.json")
+SOURCES, INTO = "sources", "merged_into"
+
+
+def sources(dataset: Path) -> list[Path]:
+    """Return the data sets that a merged one was made of; none for any other."""
+    return _read(dataset)[SOURCES]
+
+
+def merged_into(dataset: Path) -> list[Path]:
+    """Return the merged sets that a data set is part of."""
+    return _read(dataset)[INTO]
+
+
+def note_source(dataset: Path, source: Path) -> None:
+    """Note in a merged set what it was made of."""
+    _add(dataset, SOURCES, source)
+
+
+def note_merged(dataset: Path, merged: Path) -> None:
+    """Note in a data set where it is merged into."""
+    _add(dataset, INTO, merged)
+
+
+def _add(dataset: Path, name: str, place: Path) -> None:
+    known = _read(dataset)
+    if place.resolve() not in known[name]:
+        known[name].append(place.resolve())
+        lists = {key: [str(path) for path in paths] for key, paths in known.items()}
+        write_file(dataset / KNOWN, lists)
+
+
+def _read(dataset: Path) -> dict[str, list[Path]]:
+    """Return both lists.
+
+    Raises
+    ------
+    UserError
+        They cannot be read.
+    """
+    path = dataset / KNOWN
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+        return {name: [Path(str(each)) for each in told[name]] for name in (SOURCES, INTO)}
+    except (FileNotFoundError, NotADirectoryError):
+        return {SOURCES: [], INTO: []}
+    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
+        raise UserError(
+            f"{path}: cannot be read ({error}); expected the lists that slipscale data merge writes"
+        ) from None

@@ -1,0 +1,110 @@
+"""The list of participants who withdrew from a data set, and of withdrawals that are not finished.
+
+An entry keeps its pending mark from before the first file is removed until nothing is left to do.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from slipscale.experiments.dataset.files import write_file
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+RECORD = Path("sourcedata", "withdrawn.json")
+PENDING = "pending"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Pending:
+    """What an unfinished withdrawal has still to do outside its data set.
+
+    Parameters
+    ----------
+    remove : tuple of Path
+        Folders to be removed whole: journals kept elsewhere, unfinished merges.
+    copies : tuple of Path
+        Backups and merged sets that hold the participant.
+    merged : tuple of Path
+        Those of the copies that are merged sets, which list withdrawals themselves.
+    """
+
+    remove: tuple[Path, ...] = ()
+    copies: tuple[Path, ...] = ()
+    merged: tuple[Path, ...] = ()
+
+
+def withdrawn(dataset: Path) -> list[str]:
+    """Return the labels of those who withdrew, in order."""
+    return [str(entry["participant"]) for entry in entries(dataset)]
+
+
+def pending(dataset: Path) -> dict[str, Pending]:
+    """Return the unfinished withdrawals of a data set, by label."""
+    return {
+        str(entry["participant"]): Pending(
+            **{name: tuple(map(Path, paths)) for name, paths in entry[PENDING].items()}
+        )
+        for entry in entries(dataset)
+        if PENDING in entry
+    }
+
+
+def unfinished(dataset: Path) -> Iterator[str]:
+    """Yield one sentence per unfinished withdrawal: how to finish it."""
+    for label in pending(dataset):
+        yield (
+            f"the withdrawal of participant {label} is not finished: slipscale data withdraw "
+            f"{dataset} --participant {label} --yes"
+        )
+
+
+def note(dataset: Path, participant: str, todo: Pending | None) -> None:
+    """Write on the list, durably, that somebody withdraws; without ``todo`` it is finished."""
+    known = {str(entry["participant"]): entry for entry in entries(dataset)}
+    day = datetime.now(UTC).date().isoformat()
+    entry = known.setdefault(participant, {"participant": participant, "withdrawn_utc": day})
+    entry.pop(PENDING, None)
+    if todo is not None:
+        entry[PENDING] = {
+            name: [str(path) for path in getattr(todo, name)] for name in Pending.__slots__
+        }
+    text = json.dumps(list(known.values()), indent=2) + "\n"
+    write_file(dataset / RECORD, text, durable=True)
+
+
+def entries(dataset: Path) -> list[dict[str, Any]]:
+    """Return the list's entries.
+
+    Raises
+    ------
+    UserError
+        The list cannot be read.
+    """
+    try:
+        found = json.loads((dataset / RECORD).read_text(encoding="utf-8"))
+        for entry in found:
+            entry["participant"], dict(entry.get(PENDING, {}))
+    except (FileNotFoundError, NotADirectoryError):
+        return []
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
+        raise UserError(
+            f"{dataset / RECORD}: cannot be read ({error}); expected the list that slipscale data "
+            "withdraw writes"
+        ) from None
+    return list(found)
+
+
+def replacement(participant: str) -> str:
+    """Return the label of who takes the place of a participant who withdrew.
+
+    >>> replacement("03"), replacement("R03")
+    ('R03', 'RR03')
+    """
+    return f"R{participant}"
