@@ -11,62 +11,35 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading import metadata
 from slipscale.analysis.reading.cleaning import (
     ESTIMATION_NUMBERS,
     as_numbers,
-    clean_differences,
     clean_estimates,
     empty_differences,
-    empty_estimates,
 )
 from slipscale.analysis.reading.dataset import Dataset
-from slipscale.analysis.reading.delimited import Problems, Source, read_tables
+from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.foreign import ForeignTable, read_foreign
-from slipscale.analysis.reading.labelled_tasks import header_of, read_others
+from slipscale.analysis.reading.labelled_tasks import kind_of, of_one_label, read_others
 from slipscale.analysis.reading.mapping import beside
 from slipscale.analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
-from slipscale.analysis.reading.repeatable_tasks import KNOWN_BY, of_one_task, protocol_of
 from slipscale.analysis.reading.table_by_hand import read_table
-from slipscale.analysis.reading.trial_tables import (
-    BLOCK,
-    DIFFERENCE,
-    ESTIMATION,
-    IDENTITY,
-    STEP_AMPLITUDES,
-)
+from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY
 from slipscale.analysis.tasks.table import TRIALS
 from slipscale.experiments.dataset.journals import journals
-from slipscale.experiments.dataset.schema import (
-    DAMAGED,
-    FAULT,
-    FLAG_SEPARATOR,
-    PARTICIPANT,
-    PRACTICE,
-    REPRESENTED,
-    TABLE_NAME,
-    TIMED_OUT,
-    VOIDED,
-)
+from slipscale.experiments.dataset.schema import PARTICIPANT, TABLE_NAME
 from slipscale.experiments.dataset.verification import verify
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    import re
     from collections.abc import Mapping, Sequence
 
-    from slipscale.analysis.reading.labelled_tasks import Entries, TaskTrials
+    from slipscale.analysis.reading.labelled_tasks import Entries, Entry, TaskTrials
     from slipscale.analysis.reading.mapping import TableMapping
     from slipscale.analysis.reading.quantity import Quantity
-    from slipscale.analysis.reading.trial_tables import TrialTable
-
-
-def kind_of(header: frozenset[str]) -> TaskTrials | None:
-    """Return the kind of a task that a study may give a label of its own, by its columns."""
-    return next((kind for kind in TRIALS if kind.belongs(header)), None)
 
 
 def load(
@@ -109,68 +82,55 @@ def load(
 
 
 def _load_folder(folder: Path, task: str | None) -> Dataset:
-    repeatable: dict[str, dict[str, list[tuple[Path, re.Match[str]]]]] = {
-        own: {} for own in KNOWN_BY
-    }
-    labelled: dict[str, list[tuple[Path, re.Match[str]]]] = {kind.name: [] for kind in TRIALS}
-    others: dict[str, list[tuple[Path, re.Match[str]]]] = {}
     problems = Problems()
+    kinds = TRIALS
+    found: dict[str, dict[str, list[Entry]]] = {kind.name: {} for kind in kinds}
+    others: dict[str, list[Entry]] = {}
     for path in sorted(folder.glob("sub-*/**/beh/*_beh.tsv")):
         match = TABLE_NAME.fullmatch(path.name)
         if match and path.relative_to(folder).parts[0] != f"sub-{match['sub']}":
             problems.add(f"{path.relative_to(folder)}: in another participant's folder; not read")
-        elif match and (own := protocol_of(match["task"], path)) is not None:
-            repeatable[own].setdefault(match["task"], []).append((path, match))
-        elif match and (kind := kind_of(header_of(path))) is not None:
-            labelled[kind.name].append((path, match))
         elif match:
-            others.setdefault(match["task"], []).append((path, match))
+            kind = kind_of(match["task"], path, kinds)
+            tasks = others if kind is None else found[kind.name]
+            tasks.setdefault(match["task"], []).append((path, match))
         else:
             problems.add(f"{path.relative_to(folder)}: not a name of the BIDS form; not read")
-    files = of_one_task(repeatable, task, folder, problems)
-    found = any(repeatable.values()) or any(labelled.values()) or others
-    if not found and journals(folder):
+    files = _files(kinds, found, task, folder, problems)
+    if not (others or any(found.values())):
         raise UserError(
             f"{folder}: holds journals and no tables; slipscale data build {folder} makes them"
-        )
-    if not found:
-        raise UserError(
-            f"{folder}: no data found; expected files like "
+            if journals(folder)
+            else f"{folder}: no data found; expected files like "
             f"sub-01/beh/sub-01_task-{ESTIMATION.task}_run-01_beh.tsv, or one table (CSV or TSV) "
             "with participant_id, amplitude_um_pp, estimate"
         )
     everyone = [
-        entry
-        for tables in (files, labelled, others)
-        for entries in tables.values()
-        for entry in entries
+        entry for tables in (files, others) for entries in tables.values() for entry in entries
     ]
     details, modes, sources = metadata.sidecars([path for path, _ in everyone], folder, problems)
     metadata.refuse_mixture(modes, folder)
     counts: dict[str, int] = {}
     read = {}
-    for table in (ESTIMATION, DIFFERENCE):
-        frame, read_sources = _read_task(table, files[table.task], folder, problems)
+    for kind in kinds:
+        read[kind.name], read_sources = kind.read(files[kind.name], folder, problems, counts)
         sources += read_sources
-        read[table.task] = frame
-    tasks, read_sources = _read_labelled(labelled, folder, problems, counts)
-    sources += read_sources
     other_tasks, read_sources = read_others(others, folder, problems, counts)
     sources += read_sources
     # What the journals say and the tables do not: rows edited by hand, runs without tables.
     differences = [str(problem) for problem in verify(folder)] if journals(folder) else []
     problems.add_many(differences, "slipscale data verify tells all")
-    main = _keep_main_trials(read[ESTIMATION.task], counts)
-    answers, textures = _part_textures(main, counts, problems)
+    tables = _divided(kinds, read, problems, counts)
     participants = metadata.participants(folder, sources, problems)
     choices, frozen, unchanged = metadata.choices(folder, sources, details, problems)
     metadata.add_sources(folder, choices, sources)
     return Dataset(
         name=metadata.title(folder),
-        estimates=_answered(answers, counts),
-        answers=answers,
-        differences=_keep_steps(read[DIFFERENCE.task], counts),
-        trials=tasks,
+        estimates=tables.pop("estimates"),
+        answers=tables.pop("answers"),
+        differences=tables.pop("differences"),
+        textures=tables.pop("textures"),
+        trials=tables,
         participants=participants,
         mode=modes[0][0] if modes else "unknown",
         counts=counts,
@@ -181,21 +141,50 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         problems=tuple(problems.sentences),
         sources=tuple(sources),
         folder=folder,
-        textures=textures,
         others=other_tasks,
     )
 
 
-def _read_labelled(
-    labelled: Mapping[str, Entries], folder: Path, problems: Problems, counts: dict[str, int]
-) -> tuple[dict[str, pd.DataFrame], list[Source]]:
-    """Return the trials of each kind of task."""
-    tasks: dict[str, pd.DataFrame] = {}
-    sources: list[Source] = []
-    for kind in TRIALS:
-        tasks[kind.name], read_sources = kind.read(labelled[kind.name], folder, problems, counts)
-        sources += read_sources
-    return tasks, sources
+def _files(
+    kinds: Sequence[TaskTrials],
+    found: Mapping[str, Mapping[str, list[Entry]]],
+    wanted: str | None,
+    folder: Path,
+    problems: Problems,
+) -> dict[str, Entries]:
+    """Return the tables to read of each kind, in the order of their names.
+
+    Raises
+    ------
+    UserError
+        No kind of which one label is analysed has the wanted one.
+    """
+    labels = sorted(label for kind in kinds if kind.label for label in found[kind.name])
+    if wanted is not None and wanted not in labels:
+        raise UserError(
+            f"--task {wanted}: {folder} holds no magnitude estimation or descending difference "
+            f"of that label; expected {' or '.join(labels) or 'no --task'}"
+        )
+    return {
+        kind.name: of_one_label(kind, found[kind.name], wanted, problems)
+        if kind.label
+        else sorted(entry for entries in found[kind.name].values() for entry in entries)
+        for kind in kinds
+    }
+
+
+def _divided(
+    kinds: Sequence[TaskTrials],
+    read: Mapping[str, pd.DataFrame],
+    problems: Problems,
+    counts: dict[str, int],
+) -> dict[str, pd.DataFrame]:
+    """Return the tables of every kind, by their name in `Dataset`."""
+    tables: dict[str, pd.DataFrame] = {}
+    for kind in kinds:
+        rows = read[kind.name]
+        tables |= kind.divide(rows, problems, counts) if kind.divide else {kind.name: rows}
+    return tables
 
 
 def _load_table(path: Path) -> Dataset:
@@ -230,18 +219,19 @@ def _load_foreign(path: Path, mapping: TableMapping) -> Dataset:
 
 def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quantity) -> Dataset:
     counts: dict[str, int] = {}
-    main = _keep_main_trials(table.estimates, counts)
-    answers, textures = _part_textures(main, counts, problems)
+    read = {"estimates": table.estimates, "differences": table.differences}
+    kinds = [kind for kind in TRIALS if kind.name in read]
+    tables = _divided(kinds, read, problems, counts)
     return Dataset(
         name=metadata.title(path) if path.is_dir() else path.stem,
-        estimates=_answered(answers, counts),
-        answers=answers,
-        differences=_keep_steps(table.differences, counts),
+        estimates=tables["estimates"],
+        answers=tables["answers"],
+        differences=tables["differences"],
+        textures=tables["textures"],
         participants=table.participants,
         counts=counts,
         problems=tuple(problems.sentences),
         sources=table.sources,
-        textures=textures,
         quantity=quantity,
         folder=path if path.is_dir() else None,
     )
@@ -257,107 +247,3 @@ def _refuse_another_unit(frame: pd.DataFrame, path: Path) -> None:
             "amplitudes are told apart to; expected µm, peak to peak (another unit: name it, as in "
             "--participant participant_id --stimulus amplitude_um_pp:m --response estimate)"
         )
-
-
-def _read_task(
-    table: TrialTable,
-    entries: Sequence[tuple[Path, re.Match[str]]],
-    folder: Path,
-    problems: Problems,
-) -> tuple[pd.DataFrame, list[Source]]:
-    estimation = table is ESTIMATION
-    if not entries:
-        return (empty_estimates() if estimation else empty_differences()), []
-    frame, sources = read_tables(
-        [path for path, _ in entries],
-        folder,
-        required=table.required,
-        columns=table.columns,
-        problems=problems,
-    )
-    place = frame["file"].to_numpy()
-    labels = (
-        [f"sub-{match['sub']}" for _, match in entries],
-        [match["ses"] or "" for _, match in entries],
-        [match["run"] or "1" for _, match in entries],
-    )
-    for name, values in zip(IDENTITY, labels, strict=True):
-        categories, codes = np.unique(values, return_inverse=True)
-        frame[name] = pd.Categorical.from_codes(codes[place], categories=categories.tolist())
-    if estimation:
-        return clean_estimates(frame, sources, problems), sources
-    return clean_differences(frame, sources, problems), sources
-
-
-def _has_flag(frame: pd.DataFrame, *codes: str) -> pd.Series[bool]:
-    """Tell which rows carry one of the codes; each distinct flag cell is looked at once."""
-    flags = frame["flag"].astype("category")
-    hits = [
-        bool(set(codes) & set(str(name).split(FLAG_SEPARATOR))) for name in flags.cat.categories
-    ]
-    lookup = np.array([*hits, False])
-    return pd.Series(lookup[flags.cat.codes], index=frame.index)
-
-
-def _keep_main_trials(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
-    """Return main trials that were not voided or damaged, marked by what happened in them."""
-    counts["estimation_rows"] = len(frame)
-    practice = frame["phase"].astype(str) == PRACTICE if len(frame) else np.array([], bool)
-    counts["practice"] = int(np.sum(practice))
-    main = frame[~practice]
-    voided = _has_flag(main, VOIDED, DAMAGED)
-    counts["voided"] = int(voided.sum())
-    main = main[~voided].reset_index(drop=True)
-    main["timed_out"] = _has_flag(main, TIMED_OUT)
-    main["faulty"] = _has_flag(main, FAULT, REPRESENTED)
-    counts["timed_out"] = int(main["timed_out"].sum())
-    counts["faulty"] = int(main["faulty"].sum())
-    return main
-
-
-def _part_textures(
-    main: pd.DataFrame, counts: dict[str, int], problems: Problems
-) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the trials of plain surfaces, and the answered ones of textures.
-
-    A texture's amplitude is its largest: among plain surfaces of that amplitude it would pass
-    for one of them.
-    """
-    modulated = main["texture"].astype(str) != ""
-    textures = main[modulated & main["estimate"].notna()].reset_index(drop=True)
-    runs = [main[name] for name in IDENTITY]
-    # The plain surface in the row above is then not the surface felt before.
-    main["after_texture"] = modulated.groupby(runs, observed=True).shift(fill_value=False)
-    counts["textures"] = int(modulated.sum())
-    if counts["textures"]:
-        names = ", ".join(sorted(main.loc[modulated, "texture"].astype(str).unique()))
-        problems.add(
-            f"{counts['textures']} trials of textures ({names}) are left out of all that is said "
-            "of amplitudes: a texture has no one amplitude. They have a table of their own."
-        )
-    return main[~modulated].drop(columns="texture").reset_index(drop=True), textures
-
-
-def _answered(main: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
-    answered = main["estimate"].notna() & main["amplitude_um_pp"].notna()
-    counts["unanswered"] = int((~answered).sum())
-    kept = main[answered].reset_index(drop=True)
-    kept[PARTICIPANT] = kept[PARTICIPANT].cat.remove_unused_categories()
-    counts["analysed"] = len(kept)
-    return kept
-
-
-def _keep_steps(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
-    counts["difference_rows"] = len(frame)
-    if not len(frame):
-        return frame
-    practice = frame["phase"].astype(str) == PRACTICE
-    voided = _has_flag(frame, VOIDED, DAMAGED) & ~practice
-    counts["difference_practice"] = int(practice.sum())
-    counts["difference_voided"] = int(voided.sum())
-    kept = frame[~practice & ~voided]
-    answered = kept[["difference_felt", *STEP_AMPLITUDES]].notna().all(axis=1)
-    counts["difference_unanswered"] = int((~answered).sum())
-    kept = kept[answered].reset_index(drop=True)
-    counts["difference_analysed"] = len(kept)
-    return kept

@@ -70,23 +70,14 @@ def beyond_tops(data: Dataset) -> list[str]:
     return [sentence]
 
 
-#: What of the rows read left nothing to analyse: count, and what it counts.
-LEFT_OUT = {
-    "practice": "practice",
-    "voided": "voided",
-    "textures": "of textures, which are described on the scale of plain surfaces",
-    "unanswered": "without a usable answer",
-    "difference_unanswered": "steps without a usable answer",
-}
-
-
 def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
     """Say why there is nothing to analyse."""
-    tasks = ("estimation", "difference", *(kind.counted for kind in kinds))
-    rows = sum(data.counts.get(f"{task}_rows", 0) for task in tasks)
-    left_out = LEFT_OUT | {key: words for kind in kinds for key, words in kind.left_out.items()}
+    rows = sum(data.counts.get(f"{kind.counted}_rows", 0) for kind in kinds)
     parts = [
-        f"{data.counts[key]} {words}" for key, words in left_out.items() if data.counts.get(key)
+        f"{data.counts[key]} {words}"
+        for kind in kinds
+        for key, words in kind.left_out.items()
+        if data.counts.get(key)
     ]
     why = f" ({rows} rows read: {', '.join(parts)})" if parts else f" ({rows} rows read)"
     first = f". {data.problems[0]}" if data.problems else ""

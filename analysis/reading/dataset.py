@@ -96,7 +96,8 @@ class Dataset:
 
     def of(self, kind: TaskTrials) -> pd.DataFrame:
         """Return the trials of a kind of task; no row if it was not run."""
-        found = self.trials.get(kind.name)
+        known = kind.name in TABLES
+        found = getattr(self, kind.name) if known else self.trials.get(kind.name)
         return kind.empty() if found is None else found
 
     @property

@@ -1,9 +1,14 @@
-"""Main trials of tasks that a study may give labels of its own: known by their columns."""
+"""Main trials of each kind of task, identified by their columns: a study chooses task labels.
+
+Several labels of one kind are analysed next to each other, except for kinds with a protocol's
+`TaskTrials.label`: magnitude estimation and descending difference are never pooled over labels. One
+is analysed, and the others are reported.
+"""
 
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,7 +31,8 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reading.delimited import Problems, Source
 
-    Entries = Sequence[tuple[Path, re.Match[str]]]
+    Entry = tuple[Path, re.Match[str]]
+    Entries = Sequence[Entry]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,6 +53,13 @@ class TaskTrials:
         Returns the answered main trials of tables, and the files.
     empty : callable
         Returns the same columns without a row.
+    label : str
+        The protocol's own label, if only one label of the kind is analysed.
+    divide : callable, optional
+        Returns the tables that the rows read are divided into, by `Dataset`'s name; default: one.
+    reasons : Mapping
+        Under what rows that are not analysed are counted -> what they are; default: practice,
+        voided and unanswered trials.
     """
 
     name: str
@@ -55,11 +68,16 @@ class TaskTrials:
     belongs: Callable[[frozenset[str]], bool]
     read: Callable[[Entries, Path, Problems, dict[str, int]], tuple[pd.DataFrame, list[Source]]]
     empty: Callable[[], pd.DataFrame]
+    label: str = ""
+    divide: Callable[[pd.DataFrame, Problems, dict[str, int]], dict[str, pd.DataFrame]] | None = (
+        None
+    )
+    reasons: Mapping[str, str] = field(default_factory=dict)
 
     @property
-    def left_out(self) -> dict[str, str]:
+    def left_out(self) -> Mapping[str, str]:
         """What rows that are not analysed are counted under, and what they are."""
-        return {
+        return self.reasons or {
             f"{self.counted}_practice": f"practice trials of {self.title}",
             f"{self.counted}_voided": f"voided trials of {self.title}",
             f"{self.counted}_unanswered": f"trials of {self.title} without a usable answer",
@@ -74,6 +92,41 @@ def header_of(path: Path) -> frozenset[str]:
     """Return the names of a table's columns."""
     with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
         return frozenset(next(csv.reader(stream, delimiter="\t"), []))
+
+
+def kind_of(task: str, path: Path, kinds: Sequence[TaskTrials]) -> TaskTrials | None:
+    """Return the kind of a table's trials, by its protocol's own label, else by its columns."""
+    by_label = next((kind for kind in kinds if kind.label == task), None)
+    if by_label is not None:
+        return by_label
+    header = header_of(path)
+    return next((kind for kind in kinds if kind.belongs(header)), None)
+
+
+def of_one_label(
+    kind: TaskTrials,
+    tasks: Mapping[str, Entries],
+    wanted: str | None,
+    problems: Problems,
+) -> Entries:
+    """Return the tables of the one task of a kind that is analysed.
+
+    Parameters
+    ----------
+    tasks : Mapping
+        Task's label -> its tables.
+    wanted : str or None
+        The label that was asked for, if this kind has it.
+    """
+    usual = kind.label if kind.label in tasks else min(tasks, default=kind.label)
+    label = wanted if wanted is not None and wanted in tasks else usual
+    if left := sorted(set(tasks) - {label}):
+        problems.add(
+            f"{kind.title} was done under several labels: '{label}' is analysed, "
+            f"{' and '.join(repr(each) for each in left)} left out; slipscale analyse --task "
+            f"{left[0]} analyses that one"
+        )
+    return tasks.get(label, [])
 
 
 def read_main_trials(

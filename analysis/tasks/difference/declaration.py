@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.reading.quantity import capitalised
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference import figures, section, sentences
+from slipscale.analysis.tasks.difference.reading import TRIALS
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
 from slipscale.analysis.tasks.difference.table import answers_table
 from slipscale.analysis.tasks.flat_table import flat
@@ -100,6 +101,7 @@ def _session_tables(data: Dataset, _prepared: Prepared | None) -> Iterator[Sessi
 
 ANALYSIS = TaskAnalysis(
     name="difference",
+    trials=TRIALS,
     statistics=(DIFFERENCE,),
     questions=_questions,
     design=_design,

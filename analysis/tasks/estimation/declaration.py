@@ -20,6 +20,7 @@ from slipscale.analysis.tasks.estimation import section as estimates_section
 from slipscale.analysis.tasks.estimation.growth import exponents_figure
 from slipscale.analysis.tasks.estimation.growth import figures as growth_figures
 from slipscale.analysis.tasks.estimation.primary import primary_sentences, secondary_sentences
+from slipscale.analysis.tasks.estimation.reading import TRIALS
 from slipscale.analysis.tasks.estimation.statistics import (
     BAYESIAN_GROWTH,
     GROWTH,
@@ -137,6 +138,7 @@ def _session_tables(_data: Dataset, prepared: Prepared | None) -> Iterator[Sessi
 
 ANALYSIS = TaskAnalysis(
     name="estimation",
+    trials=TRIALS,
     statistics=STATISTICS,
     questions=_questions,
     design=_design,

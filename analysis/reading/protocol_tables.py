@@ -1,0 +1,52 @@
+"""The tables of one protocol, read under the columns that its schema declares."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.reading.delimited import read_tables
+from slipscale.analysis.reading.trial_tables import IDENTITY
+from slipscale.experiments.dataset.schema import FLAG_SEPARATOR
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from slipscale.analysis.reading.delimited import Problems, Source
+    from slipscale.analysis.reading.labelled_tasks import Entries
+    from slipscale.analysis.reading.trial_tables import TrialTable
+
+
+def read_protocol(
+    table: TrialTable, entries: Entries, folder: Path, problems: Problems
+) -> tuple[pd.DataFrame, list[Source]]:
+    """Return the rows of a protocol's tables, with participant, session and run."""
+    frame, sources = read_tables(
+        [path for path, _ in entries],
+        folder,
+        required=table.required,
+        columns=table.columns,
+        problems=problems,
+    )
+    place = frame["file"].to_numpy()
+    labels = (
+        [f"sub-{match['sub']}" for _, match in entries],
+        [match["ses"] or "" for _, match in entries],
+        [match["run"] or "1" for _, match in entries],
+    )
+    for name, values in zip(IDENTITY, labels, strict=True):
+        categories, codes = np.unique(values, return_inverse=True)
+        frame[name] = pd.Categorical.from_codes(codes[place], categories=categories.tolist())
+    return frame, sources
+
+
+def has_flag(frame: pd.DataFrame, *codes: str) -> pd.Series[bool]:
+    """Return which rows carry one of the codes; each distinct flag cell is read once."""
+    flags = frame["flag"].astype("category")
+    hits = [
+        bool(set(codes) & set(str(name).split(FLAG_SEPARATOR))) for name in flags.cat.categories
+    ]
+    lookup = np.array([*hits, False])
+    return pd.Series(lookup[flags.cat.codes], index=frame.index)

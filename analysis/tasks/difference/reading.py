@@ -1,0 +1,65 @@
+"""Steps of the descending difference, from a data set or a table made by hand."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.reading.cleaning import clean_differences, empty_differences
+from slipscale.analysis.reading.labelled_tasks import TaskTrials
+from slipscale.analysis.reading.protocol_tables import has_flag, read_protocol
+from slipscale.analysis.reading.trial_tables import DIFFERENCE, STEP_AMPLITUDES
+from slipscale.experiments.dataset.schema import DAMAGED, PRACTICE, VOIDED
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+    from slipscale.analysis.reading.delimited import Problems, Source
+    from slipscale.analysis.reading.labelled_tasks import Entries
+
+
+def read_steps(
+    entries: Entries, folder: Path, problems: Problems, _counts: dict[str, int]
+) -> tuple[pd.DataFrame, list[Source]]:
+    """Return every step, with its numbers and answers read."""
+    if not entries:
+        return empty_differences(), []
+    frame, sources = read_protocol(DIFFERENCE, entries, folder, problems)
+    return clean_differences(frame, sources, problems), sources
+
+
+def divide(
+    frame: pd.DataFrame, _problems: Problems, counts: dict[str, int]
+) -> dict[str, pd.DataFrame]:
+    """Return the answered main steps."""
+    return {"differences": _keep_steps(frame, counts)}
+
+
+def _keep_steps(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
+    counts["difference_rows"] = len(frame)
+    if not len(frame):
+        return frame
+    practice = frame["phase"].astype(str) == PRACTICE
+    voided = has_flag(frame, VOIDED, DAMAGED) & ~practice
+    counts["difference_practice"] = int(practice.sum())
+    counts["difference_voided"] = int(voided.sum())
+    kept = frame[~practice & ~voided]
+    answered = kept[["difference_felt", *STEP_AMPLITUDES]].notna().all(axis=1)
+    counts["difference_unanswered"] = int((~answered).sum())
+    kept = kept[answered].reset_index(drop=True)
+    counts["difference_analysed"] = len(kept)
+    return kept
+
+
+TRIALS = TaskTrials(
+    name="differences",
+    counted="difference",
+    title="descending difference",
+    label=DIFFERENCE.task,
+    belongs=lambda header: header.issuperset({*DIFFERENCE.required, "series", "step"}),
+    read=read_steps,
+    divide=divide,
+    empty=empty_differences,
+    reasons={"difference_unanswered": "steps without a usable answer"},
+)

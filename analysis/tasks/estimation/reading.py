@@ -1,0 +1,114 @@
+"""Trials of magnitude estimation, from a data set or a table made by hand.
+
+A texture's amplitude is its largest: among plain surfaces of that amplitude it would count as one
+of them. Trials of textures are therefore kept apart.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reading.cleaning import clean_estimates, empty_estimates
+from slipscale.analysis.reading.labelled_tasks import TaskTrials
+from slipscale.analysis.reading.protocol_tables import has_flag, read_protocol
+from slipscale.analysis.reading.trial_tables import ESTIMATION, IDENTITY
+from slipscale.experiments.dataset.schema import (
+    DAMAGED,
+    FAULT,
+    PARTICIPANT,
+    PRACTICE,
+    REPRESENTED,
+    TIMED_OUT,
+    VOIDED,
+)
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import pandas as pd
+
+    from slipscale.analysis.reading.delimited import Problems, Source
+    from slipscale.analysis.reading.labelled_tasks import Entries
+
+
+def read_estimates(
+    entries: Entries, folder: Path, problems: Problems, _counts: dict[str, int]
+) -> tuple[pd.DataFrame, list[Source]]:
+    """Return every trial of magnitude estimation, with its numbers read."""
+    if not entries:
+        return empty_estimates(), []
+    frame, sources = read_protocol(ESTIMATION, entries, folder, problems)
+    return clean_estimates(frame, sources, problems), sources
+
+
+def divide(
+    frame: pd.DataFrame, problems: Problems, counts: dict[str, int]
+) -> dict[str, pd.DataFrame]:
+    """Return ``answers``, the answered ones of them (``estimates``), and ``textures``."""
+    main = _keep_main_trials(frame, counts)
+    answers, textures = _part_textures(main, counts, problems)
+    return {"estimates": _answered(answers, counts), "answers": answers, "textures": textures}
+
+
+def _keep_main_trials(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
+    """Return main trials that were not voided or damaged, marked by what happened in them."""
+    counts["estimation_rows"] = len(frame)
+    practice = frame["phase"].astype(str) == PRACTICE if len(frame) else np.array([], bool)
+    counts["practice"] = int(np.sum(practice))
+    main = frame[~practice]
+    voided = has_flag(main, VOIDED, DAMAGED)
+    counts["voided"] = int(voided.sum())
+    main = main[~voided].reset_index(drop=True)
+    main["timed_out"] = has_flag(main, TIMED_OUT)
+    main["faulty"] = has_flag(main, FAULT, REPRESENTED)
+    counts["timed_out"] = int(main["timed_out"].sum())
+    counts["faulty"] = int(main["faulty"].sum())
+    return main
+
+
+def _part_textures(
+    main: pd.DataFrame, counts: dict[str, int], problems: Problems
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the trials of plain surfaces, and the answered ones of textures."""
+    modulated = main["texture"].astype(str) != ""
+    textures = main[modulated & main["estimate"].notna()].reset_index(drop=True)
+    runs = [main[name] for name in IDENTITY]
+    # The plain surface in the row above is then not the surface felt before.
+    main["after_texture"] = modulated.groupby(runs, observed=True).shift(fill_value=False)
+    counts["textures"] = int(modulated.sum())
+    if counts["textures"]:
+        names = ", ".join(sorted(main.loc[modulated, "texture"].astype(str).unique()))
+        problems.add(
+            f"{counts['textures']} trials of textures ({names}) are left out of all that is said "
+            "of amplitudes: a texture has no one amplitude. They have a table of their own."
+        )
+    return main[~modulated].drop(columns="texture").reset_index(drop=True), textures
+
+
+def _answered(main: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
+    answered = main["estimate"].notna() & main["amplitude_um_pp"].notna()
+    counts["unanswered"] = int((~answered).sum())
+    kept = main[answered].reset_index(drop=True)
+    kept[PARTICIPANT] = kept[PARTICIPANT].cat.remove_unused_categories()
+    counts["analysed"] = len(kept)
+    return kept
+
+
+TRIALS = TaskTrials(
+    name="estimates",
+    counted="estimation",
+    title="magnitude estimation",
+    label=ESTIMATION.task,
+    belongs=lambda header: header.issuperset({*ESTIMATION.required, "scale_top", "modulus"}),
+    read=read_estimates,
+    divide=divide,
+    empty=empty_estimates,
+    reasons={
+        "practice": "practice",
+        "voided": "voided",
+        "textures": "of textures, which are described on the scale of plain surfaces",
+        "unanswered": "without a usable answer",
+    },
+)
