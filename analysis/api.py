@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.planning.power.design import Design
     from slipscale.analysis.reconstruction.answers import ColumnAnswer
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.experiments.study.model import Study
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.driver import PlateDriver

@@ -28,6 +28,7 @@ from slipscale.analysis.reading.mapping import beside
 from slipscale.analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY
+from slipscale.analysis.tasks.outside.guard import installed_kinds
 from slipscale.analysis.tasks.table import TRIALS
 from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.schema import PARTICIPANT, TABLE_NAME
@@ -83,7 +84,10 @@ def load(
 
 def _load_folder(folder: Path, task: str | None) -> Dataset:
     problems = Problems()
-    kinds = TRIALS
+    faults: list[str] = []
+    outside = [kind.trials for kind in installed_kinds(faults) if kind.trials is not None]
+    faults.clear()  # a package that cannot be loaded is reported when its results would be
+    kinds = (*TRIALS, *outside)
     found: dict[str, dict[str, list[Entry]]] = {kind.name: {} for kind in kinds}
     others: dict[str, list[Entry]] = {}
     for path in sorted(folder.glob("sub-*/**/beh/*_beh.tsv")):
@@ -120,6 +124,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     # What the journals say and the tables do not: rows edited by hand, runs without tables.
     differences = [str(problem) for problem in verify(folder)] if journals(folder) else []
     problems.add_many(differences, "slipscale data verify tells all")
+    problems.add_many(faults, "analyses of other packages")
     tables = _divided(kinds, read, problems, counts)
     participants = metadata.participants(folder, sources, problems)
     choices, frozen, unchanged = metadata.choices(folder, sources, details, problems)

@@ -12,20 +12,19 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.load import load
-from slipscale.analysis.own.run import are_installed, own_analyses
 from slipscale.analysis.preprocessing import data_quality, data_warnings, normalisation, sessions
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.reading.dataset import Dataset
-from slipscale.analysis.result import Analysis
 from slipscale.analysis.statistics import descriptives
 from slipscale.analysis.statistics.measured_friction import measured_friction
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.robustness import robustness
 from slipscale.analysis.statistics.sensitivity import sensitivity
 from slipscale.analysis.tasks.estimation import textures
 from slipscale.analysis.tasks.individuals import individuals
+from slipscale.analysis.tasks.kind import Analysis
+from slipscale.analysis.tasks.outside import guard
 from slipscale.analysis.tasks.run import conclude
-from slipscale.analysis.tasks.table import TRIALS
+from slipscale.analysis.tasks.table import KINDS, TRIALS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 
@@ -76,7 +75,9 @@ def analyse(
     else:
         tell("reading the data")
         data = load(dataset)
-    if not any(map(len, data.tasks)) and not (data.others and are_installed()):
+    faults: list[str] = []
+    outside = guard.installed_kinds(faults)
+    if not any(map(len, data.tasks)) and not (data.others and outside):
         raise UserError(f"{data.name}: {data_warnings.nothing(data, TRIALS)}")
     absences = data_warnings.absent(data)
     data, changes = _with_ratio(data, equivalence_ratio)
@@ -94,11 +95,16 @@ def analyse(
         confidence=choices.confidence,
     )
     tell("testing")
+    kinds = (*KINDS, *outside)
     inference = conclude(
-        data, prepared, rule if prepared else None, bayesian=bayesian, psignifit=psignifit
+        data,
+        prepared,
+        rule if prepared else None,
+        bayesian=bayesian,
+        psignifit=psignifit,
+        kinds=kinds,
     )
-    own = own_analyses(data)
-    return Analysis(
+    analysis = Analysis(
         dataset=data,
         rule=rule,
         estimates=estimates,
@@ -115,7 +121,7 @@ def analyse(
         flags=flags,
         excluded=excluded,
         friction=measured_friction(prepared),
-        own=own,
+        kinds=kinds,
         problems=(
             *data.problems,
             *absences,
@@ -127,13 +133,9 @@ def analyse(
             *data_warnings.too_few_data(cells, data.quantity),
             *data_warnings.scales(cells, rule),
             *data_warnings.unequal(prepared),
-            *(
-                f"{each.found.reason}."
-                for each in own
-                if each.failed and isinstance(each.found, NotComputed)
-            ),
         ),
     )
+    return guard.evaluated(analysis, faults)
 
 
 def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]:

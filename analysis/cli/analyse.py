@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from slipscale.analysis.preregistration.bundle import Bundle
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 
 LOG = logging.getLogger(__name__)
@@ -201,7 +201,6 @@ def run_analyse(args: Namespace) -> int:
     from slipscale.analysis.preregistration.bundle import read_bundle  # noqa: PLC0415
     from slipscale.analysis.reporting.terminal import (  # noqa: PLC0415
         print_answers,
-        print_own,
         print_table3,
     )
     from slipscale.analysis.writing.output_folder import default_folder  # noqa: PLC0415
@@ -232,9 +231,8 @@ def run_analyse(args: Namespace) -> int:
         )
     else:
         print_table3(analysis)
-        if analysis.prepared is None:
-            print_answers(analysis)
-        print_own(analysis)
+        # Table III answers for the estimates.
+        print_answers(analysis, outside_only=analysis.prepared is not None)
         print(f"report: {report}")
     return tell_plan(analysis)
 

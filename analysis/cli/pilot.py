@@ -87,7 +87,6 @@ def run(args: Namespace) -> int:
             from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
             from slipscale.analysis.reporting.terminal import (  # noqa: PLC0415
                 print_answers,
-                print_own,
                 print_table3,
             )
             from slipscale.analysis.writing.output_folder import default_folder  # noqa: PLC0415
@@ -105,7 +104,6 @@ def run(args: Namespace) -> int:
         console.print(sentence, markup=False, highlight=False)
     print_table3(analysis, console)
     print_answers(analysis, console)
-    print_own(analysis, console)
     written = [("report", report)]
     if analysis.prepared is not None:
         written.insert(0, ("figure", report.parent / "fig15.svg"))

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 SCRIPTS = ("recompute.py", "recompute.R")
 #: Those for the tasks of thresholds, scales and matching, and the trials that they read.
@@ -103,7 +103,7 @@ def _scripts(analysis: Analysis, report: Path) -> list[str]:
 
 
 def _methods(analysis: Analysis, report: Path) -> list[str]:
-    texts = methods_text.sentences(analysis, software())
+    texts = methods_text.sentences(analysis, software(analysis))
     papers = methods_text.references(texts)
     paragraphs = [methods_text.cited(text) for text in texts]
     lines = ["# Methods", *paragraphs, "# References", *(each.listed for each in papers.values())]

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 #: Of the whole variance; a model without any of a part is none that people would follow.
 LEAST_SHARE = 0.02

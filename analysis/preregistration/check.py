@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.plan_check import Deviation, PlanCheck
 from slipscale.analysis.preprocessing.sessions import sessions_of
-from slipscale.analysis.preregistration.words import results_of, versions, with_results
+from slipscale.analysis.preregistration.plan_in_words import results_of, with_results
+from slipscale.analysis.reporting.files import software
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.study.file import study_hash
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.plan_check import Kind
     from slipscale.analysis.preregistration.bundle import Bundle
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 #: A choice of the [analysis] table -> which kind of deviation it is; others are options.
 KIND_OF_CHOICE: Mapping[str, Kind] = {
@@ -197,7 +198,7 @@ def _of_tests(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _of_versions(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
-    planned, here = bundle.manifest.software, versions(analysis)
+    planned, here = bundle.manifest.software, software(analysis)
     for name in sorted(planned.keys() | here.keys()):
         if planned.get(name) != here.get(name):
             yield f"{name} {here.get(name, 'is missing')}; planned: {planned.get(name, 'none')}."

@@ -14,7 +14,8 @@ from slipscale.analysis.preregistration.bundle import sha256
 from slipscale.analysis.preregistration.manifest import MANIFEST, STUDY, FrozenFile, Manifest, Role
 from slipscale.analysis.preregistration.named_files import named_files
 from slipscale.analysis.preregistration.page import PAGE, render
-from slipscale.analysis.preregistration.words import versions, with_results
+from slipscale.analysis.preregistration.plan_in_words import with_results
+from slipscale.analysis.reporting.files import software
 from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.running.rehearsal import check_answered
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from slipscale.analysis.preregistration.named_files import NamedFile
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.experiments.participants.simulated_people.population import Population
 
 POWER = "power"
@@ -108,7 +109,7 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
         chosen=tuple(sorted(study.analysis.model_fields_set)),
         normalisation=analysis.rule,
         tests=with_results(analysis),
-        software=versions(analysis),
+        software=software(analysis),
         files=_listed(files),
     )
     page = render(

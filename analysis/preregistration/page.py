@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup
 
 from slipscale.analysis.preregistration.manifest import STUDY
-from slipscale.analysis.preregistration.words import plan_blocks
+from slipscale.analysis.preregistration.plan_in_words import plan_blocks
 from slipscale.analysis.writing import html
 from slipscale.experiments.running.study_commands import show
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from slipscale.analysis.preregistration.manifest import Manifest
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 PAGE = "plan.html"
 

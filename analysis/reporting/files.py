@@ -15,9 +15,7 @@ from slipscale.analysis.published import biet2007
 from slipscale.analysis.reporting import page
 from slipscale.analysis.reporting.latex import latex_tables
 from slipscale.analysis.reporting.tables import quality_table, tables
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.multiplicity import multiplicity
-from slipscale.analysis.tasks.table import KINDS
 from slipscale.analysis.writing.axes import with_tips
 from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.analysis.writing.output_folder import make_folder
@@ -29,7 +27,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 #: Written at every analysis: the paper's figure, which slides and messages take as a picture.
 MAIN_PICTURE = "fig15.png"
@@ -66,9 +64,9 @@ def write_analysis(
             write_csv(table, out / f"{name}.csv")
         for name, text in latex_tables(analysis).items():
             _write(out / f"{name}.tex", text)
-        versions = software()
+        versions = software(analysis)
         for name, value in {
-            "inference": inference(analysis),
+            "inference": analysis.inference.results,
             "results": results(analysis, versions),
             "dataset_description": derivative_description(analysis),
         }.items():
@@ -102,9 +100,11 @@ def _write(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8", newline="\n")
 
 
-def software() -> dict[str, str]:
-    """Return the versions that took part."""
-    return {"python": platform.python_version()} | {name: version(name) for name in SOFTWARE}
+def software(analysis: Analysis) -> dict[str, str]:
+    """Return the versions that took part, packages of outside kinds among them."""
+    outside = {kind.package: kind.version for kind in analysis.kinds if kind.package}
+    ours = {name: version(name) for name in SOFTWARE}
+    return {"python": platform.python_version()} | ours | outside
 
 
 def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, object]:
@@ -133,7 +133,7 @@ def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, obj
         "table3": named(analysis.table3).to_dict(orient="records"),
         "textures": named(analysis.textures).to_dict(orient="records"),
         "descriptives": named(analysis.description).to_dict(orient="records"),
-        "inference": inference(analysis),
+        "inference": analysis.inference.results,
         "multiplicity": multiplicity(
             analysis.inference, data.choices.primary, data.choices.confidence, data.quantity
         ),
@@ -150,12 +150,6 @@ def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, obj
     }
 
 
-def inference(analysis: Analysis) -> Mapping[str, object]:
-    """Return what inference.json holds: every test, then outside analyses where there are any."""
-    own = {each.name: each for each in analysis.own}
-    return {**analysis.inference.results, **({"own_analyses": own} if own else {})}
-
-
 def derivative_description(analysis: Analysis) -> dict[str, object]:
     """Return the BIDS description of the output folder."""
     return {
@@ -169,16 +163,6 @@ def derivative_description(analysis: Analysis) -> dict[str, object]:
 def draw(analysis: Analysis) -> dict[str, Figure]:
     """Return the figures that the data allows, by file name."""
     found: dict[str, Figure] = {}
-    for kind in KINDS:
+    for kind in analysis.kinds:
         found |= kind.figures(analysis)
-    return found | _own_figures(analysis)
-
-
-def _own_figures(analysis: Analysis) -> dict[str, Figure]:
-    """Return the figures of outside analyses."""
-    found = {f"own_{each.name}": each.found for each in analysis.own}
-    return {
-        name: each.figure
-        for name, each in found.items()
-        if not isinstance(each, NotComputed) and each.figure is not None
-    }
+    return found

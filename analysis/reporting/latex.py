@@ -14,8 +14,8 @@ from slipscale.analysis.writing.numbers import p_value
 MICRO = r"$\mu$"
 
 if TYPE_CHECKING:
-    from slipscale.analysis.result import Analysis
     from slipscale.analysis.statistics.pairwise import PairComparison
+    from slipscale.analysis.tasks.kind import Analysis
 
 
 def latex_tables(analysis: Analysis) -> dict[str, str]:

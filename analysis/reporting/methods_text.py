@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
 from slipscale.analysis.tasks.estimation.statistics import RM_ANOVA
-from slipscale.analysis.tasks.table import STATISTICS
 from slipscale.analysis.writing.numbers import unit_number
 from slipscale.analysis.writing.references import REFERENCES
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.analysis.writing.references import Reference
     from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
 
@@ -53,7 +52,7 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
         bounds = f"{1 / bound:.3g} and {bound:.3g}"
         done = [
             each.methods.format(bounds=bounds, q=quantity)
-            for each in STATISTICS
+            for each in analysis.inference.declared
             if each.methods
             and each is not DIFFERENCE
             and analysis.inference.found(each) is not None

@@ -13,7 +13,7 @@ from slipscale.analysis.reporting.page import conclusions
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 #: Colours are the notebook's own, so that light and dark themes both work; figures are on white.
 PAGE = Markup(

@@ -13,11 +13,9 @@ from slipscale.analysis.reading.quantity import capitalised
 from slipscale.analysis.reporting.sections.assumptions import assumptions
 from slipscale.analysis.reporting.sections.methods import methods, normalisations
 from slipscale.analysis.reporting.sections.multiplicity import tests_made
-from slipscale.analysis.reporting.sections.own import own_sections
 from slipscale.analysis.reporting.sections.plan import plan
 from slipscale.analysis.reporting.sections.quality import quality
 from slipscale.analysis.reporting.sections.summary import summary
-from slipscale.analysis.tasks.table import KINDS
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import grouped
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -25,7 +23,7 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 try:
     VERSION = version("slipscale")
@@ -119,8 +117,7 @@ def sections(
         summary(analysis, svgs),
         plan(analysis),
         results(analysis),
-        *(section(analysis, svgs) for kind in KINDS for section in kind.sections),
-        *own_sections(analysis, svgs),
+        *(section(analysis, svgs) for kind in analysis.kinds for section in kind.sections),
         tests_made(analysis),
         assumptions(analysis, svgs),
         quality(analysis),
@@ -133,7 +130,10 @@ def sections(
 def conclusions(analysis: Analysis) -> dict[str, list[str]]:
     """Return the sentences that a results section is written from, by heading."""
     return {
-        title: texts for kind in KINDS for title, texts in kind.sentences(analysis).items() if texts
+        title: texts
+        for kind in analysis.kinds
+        for title, texts in kind.sentences(analysis).items()
+        if texts
     }
 
 

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.table import KINDS
-
 if TYPE_CHECKING:
     import pandas as pd
 
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 
 def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
@@ -18,14 +15,9 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
     found: dict[str, pd.DataFrame] = {"quality": quality_table(analysis)}
     if len(analysis.individuals):
         found["individuals"] = analysis.dataset.quantity.columns(analysis.individuals)
-    for kind in KINDS:
+    for kind in analysis.kinds:
         found |= kind.tables(analysis)
-    own = {
-        f"own_{each.name}": each.found.table
-        for each in analysis.own
-        if not isinstance(each.found, NotComputed) and each.found.table is not None
-    }
-    return found | own
+    return found
 
 
 def quality_table(analysis: Analysis) -> pd.DataFrame:

@@ -11,11 +11,10 @@ from rich.markup import escape
 from rich.table import Table
 
 from slipscale.analysis.published import biet2007
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.faults import harmless
 
 if TYPE_CHECKING:
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 TITLES = {"mean": "mean", "maximum_deviation": "max. dev.", "standard_deviation": "SD"}
 
@@ -60,20 +59,16 @@ def print_table3(analysis: Analysis, console: Console | None = None) -> None:
     (console or Console()).print(table3_table(analysis))
 
 
-def print_answers(analysis: Analysis, console: Console | None = None) -> None:
-    """Print the chief result of every task, as the report's summary has it."""
-    # Loaded late: the sentences come with the figures that the summary shows.
-    from slipscale.analysis.reporting.sections.summary import answers  # noqa: PLC0415
+def print_answers(
+    analysis: Analysis, console: Console | None = None, *, outside_only: bool = False
+) -> None:
+    """Print the chief result of every task, as in the report's summary.
 
-    for sentence in answers(analysis):
+    Parameters
+    ----------
+    outside_only : bool
+        Only results of other packages.
+    """
+    kinds = [kind for kind in analysis.kinds if kind.package or not outside_only]
+    for sentence in [text for kind in kinds for text in kind.answers(analysis)]:
         (console or Console()).print(harmless(sentence), markup=False, highlight=False)
-
-
-def print_own(analysis: Analysis, console: Console | None = None) -> None:
-    """Print what outside analyses found; why one found nothing stands in its section."""
-    for own in analysis.own:
-        if isinstance(own.found, NotComputed):
-            continue
-        for sentence in own.found.sentences:
-            text = harmless(f"{own.title}: {sentence}")
-            (console or Console()).print(text, markup=False, highlight=False)

@@ -11,6 +11,7 @@ know about a statistic. The rules:
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from importlib import import_module
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -145,6 +146,16 @@ class Statistic(Generic[T_co]):
     conclusions: Mapping[str, str] = field(default_factory=dict)
     headlines: Mapping[str, str] = field(default_factory=dict)
 
+    def __reduce__(self) -> tuple[Callable[[str], object], tuple[str]]:
+        """Pickle the declaration as its key: its functions cannot be pickled."""
+        return _statistic_of, (self.key,)
+
+
+def _statistic_of(key: str) -> object:
+    # By name, when unpickled: the declarations import this module.
+    kinds = import_module("slipscale.analysis.tasks.outside.guard").every_kind()
+    return next(each for kind in kinds for each in kind.statistics if each.key == key)
+
 
 @dataclass(frozen=True, slots=True)
 class Inference:
@@ -157,6 +168,8 @@ class Inference:
     """
 
     results: Mapping[str, object] = field(default_factory=dict)
+    #: The statistics computed, in that order.
+    declared: tuple[Statistic[object], ...] = ()
 
     def __getitem__(self, statistic: Statistic[T]) -> T | NotComputed:
         """Return the result, or why there is none."""
@@ -182,9 +195,10 @@ class Inference:
         """Return the results by their keys."""
         return self.results
 
-    def with_result(self, key: str, result: object) -> Inference:
+    def with_result(self, statistic: Statistic[object], result: object) -> Inference:
         """Return the results with one more."""
-        return Inference({**self.results, key: result})
+        results = {**self.results, statistic.key: result}
+        return Inference(results, (*self.declared, statistic))
 
 
 def of_estimates(

@@ -15,9 +15,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
-    from slipscale.analysis.result import Analysis
     from slipscale.analysis.statistics.statistic import Statistic
-    from slipscale.analysis.tasks.kind import SectionWriter
+    from slipscale.analysis.tasks.kind import Analysis, SectionWriter
 
 T = TypeVar("T")
 

@@ -1,32 +1,38 @@
-"""What a kind of task declares to the analysis: the counterpart of a session's `Protocol`.
+"""The result of an analysis, and what a kind of task declares: a session's `Protocol`, analysed.
 
 A folder below `slipscale.analysis.tasks` holds one kind. Its ``declaration`` names everything that
 the report and its files show of it, and `slipscale.analysis.tasks.table` lists the declarations.
+Other packages declare theirs by an entry point, see `slipscale.analysis.tasks.outside`.
 The rules:
 
-- the centre (loading, inference, page, files, plans) loops over the table and names no kind;
+- the centre (loading, inference, page, files, plans) loops over `Analysis.kinds`, names no kind;
 - every callable takes the whole `Analysis` and returns nothing if the kind was not run.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
+    from types import ModuleType
 
     import pandas as pd
     from matplotlib.figure import Figure
 
+    from slipscale.analysis.plan_check import PlanCheck
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
-    from slipscale.analysis.result import Analysis
-    from slipscale.analysis.statistics.statistic import SessionTable, Statistic
+    from slipscale.analysis.statistics.measured_friction import MeasuredFriction
+    from slipscale.analysis.statistics.robustness import SubsetSummary
+    from slipscale.analysis.statistics.sensitivity import RuleSummary
+    from slipscale.analysis.statistics.statistic import Inference, SessionTable, Statistic
     from slipscale.analysis.writing.html import ReportSection
 
-    SectionWriter = Callable[[Analysis, Mapping[str, str]], ReportSection]
+    SectionWriter = Callable[["Analysis", Mapping[str, str]], ReportSection]
 
 
 def _nothing_to_say(_analysis: Analysis) -> list[str]:
@@ -79,6 +85,8 @@ class TaskAnalysis:
         Returns the tables by file name.
     session_tables : callable
         Returns the measures of a participant's session.
+    package, version : str
+        The package that brings it; empty for ours.
     """
 
     name: str
@@ -93,3 +101,90 @@ class TaskAnalysis:
     figures: Callable[[Analysis], Mapping[str, Figure]] = _no_figures
     tables: Callable[[Analysis], Mapping[str, pd.DataFrame]] = _no_tables
     session_tables: Callable[[Dataset, Prepared | None], Iterable[SessionTable]] = _no_sessions
+    package: str = ""
+    version: str = ""
+
+    def __reduce__(self) -> tuple[Callable[[str], object], tuple[str]]:
+        """Pickle the declaration as its name: its functions cannot be pickled."""
+        return _kind_named, (self.name,)
+
+
+def _kind_named(name: str) -> object:
+    # By name, when unpickled: the declarations import this module.
+    table = import_module("slipscale.analysis.tasks.outside.guard")
+    return next(kind for kind in table.every_kind() if kind.name == name)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Analysis:
+    """Everything that `slipscale.analysis.pipeline.analyse` computes.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        What was analysed: as read, less the participants excluded.
+    rule : str
+        The normalisation, a key of `slipscale.analysis.preprocessing.normalisation.RULES`.
+    estimates : DataFrame
+        Analysed trials with their ``normalised`` estimate, ``log``, ``position``, ``repetition``.
+    cells : DataFrame, shape (participants, amplitudes)
+        Participants' mean normalised estimates.
+    table3, description : DataFrame
+        See `slipscale.analysis.statistics.descriptives`.
+    textures : DataFrame
+        See `slipscale.analysis.tasks.estimation.textures.describe`.
+    prepared : Prepared or None
+        What the tests were computed from; None where there are no magnitude estimates.
+    inference : Inference
+        One field a test, see `slipscale.analysis.tasks.run`.
+    sensitivity : tuple of RuleSummary
+        Means and spreads under every normalisation.
+    robustness : tuple of SubsetSummary
+        The chief results with and without flagged participants.
+    individuals : DataFrame
+        See `slipscale.analysis.tasks.individuals`.
+    measures, flags : DataFrame
+        Data quality of every participant read, see `slipscale.analysis.preprocessing.data_quality`.
+    excluded : Mapping
+        Participant -> the flags that excluded them.
+    friction : MeasuredFriction or None
+        Ratings against measured friction; None where none was measured.
+    kinds : tuple of TaskAnalysis
+        Ours, then those of other packages: what the report loops over.
+    plan : PlanCheck or None
+        What is otherwise than in a frozen plan; None where there is none to be held against.
+    problems : tuple of str
+        What was wrong with the data or could not be computed, one sentence each.
+    """
+
+    dataset: Dataset
+    rule: str
+    estimates: pd.DataFrame
+    cells: pd.DataFrame
+    table3: pd.DataFrame
+    description: pd.DataFrame
+    textures: pd.DataFrame
+    prepared: Prepared | None
+    inference: Inference
+    sensitivity: tuple[RuleSummary, ...]
+    robustness: tuple[SubsetSummary, ...]
+    individuals: pd.DataFrame
+    measures: pd.DataFrame
+    flags: pd.DataFrame
+    excluded: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    friction: MeasuredFriction | None = None
+    kinds: tuple[TaskAnalysis, ...] = ()
+    plan: PlanCheck | None = None
+    problems: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return a few lines: participants, trials, normalisation, first conclusions."""
+        return str(self._displays().text(self))
+
+    def _repr_html_(self) -> str:
+        """Return the same with Table III and the figure, for notebooks."""
+        return str(self._displays().html(self))
+
+    def _displays(self) -> ModuleType:
+        # By name, when displayed: the reports import this module.
+        return import_module("slipscale.analysis.reporting.notebook")

@@ -9,7 +9,6 @@ import numpy as np
 
 from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.holm import holm
-from slipscale.analysis.tasks.table import STATISTICS
 
 if TYPE_CHECKING:
     from slipscale.analysis.statistics.statistic import Inference
@@ -83,7 +82,7 @@ def multiplicity(
     level = round(1 - confidence, 12)
     tested = [
         (family, [p for p in family.read(found) if np.isfinite(p)])
-        for statistic in STATISTICS
+        for statistic in inference.declared
         if (found := inference.found(statistic)) is not None
         for family in statistic.families
     ]

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inference, Inputs
-from slipscale.analysis.tasks.table import KINDS, STATISTICS
+from slipscale.analysis.tasks.table import KINDS
+from slipscale.experiments.study.analysis_choices import Test
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.statistics.statistic import SessionTable
+    from slipscale.analysis.tasks.kind import TaskAnalysis
 
 
 def conclude(
@@ -21,22 +25,27 @@ def conclude(
     *,
     bayesian: bool = False,
     psignifit: bool = True,
+    kinds: Sequence[TaskAnalysis] | None = None,
 ) -> Inference:
-    """Compute every statistic that the study chose.
+    """Compute every statistic that the study chose, and those that no study can leave out.
 
     Parameters
     ----------
+    kinds : sequence of TaskAnalysis, optional
+        Default: ours.
     data, prepared, rule, bayesian, psignifit
         See `slipscale.analysis.statistics.statistic.Inputs`.
     """
 
     def session_tables() -> list[SessionTable]:
-        return [table for kind in KINDS for table in kind.session_tables(data, prepared)]
+        return [table for kind in every for table in kind.session_tables(data, prepared)]
 
+    every = KINDS if kinds is None else kinds
     chosen = data.choices.tests
+    left_out = set() if chosen is None else set(get_args(Test)) - set(chosen)
     found = Inference()
-    for statistic in STATISTICS:
-        if statistic.test and chosen is not None and statistic.key not in chosen:
+    for statistic in [each for kind in every for each in kind.statistics]:
+        if statistic.key in left_out:
             result: object = NotComputed("not chosen in the study file")
         else:
             result = statistic.compute(
@@ -50,5 +59,5 @@ def conclude(
                     found=found,
                 )
             )
-        found = found.with_result(statistic.key, result)
+        found = found.with_result(statistic, result)
     return found

@@ -11,13 +11,12 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from slipscale.analysis import json_form
-from slipscale.analysis.reporting.files import inference
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from slipscale.analysis.json_form import Json, JsonObject
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 TABLE3 = "table3"
 #: Keys that tell which of a list's elements one is; their values make its name.
@@ -73,7 +72,7 @@ def findings(analysis: Analysis) -> Findings:
             for name, value in zip(analysis.table3.columns[1:], values, strict=True):
                 numbers[f"{TABLE3}.{amplitude:g}.{name}"] = float(value)
     level = round(1 - analysis.dataset.choices.confidence, 12)
-    for name, value in _leaves(json_form.form(inference(analysis))):
+    for name, value in _leaves(json_form.form(analysis.inference.results)):
         last = name.rpartition(".")[2]
         if isinstance(value, bool):
             if last not in OF_A_COMPUTATION:

@@ -13,7 +13,7 @@ from slipscale.analysis.writing.numbers import grouped, p_value, reliable
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 
 def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

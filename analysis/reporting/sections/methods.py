@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from slipscale.analysis.reading.quantity import Quantity
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 SEEDS_LISTED = 12

@@ -10,7 +10,7 @@ from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import unit_number
 
 if TYPE_CHECKING:
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 
 def tests_made(analysis: Analysis) -> ReportSection:

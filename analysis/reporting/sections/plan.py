@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.writing import html
 
 if TYPE_CHECKING:
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 
 def plan(analysis: Analysis) -> html.ReportSection:

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from slipscale.analysis.reading.quantity import Quantity, YesNoWords
-    from slipscale.analysis.result import Analysis
     from slipscale.analysis.statistics.robustness import SubsetSummary
+    from slipscale.analysis.tasks.kind import Analysis
 
     #: A row of a table of pandas', whose cells have several types.
     Row: TypeAlias = pd.Series[Any]

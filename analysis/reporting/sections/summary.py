@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.reading.quantity import capitalised
-from slipscale.analysis.tasks.table import KINDS
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import LINES_AT_MOST
 from slipscale.analysis.writing.html import ReportSection
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 #: Fewer participants than this make every interval wide and every "not told apart" empty.
 SMALL = 6
@@ -53,17 +52,17 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
 
 def answers(analysis: Analysis) -> list[str]:
     """Return the chief result of every task, a sentence or two each: what the data answer."""
-    return [text for kind in KINDS for text in kind.answers(analysis)]
+    return [text for kind in analysis.kinds for text in kind.answers(analysis)]
 
 
 def _question(analysis: Analysis) -> str:
-    return " ".join(question for kind in KINDS for question in kind.questions(analysis))
+    return " ".join(question for kind in analysis.kinds for question in kind.questions(analysis))
 
 
 def _design(analysis: Analysis) -> str:
     people = len(analysis.flags) - len(analysis.excluded)
     parts = [counted(people, "participant", "participants")]
-    parts += [part for kind in KINDS for part in kind.design(analysis)]
+    parts += [part for kind in analysis.kinds for part in kind.design(analysis)]
     return "; ".join(parts) + "."
 
 
@@ -75,7 +74,7 @@ def _doubts(analysis: Analysis) -> list[str]:
         found.append(
             f"{people} participants: intervals are wide, and what is not told apart may differ."
         )
-    found += [doubt for kind in KINDS for doubt in kind.doubts(analysis)]
+    found += [doubt for kind in analysis.kinds for doubt in kind.doubts(analysis)]
     found += analysis.problems
     flagged = int(analysis.flags.any(axis=1).sum())
     if flagged:

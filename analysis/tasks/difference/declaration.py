@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
-    from slipscale.analysis.result import Analysis
     from slipscale.analysis.statistics.statistic import SessionTable
+    from slipscale.analysis.tasks.kind import Analysis
 
 
 def _questions(analysis: Analysis) -> list[str]:

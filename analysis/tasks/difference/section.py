@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from slipscale.analysis.reading.quantity import YesNoWords
-    from slipscale.analysis.result import Analysis
     from slipscale.analysis.tasks.difference.yes_no import DescendingDifference
+    from slipscale.analysis.tasks.kind import Analysis
 
 #: Of a category's reports, so many different wordings are shown.
 WORDINGS_SHOWN = 40

@@ -9,7 +9,7 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 if TYPE_CHECKING:
     import pandas as pd
 
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 #: Columns of a yes or no, where they hold anything.
 ANSWERS = (

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from slipscale.analysis.result import Analysis
     from slipscale.analysis.tasks.estimation.growth.growth_models import GrowthComparison
+    from slipscale.analysis.tasks.kind import Analysis
 
 
 def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

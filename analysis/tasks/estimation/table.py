@@ -10,7 +10,7 @@ from slipscale.analysis.tasks.estimation.statistics import PAIRWISE
 from slipscale.analysis.tasks.flat_table import flat
 
 if TYPE_CHECKING:
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 
 def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:

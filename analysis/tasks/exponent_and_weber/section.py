@@ -14,7 +14,7 @@ from slipscale.analysis.writing.html import ReportSection
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
 
 
 def exponent_and_weber(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

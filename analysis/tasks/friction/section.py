@@ -13,10 +13,10 @@ from slipscale.analysis.writing.numbers import grouped, number
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from slipscale.analysis.result import Analysis
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
     from slipscale.analysis.statistics.measured_friction import MeanCorrelation, MeasuredFriction
+    from slipscale.analysis.tasks.kind import Analysis
 
 LESS_FRICTION = 0.1
 

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from slipscale.analysis.result import Analysis
     from slipscale.analysis.tasks.groups.welch import Welch
+    from slipscale.analysis.tasks.kind import Analysis
 
 #: Fields of `GroupComparison` -> what its numbers are, of a quantity ``q``, and how a
 #: value of them is read.

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from slipscale.analysis.result import Analysis
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.analysis.tasks.matching.statistics import MatchedReference
 from slipscale.analysis.tasks.scales.section import _three
 

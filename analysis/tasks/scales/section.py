@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.analysis.tasks.scales.statistics import TaskScale
 
 

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from slipscale.analysis.reading.quantity import Quantity
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.analysis.tasks.sessions.anova import SessionAnova
     from slipscale.analysis.tasks.sessions.statistics import SessionEffects, SessionMeasure
 

@@ -9,12 +9,12 @@ from dataclasses import replace
 import pytest
 
 from slipscale import commands
-from slipscale.analysis.own.declaration import OwnFinding, OwnResult
 from slipscale.analysis.pipeline import analyse
-from slipscale.analysis.preregistration import check, words
+from slipscale.analysis.preregistration import check
 from slipscale.analysis.preregistration.bundle import read_bundle
 from slipscale.analysis.reporting.files import software
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.outside.short_form import OwnResult, own_analysis
 from slipscale.experiments.languages.texts import to_translate
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import write_simulated
@@ -226,23 +226,28 @@ def test_options_of_the_command_are_deviations(copied, capsys):
 
 
 def test_other_versions_are_deviations(copied, monkeypatch):
-    monkeypatch.setattr(words, "software", lambda: {**software(), "numpy": "9.9"})
+    monkeypatch.setattr(check, "software", lambda own: {**software(own), "numpy": "9.9"})
     ((kind, what),) = deviations(copied)
     assert kind == "versions"
     assert re.fullmatch(r"numpy 9\.9; planned: .+\.", what)
 
 
 def with_own(root, found):
-    """Return the deviations of an analysis to which a laboratory's own is added."""
+    """Return the deviations of an analysis with one more of the package "lab"."""
     analysis = analyse(root / "data")
-    own = OwnFinding(name="drift", title="Drift", package="lab", version="2", found=found)
-    plan = check.check_plan(read_bundle(root / "plan"), replace(analysis, own=(own,)))
+    kind = own_analysis("drift", title="Drift", run=lambda _: found)
+    own = replace(
+        analysis,
+        kinds=(*analysis.kinds, replace(kind, package="lab", version="2")),
+        inference=analysis.inference.with_result(kind.statistics[0], found),
+    )
+    plan = check.check_plan(read_bundle(root / "plan"), own)
     return [(each.kind, each.what) for each in plan.deviations]
 
 
-def test_an_analysis_of_the_laboratory_s_own_is_one_more_test(frozen):
+def test_an_analysis_of_another_package_is_one_more_test(frozen):
     assert with_own(frozen, OwnResult(sentences=("It drifts.",), numbers={})) == [
-        ("tests", "own_analyses.drift was computed and not planned."),
+        ("tests", "own_drift was computed and not planned."),
         ("versions", "lab 2; planned: none."),
     ]
     assert ("versions", "lab 2; planned: none.") in with_own(frozen, NotComputed("no data"))

@@ -13,7 +13,7 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preregistration.bundle import read_bundle, write_bundle
 from slipscale.analysis.preregistration.freeze import Wanted, freeze
 from slipscale.analysis.preregistration.manifest import MANIFEST
-from slipscale.analysis.preregistration.words import plan_blocks
+from slipscale.analysis.preregistration.plan_in_words import plan_blocks
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.study.analysis_choices import AnalysisChoices, Thresholds
 

@@ -2,7 +2,7 @@
 
 import json
 import re
-from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -11,17 +11,30 @@ import pytest
 from slipscale import commands
 from slipscale.analysis.json_form import OurName, form
 from slipscale.analysis.load import load
-from slipscale.analysis.own.declaration import OwnFinding, OwnResult
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.reporting.files import draw, write_analysis
 from slipscale.analysis.reporting.page import render
+from slipscale.analysis.tasks.outside import guard
+from slipscale.analysis.tasks.outside.short_form import OwnResult, own_analysis
 from slipscale.figure_style import svg
 
 PRESSURE = Quantity(
     name="sound pressure", unit="µPa", column="sound_pressure_uPa", judged="loudness"
 )
+
+
+class Point:
+    """The entry point of an analysis that is called amplitude."""
+
+    name, module = "amplitude", "ours"
+    dist = SimpleNamespace(name="ours", version="1")
+
+    def __init__(self, kind):
+        self.load = lambda: kind
+
+
 #: Four people's loudness, with noise.
 ESTIMATES = {
     "a": (6.1, 31.2, 84.9, 402.0),
@@ -120,18 +133,15 @@ def named_like_ours(tmp_path_factory):
         "group": "amplitude_group",
     }
     table = {"columns": columns, "stimulus": {"unit": "µPa"}}
-    outside = OwnFinding(
-        name="amplitude",
-        title="Friction of a surface",
-        package="ours",
-        version="1",
-        found=OwnResult(
-            sentences=("The amplitude of a surface is 3 µm.",),
-            numbers={"friction": 0.4, "amplitude_um_pp": 3.0},
-            table=pd.DataFrame({"amplitude_um_pp": [3.0]}),
-        ),
+    result = OwnResult(
+        sentences=("The amplitude of a surface is 3 µm.",),
+        numbers={"friction": 0.4, "amplitude_um_pp": 3.0},
+        table=pd.DataFrame({"amplitude_um_pp": [3.0]}),
     )
-    found = replace(analyse(load(path, parse_mapping(table, "x"))), own=(outside,))
+    kind = own_analysis("amplitude", title="Friction of a surface", run=lambda _: result)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(guard, "installed", lambda _: {"amplitude": Point(kind)})
+        found = analyse(load(path, parse_mapping(table, "x")))
     write_analysis(found, where / "out")
     return where / "out"
 
@@ -152,7 +162,7 @@ def test_a_group_keeps_its_name(named_like_ours):
 
 def test_an_outside_analysis_keeps_its_words_numbers_and_columns(named_like_ours):
     inference = json.loads((named_like_ours / "inference.json").read_text(encoding="utf-8"))
-    outside = inference["own_analyses"]["amplitude"]
+    outside = inference["own_amplitude"]
     assert outside["numbers"] == {"friction": 0.4, "amplitude_um_pp": 3.0}
     assert outside["sentences"] == ["The amplitude of a surface is 3 µm."]
     assert list(pd.read_csv(named_like_ours / "own_amplitude.csv")) == ["amplitude_um_pp"]

@@ -91,7 +91,7 @@ def test_no_p_of_the_inference_is_missing_from_the_list(analysis):
 def test_nothing_tested_is_no_table(analysis, page):
     none = dict.fromkeys(analysis.inference.results, NotComputed("not chosen"))
     none["normalisation"] = analysis.inference.normalisation
-    empty = replace(analysis, inference=Inference(none))
+    empty = replace(analysis, inference=Inference(none, analysis.inference.declared))
     assert multiplicity(empty.inference, "ranks", 0.95).tests == 0
     assert "Holm over all" not in page(empty)
 

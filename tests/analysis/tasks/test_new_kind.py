@@ -93,7 +93,6 @@ def with_kind(monkeypatch):
     """Add the kind to the table, wherever a module has taken it from there."""
     longer = {
         "KINDS": (*table.KINDS, KIND),
-        "STATISTICS": (*table.STATISTICS[:-1], WEIGHTS, table.STATISTICS[-1]),
         "TRIALS": (*table.TRIALS, TRIALS),
     }
     for name, value in longer.items():

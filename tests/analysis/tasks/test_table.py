@@ -23,7 +23,7 @@ def test_every_figure_is_shown_in_the_report(pilot):
 
 
 def test_every_statistic_is_in_the_json_under_its_key(pilot):
-    assert list(files.inference(pilot)) == [each.key for each in STATISTICS]
+    assert list(pilot.inference.results) == [each.key for each in STATISTICS]
 
 
 def test_a_study_can_choose_every_test_and_no_other():

@@ -111,8 +111,11 @@ def test_the_page_is_followed_from_validate_to_analyse(package, slipscale):
     said = slipscale("analyse", "killed")
     assert "Shrinking differences: The last 4 differences of coarse were" in said
     out = package / "killed/derivatives/slipscale"
-    own = json.loads((out / "inference.json").read_text())["own_analyses"]["last_differences"]
-    assert (own["package"], set(own["numbers"])) == ("slipscale-roughness", {"coarse", "fine"})
+    own = json.loads((out / "inference.json").read_text())["own_last_differences"]
+    assert set(own["numbers"]) == {"coarse", "fine"}
+    assert (
+        json.loads((out / "results.json").read_text())["software"]["slipscale-roughness"] == "1.0"
+    )
     assert (out / "own_last_differences.svg").exists()
     assert len((out / "own_last_differences.csv").read_text().splitlines()) == 1 + 2
     assert "of the package slipscale-roughness 1.0" in (out / "report.html").read_text()

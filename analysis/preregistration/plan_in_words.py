@@ -11,11 +11,9 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.preprocessing.data_quality import MEANINGS
 from slipscale.analysis.reporting import methods_text
-from slipscale.analysis.reporting.files import software
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation.primary import TITLES
 from slipscale.analysis.tasks.multiplicity import multiplicity
-from slipscale.analysis.tasks.table import STATISTICS
 from slipscale.analysis.writing import html
 
 if TYPE_CHECKING:
@@ -24,32 +22,24 @@ if TYPE_CHECKING:
     from markupsafe import Markup
 
     from slipscale.analysis.reading.quantity import Quantity
-    from slipscale.analysis.result import Analysis
+    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.experiments.study.analysis_choices import (
         AnalysisChoices,
         QualityFlag,
         Thresholds,
     )
 
-#: A test's key -> what is computed.
-TESTS = {statistic.key: statistic.meaning for statistic in STATISTICS if statistic.test}
-
 
 def results_of(analysis: Analysis) -> dict[str, object]:
     """Return every test's result or `NotComputed`, in inference.json's order, outside ones last."""
-    own = {f"own_analyses.{each.name}": each.found for each in analysis.own}
-    return {name: analysis.inference.results[name] for name in TESTS} | own
+    found = analysis.inference
+    return {each.key: found.results[each.key] for each in found.declared if each.test}
 
 
 def with_results(analysis: Analysis) -> tuple[str, ...]:
     """Return the tests that have a result."""
     found = results_of(analysis)
     return tuple(name for name, result in found.items() if not isinstance(result, NotComputed))
-
-
-def versions(analysis: Analysis) -> dict[str, str]:
-    """Return the versions of what computes, packages of outside analyses among it."""
-    return software() | {each.package: each.version for each in analysis.own}
 
 
 def plan_blocks(analysis: Analysis, software: Mapping[str, str]) -> list[Markup]:
@@ -99,8 +89,8 @@ def _limits(flag: QualityFlag, thresholds: Thresholds) -> str:
 
 
 def _tests(analysis: Analysis) -> Markup:
-    own = {f"own_analyses.{each.name}": f"{each.title} ({each.package})" for each in analysis.own}
-    rows = [(name, {**TESTS, **own}[name]) for name in with_results(analysis)]
+    meanings = {each.key: each.meaning for each in analysis.inference.declared}
+    rows = [(name, meanings[name]) for name in with_results(analysis)]
     columns = [html.TableColumn(title="Key", left=True), html.TableColumn(title="What", left=True)]
     return html.table(columns, rows, "What is computed, in the order of inference.json.")
 

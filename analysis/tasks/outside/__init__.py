@@ -1,0 +1,1 @@
+"""Kinds of task that other packages declare, and the short form of one."""

@@ -1,0 +1,240 @@
+"""The short form of an outside kind: one function from the data to sentences and numbers.
+
+`own_analysis` returns the `TaskAnalysis` that an entry point needs. Everything here is frozen and
+checked when it is made, so that an error names the package that caused it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.statistic import Statistic
+from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.writing import html
+from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.numbers import DASH, significant
+from slipscale.experiments.study.file import parse_study
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+    from matplotlib.figure import Figure
+
+    from slipscale.analysis.reading.dataset import Dataset
+    from slipscale.analysis.statistics.statistic import Inputs
+    from slipscale.analysis.tasks.kind import Analysis
+    from slipscale.experiments.study.model import Study
+
+CELL = (str, int, float, bool, type(None))
+#: Rows of a table in the report; the CSV file holds them all.
+ROWS_SHOWN = 40
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnInput:
+    """What the function of an outside analysis receives.
+
+    Parameters
+    ----------
+    dataset : Dataset
+        Trials, participants and the frozen choices, after the study's exclusions; tables are
+        copies. Tables of tasks that Slipscale does not read itself are in ``dataset.others``.
+    study : Study or None
+        The study file; None if the data have none, or it cannot be read here.
+    """
+
+    dataset: Dataset
+    study: Study | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class OwnResult:
+    """What the function of an outside analysis returns.
+
+    Parameters
+    ----------
+    sentences : tuple of str
+        What was found, as in a results section; at least one.
+    numbers : Mapping
+        Name -> number, text or None, or a tuple or mapping of these, for inference.json. Names
+        include their unit: ``slope_per_um_pp``. NaN is written as null.
+    table : DataFrame, optional
+        One row per case, with named columns of numbers and words.
+    table_caption : str
+        What its rows and columns are.
+    figure : Figure, optional
+        Of matplotlib.
+    figure_caption, figure_alt : str
+        What it shows: for readers, and for people who cannot see it. Required with a figure.
+
+    Raises
+    ------
+    UserError
+        A field is of another type; the sentence names it.
+    """
+
+    sentences: tuple[str, ...]
+    numbers: Mapping[str, Any]
+    table: pd.DataFrame | None = None
+    table_caption: str = ""
+    figure: Figure | None = None
+    figure_caption: str = ""
+    figure_alt: str = ""
+
+    def __post_init__(self) -> None:
+        wrong = (
+            (
+                not isinstance(self.sentences, tuple)
+                or not self.sentences
+                or not all(isinstance(each, str) and each.strip() for each in self.sentences),
+                "sentences: expected a tuple of one or more texts",
+            ),
+            (
+                not isinstance(self.numbers, Mapping) or not _is_plain(self.numbers),
+                (
+                    "numbers: expected a mapping from names to numbers, texts, None, and tuples or "
+                    "mappings of these"
+                ),
+            ),
+            (
+                self.table is not None and not _is_table(self.table),
+                "table: expected a DataFrame with named columns, each once, of numbers and words",
+            ),
+            (
+                self.figure is not None and not (self.figure_caption and self.figure_alt),
+                "figure: expected a figure_caption and a figure_alt with it",
+            ),
+        )
+        if faults := [words for fault, words in wrong if fault]:
+            raise UserError("; ".join(faults))
+
+    def json_form(self) -> Mapping[str, object]:
+        """Return the result under its keys."""
+        return {"sentences": self.sentences, "numbers": self.numbers}
+
+
+def own_analysis(
+    name: str, *, title: str, run: Callable[[OwnInput], OwnResult | NotComputed]
+) -> TaskAnalysis:
+    """Return the kind of task for an entry point of the group ``slipscale.analyses``.
+
+    Parameters
+    ----------
+    name : str
+        The entry point's name. Files and the key of inference.json are called ``own_NAME``.
+    title : str
+        The heading of its section in the report.
+    run : callable
+        Returns what was found, or `NotComputed` with the reason why there is nothing.
+    """
+    if not isinstance(title, str) or not title.strip():
+        raise UserError(f"analysis '{name}': its title is {title!r}, expected a text")
+    short = _Short(f"own_{name}", title, run)
+    return TaskAnalysis(
+        name=name,
+        statistics=(short.statistic,),
+        answers=lambda analysis: [f"{title}: {text}" for text in short.texts(analysis)],
+        sentences=lambda analysis: {title: short.texts(analysis)},
+        sections=(short.section,),
+        figures=short.figures,
+        tables=short.tables,
+    )
+
+
+@dataclass(frozen=True)
+class _Short:
+    """The parts of a kind that follow from one `OwnResult`."""
+
+    key: str
+    title: str
+    run: Callable[[OwnInput], OwnResult | NotComputed]
+
+    def compute(self, inputs: Inputs) -> OwnResult | NotComputed:
+        found = self.run(OwnInput(dataset=inputs.data, study=study_of(inputs.data)))
+        if not isinstance(found, OwnResult | NotComputed):
+            raise UserError(
+                f"returned {type(found).__name__}, expected an OwnResult, or NotComputed"
+            )
+        return found
+
+    @property
+    def statistic(self) -> Statistic[OwnResult]:
+        return Statistic(key=self.key, meaning=self.title, compute=self.compute)
+
+    def texts(self, analysis: Analysis) -> list[str]:
+        found = analysis.inference.found(self.statistic)
+        return [] if found is None else list(found.sentences)
+
+    def figures(self, analysis: Analysis) -> Mapping[str, Figure]:
+        found = analysis.inference.found(self.statistic)
+        return {} if found is None or found.figure is None else {self.key: found.figure}
+
+    def tables(self, analysis: Analysis) -> Mapping[str, pd.DataFrame]:
+        found = analysis.inference.found(self.statistic)
+        return {} if found is None or found.table is None else {self.key: found.table}
+
+    def section(self, analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+        found = analysis.inference[self.statistic]
+        written = ReportSection(self.title, shown="open")
+        if isinstance(found, NotComputed):
+            written.blocks.append(html.paragraph(f"Not computed: {found.reason}."))
+            return written
+        if (svg := svgs.get(self.key)) is not None:
+            written.blocks.append(html.figure(svg, found.figure_caption, found.figure_alt))
+        if found.table is not None:
+            written.blocks.append(_table(self.key, found.table, found.table_caption))
+        return written
+
+
+def study_of(data: Dataset) -> Study | None:
+    """Return the data set's study; None if there is none that can be read here."""
+    path = data.folder / "code" / "study.toml" if data.folder else None
+    if path is None or not path.is_file():
+        return None
+    try:
+        return parse_study(path.read_text(encoding="utf-8-sig"), str(path))
+    except (OSError, UnicodeDecodeError, UserError):
+        return None
+
+
+def _table(key: str, table: pd.DataFrame, caption: str) -> Markup:
+    shown = table.head(ROWS_SHOWN)
+    more = len(table) - len(shown)
+    left = f" The first {len(shown)} of {len(table)} rows; all are in {key}.csv."
+    numeric = [kind.kind in "iuf" for kind in table.dtypes]
+    return html.table(
+        [
+            TableColumn(title=str(title), left=not is_number)
+            for title, is_number in zip(table.columns, numeric, strict=True)
+        ],
+        [[_cell(cell) for cell in row] for row in shown.itertuples(index=False)],
+        f"{caption}{left if more else ''}".strip(),
+    )
+
+
+def _cell(value: object) -> str:
+    if value is None or value != value:  # noqa: PLR0124 - NaN alone is not itself
+        return DASH
+    return significant(value) if isinstance(value, float) else str(value)
+
+
+def _is_plain(value: object) -> bool:
+    """Return whether a value can be written as JSON."""
+    if isinstance(value, Mapping):
+        return all(isinstance(key, str) and _is_plain(each) for key, each in value.items())
+    if isinstance(value, tuple | list):
+        return all(_is_plain(each) for each in value)
+    return isinstance(value, CELL)
+
+
+def _is_table(table: object) -> bool:
+    if not isinstance(table, pd.DataFrame) or not len(table.columns):
+        return False
+    named = all(isinstance(name, str) and name for name in table.columns)
+    plain = (all(isinstance(cell, CELL) for cell in table[name].tolist()) for name in table)
+    return named and table.columns.is_unique and all(plain)
