@@ -1,9 +1,25 @@
 """The plate driver: what every backend offers, and what is enforced for all of them.
 
-One rule governs this file: **limits are checked here, before a backend hears of a command, and
-every way out ends silent.** A command outside the limits raises and leaves the plate as it was;
-any other fault silences it. A backend fills in the methods that begin with an underscore; what
-callers use is the same for all.
+**Limits are checked here, before a backend hears of a command, and every way out ends silent.** A
+command outside the limits raises and leaves the plate as it was; any other fault silences it. A
+backend fills in the methods that begin with an underscore; what callers use is the same for all.
+
+The state of the output has three values (`Output`), and `PlateDriver.output` holds it:
+
+================  ==========================================================================
+*confirmed off*   the device confirmed that its drive is off, and was sent nothing since that
+                  could switch it on
+*may be on*       from before such a command is sent until off is confirmed
+*unreachable*     off was commanded and not confirmed, or the device was never connected
+================  ==========================================================================
+
+1. Only a confirmation leads to *confirmed off*: `connect`, `silence`, a presentation of 0.
+2. A command that raises leaves the output as it was (outside the limits), *confirmed off* or
+   *unreachable*; it never leaves it *may be on*.
+3. From *unreachable* nothing is presented: `connect` or `silence` has to confirm off first.
+4. A presentation returns only if the reported amplitude is the commanded one, be it measured or
+   applied, and if the reported voltage is what the calibration predicts, within
+   `PlateLimits.voltage_band`. Two kinds of readback prove nothing: "commanded" and "none".
 """
 
 from __future__ import annotations
@@ -17,6 +33,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from slipscale.faults import UserError
 from slipscale.hardware.device_check import check_device
 from slipscale.hardware.errors import (
+    ConnectionLost,
     NotReached,
     OverLimit,
     PlateFault,
@@ -24,8 +41,10 @@ from slipscale.hardware.errors import (
     StillVibrating,
 )
 from slipscale.hardware.limits import OnTime, PlateLimits
+from slipscale.hardware.records import Output
 from slipscale.stimuli.modulation import DEFAULT_MODULATOR
 
+PROVING = ("measured", "applied")  # kinds of readback
 RING_DOWN_TIME_CONSTANTS = 7  # to 0.1 % of what it was
 UNKNOWN_TIME_CONSTANT_S = 0.01  # Q = 1,000 at 30.5 kHz
 
@@ -74,6 +93,8 @@ class PlateDriver(ABC):
         Where it is driven instead, once its resonance was tracked.
     simulated : bool
         No plate is there: a calibration of another one does no harm, and is only noted.
+    output : Output
+        What is known about the drive, see the rules of `slipscale.hardware.driver`.
     """
 
     name: ClassVar[str]
@@ -101,6 +122,9 @@ class PlateDriver(ABC):
             self.limits = calibration.narrow(self.limits)
         self.notes: tuple[str, ...] = ()
         self.identity: PlateIdentity | None = None
+        self.output = Output.UNREACHABLE
+        self._played: Loop | None = None
+        self._opened = False  # `_connect` was called, and `_close` not since
         self._on_time = OnTime(window_s=self.limits.duty_window_s)
         self._fault_known = False
         self._vibration_known = False  # that it could not be stopped has been told
@@ -117,12 +141,14 @@ class PlateDriver(ABC):
         UserError
             The calibration is too old, or dated after today.
         """
+        self._opened, self.output = True, Output.MAY_BE_ON
         try:
             self.identity = self._connect()
             self.notes = check_device(self, self.identity)
         except BaseException:
             self.close()
             raise
+        self.output = Output.OFF
         self._fault_known = self._vibration_known = False
         self._on_time.command(self.clock.now(), vibrates=False)
         return self.identity
@@ -140,6 +166,7 @@ class PlateDriver(ABC):
         self.limits.check_amplitude(surface.amplitude_um_pp)
         loop = surface.loop(self.modulator or DEFAULT_MODULATOR)
         if loop is None:
+            self._check_possible(surface.amplitude_um_pp)
             return None
         if self.modulator is None:
             raise UserError(
@@ -166,7 +193,9 @@ class PlateDriver(ABC):
             A texture that this backend cannot play, see `check_supported`; the plate was left as
             it was.
         NotReached
-            The plate measures another amplitude than commanded; it was silenced.
+            The plate reports another amplitude than commanded; it was silenced.
+        OffCalibration
+            The plate reports another voltage than the calibration predicts; it was silenced.
         PlateFault
             Any other fault of the rig; the plate was silenced.
         """
@@ -174,19 +203,41 @@ class PlateDriver(ABC):
         amplitude_um_pp = loop.mean_um_pp if loop else surface.amplitude_um_pp
         if amplitude_um_pp > 0:
             self._check_duty()
-        with self._silent_on_fault():
-            self._on_time.command(self.clock.now(), vibrates=amplitude_um_pp > 0)
+        with self._commanding(vibrates=amplitude_um_pp > 0):
             presentation = self._drive(amplitude_um_pp)
             try:
-                self._check_reached(presentation)
+                self.confirm(amplitude_um_pp, presentation.readback)
             except NotReached:
                 if amplitude_um_pp > 0:
                     raise
                 presentation = self._after_ring_down(presentation)
-                self._check_reached(presentation)
+                self.confirm(0.0, presentation.readback)
             if loop:
                 self._play(loop)
+                self._played = loop
+        if self.calibration is not None:
+            predicted_v = self.calibration.voltage_v_peak(amplitude_um_pp)
+            presentation = replace(presentation, predicted_v_peak=predicted_v)
         return presentation
+
+    def confirm(self, commanded_um_pp: float, readback: Readback) -> None:
+        """Raise `NotReached` or `OffCalibration` unless a readback shows the commanded amplitude.
+
+        A readback of the kind "commanded" or "none" proves nothing, and passes. The voltage of a
+        simulated plate is not compared: its calibration may be another plate's.
+        """
+        reported_um_pp, reported_v = readback.amplitude_um_pp, readback.voltage_v_peak
+        if readback.kind in PROVING and reported_um_pp is not None:
+            self.limits.check_reached(
+                commanded_um_pp, reported_um_pp, applied=readback.kind == "applied"
+            )
+        if self.calibration and reported_v is not None and commanded_um_pp and not self.simulated:
+            largest_um_pp = max(self._played.amplitudes_um_pp) if self._played else commanded_um_pp
+            self.limits.check_predicted(
+                commanded_um_pp,
+                reported_v=reported_v,
+                predicted_v=self.calibration.voltage_v_peak(largest_um_pp),
+            )
 
     def follow(self, amplitude_um_pp: float) -> None:
         """Go on to another amplitude, without waiting: a texture under a finger that is followed.
@@ -199,10 +250,14 @@ class PlateDriver(ABC):
         ------
         OverLimit
             The amplitude is outside the limits; the plate was left as it was.
+        PlateRefused
+            The plate is off: it follows from a presentation on.
         PlateFault
             Any other fault of the rig; the plate was silenced.
         """
         self.limits.check_amplitude(amplitude_um_pp)
+        if self.output is not Output.MAY_BE_ON:
+            raise PlateRefused(f"plate '{self.name}': it is {self.output}, so it follows nothing")
         with self._silent_on_fault():
             self._follow(amplitude_um_pp)
 
@@ -227,8 +282,7 @@ class PlateDriver(ABC):
         self.limits.check_voltage(voltage_v)
         if voltage_v > 0:
             self._check_duty()
-        with self._silent_on_fault():
-            self._on_time.command(self.clock.now(), vibrates=voltage_v > 0)
+        with self._commanding(vibrates=True):  # at 0 V too the output stage is closed
             return self._excite(frequency_hz=frequency_hz, voltage_v=voltage_v)
 
     def read_back(self) -> Readback:
@@ -247,13 +301,18 @@ class PlateDriver(ABC):
         try:
             self._silence()
         except StillVibrating:
+            self.output = Output.UNREACHABLE
             if not self._vibration_known:
                 self._vibration_known = self._fault_known = True
                 raise
         except PlateFault:
+            self.output = Output.UNREACHABLE
             if not self._fault_known:
                 self._fault_known = True
                 raise
+        else:
+            if self._opened:
+                self.output = Output.OFF
 
     def check(self) -> None:
         """Raise the `PlateFault` that has come up since the last command, if any.
@@ -288,6 +347,7 @@ class PlateDriver(ABC):
         try:
             self.silence()
         finally:
+            self._opened = False
             with suppress(PlateFault):
                 self._close()
 
@@ -309,6 +369,23 @@ class PlateDriver(ABC):
         }
 
     @contextmanager
+    def _commanding(self, *, vibrates: bool) -> Iterator[None]:
+        """Keep the state of the output around a command, by the rules of this module."""
+        if not self._opened or self.output is Output.UNREACHABLE:
+            raise ConnectionLost(
+                f"plate '{self.name}': it is not connected, or did not confirm that it is off; "
+                "nothing is presented before it is connected again"
+            )
+        with self._silent_on_fault():
+            self._on_time.command(self.clock.now(), vibrates=vibrates)
+            self._played = None
+            if vibrates:
+                self.output = Output.MAY_BE_ON
+            yield
+        if not vibrates:
+            self.output = Output.OFF
+
+    @contextmanager
     def _silent_on_fault(self) -> Iterator[None]:
         try:
             yield
@@ -326,12 +403,6 @@ class PlateDriver(ABC):
                 self.silence()
             self._vibration_known = False
             raise
-
-    def _check_reached(self, presentation: Presentation) -> None:
-        """Raise `NotReached` when a sensor measures another amplitude than was commanded."""
-        measured_um_pp = presentation.readback.amplitude_um_pp
-        if presentation.readback.kind == "measured" and measured_um_pp is not None:
-            self.limits.check_reached(presentation.commanded_um_pp, measured_um_pp)
 
     def _after_ring_down(self, presentation: Presentation) -> Presentation:
         """Wait until a plate that was just switched off has stopped by itself, and read again.
@@ -368,7 +439,7 @@ class PlateDriver(ABC):
 
     @abstractmethod
     def _drive(self, amplitude_um_pp: float) -> Presentation:
-        """Ramp to a checked amplitude; return when it has settled."""
+        """Ramp to a checked amplitude; return when it has settled, at 0 when the drive is off."""
 
     @abstractmethod
     def _read_back(self) -> Readback:
@@ -376,11 +447,14 @@ class PlateDriver(ABC):
 
     @abstractmethod
     def _silence(self) -> None:
-        """Stop the vibration; do nothing when not connected."""
+        """Stop the vibration and have that confirmed; do nothing when not connected."""
 
     @abstractmethod
     def _close(self) -> None:
         """Let go of the device; do nothing when not connected."""
+
+    def _check_possible(self, amplitude_um_pp: float) -> None:  # noqa: B027 - most make all
+        """Raise `OverLimit` if the device cannot make an amplitude within the limits."""
 
     def _check(self) -> None:  # noqa: B027 - most backends learn of faults by commands alone
         """Raise the fault that has come up since the last command, if any; cheaply."""

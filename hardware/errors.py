@@ -131,10 +131,31 @@ class NotReached(PlateFault):
         )
 
 
+class OffCalibration(PlateFault):
+    """The plate is driven with another voltage than its calibration predicts for the amplitude.
+
+    The amplitude that a sensor reports is then not believed: the sensor, the amplifier or the
+    plate has changed.
+    """
+
+    code = "off_calibration"
+    remedy = (
+        "Take the finger off; check the vibration sensor and the amplifier with a second "
+        "instrument, then recalibrate the plate."
+    )
+
+    def blinded(self) -> PlateFault:
+        """Return this fault without the amplitude and the voltages."""
+        return OffCalibration(
+            "the drive voltage differs from the calibration's (the journal records both)"
+        )
+
+
 FAULTS: dict[str, type[PlateFault]] = {
     kind.code: kind
     for kind in (
         PlateNotFound, NoPermission, WrongDevice, PlateBusy, PlateTimeout, GarbledReply,
         ProtocolViolation, PlateRefused, ConnectionLost, StillVibrating, OverLimit, NotReached,
+        OffCalibration,
     )
 }  # fmt: skip

@@ -10,7 +10,11 @@ from collections import deque
 from dataclasses import dataclass, replace
 
 from slipscale.faults import UserError
-from slipscale.hardware.errors import NotReached, OverLimit
+from slipscale.hardware.errors import NotReached, OffCalibration, OverLimit
+
+# An applied amplitude is computed from a drive that was read back: it has no sensor's noise.
+APPLIED_TOLERANCE = 0.01
+ROUNDING_UM = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,6 +41,9 @@ class PlateLimits:
         How far a *measured* amplitude may lie from the one commanded, as a fraction of it.
     tolerance_um : float
         The same, in µm peak to peak; the larger of the two counts.
+    voltage_band : float
+        By which factor the reported drive voltage may exceed, or fall below, the voltage that the
+        calibration predicts. A finger that lowers Q from 60 to 50 needs 1.2.
     """
 
     amplitude_um_pp: float = 2.5
@@ -48,6 +55,7 @@ class PlateLimits:
     on_time_s: float = 600.0
     tolerance: float = 0.05
     tolerance_um: float = 0.05
+    voltage_band: float = 1.5
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
@@ -58,6 +66,10 @@ class PlateLimits:
             raise UserError("plate limits: frequency_min_hz must lie below frequency_max_hz")
         if self.duty > 1:
             raise UserError(f"plate limits: duty is {self.duty}, expected a fraction up to 1")
+        if self.voltage_band <= 1:
+            raise UserError(
+                f"plate limits: voltage_band is {self.voltage_band}, expected a factor above 1"
+            )
 
     def check_amplitude(self, amplitude_um_pp: float) -> None:
         """Raise `OverLimit` unless the amplitude is finite, not negative and within bounds."""
@@ -83,13 +95,37 @@ class PlateLimits:
             tolerance_um=min(self.tolerance_um, tolerance_um or self.tolerance_um),
         )
 
-    def check_reached(self, commanded_um_pp: float, measured_um_pp: float) -> None:
-        """Raise `NotReached` when a measured amplitude is another than the one commanded."""
-        allowed = self.allowed_um_pp(commanded_um_pp)
-        if not abs(measured_um_pp - commanded_um_pp) <= allowed:
+    def check_reached(
+        self, commanded_um_pp: float, reported_um_pp: float, *, applied: bool = False
+    ) -> None:
+        """Raise `NotReached` when the reported amplitude differs from the commanded one.
+
+        Parameters
+        ----------
+        commanded_um_pp, reported_um_pp : float
+            In µm peak to peak.
+        applied : bool
+            The amplitude was computed from the drive that is on, not measured: it is held to
+            `APPLIED_TOLERANCE`.
+        """
+        allowed, how = self.allowed_um_pp(commanded_um_pp), "measured"
+        if applied:
+            allowed, how = APPLIED_TOLERANCE * commanded_um_pp + ROUNDING_UM, "applied"
+        if not abs(reported_um_pp - commanded_um_pp) <= allowed:
             raise NotReached(
-                f"{commanded_um_pp:g} µm p-p was commanded, {measured_um_pp:.3f} µm p-p is "
-                f"measured (tolerance {allowed:.3f})"
+                f"{commanded_um_pp:g} µm p-p was commanded, {reported_um_pp:.3f} µm p-p is "
+                f"{how} (tolerance {allowed:.3f})"
+            )
+
+    def check_predicted(
+        self, commanded_um_pp: float, *, reported_v: float, predicted_v: float
+    ) -> None:
+        """Raise `OffCalibration` when the drive voltage is not what the calibration predicts."""
+        band = self.voltage_band
+        if not predicted_v / band <= reported_v <= predicted_v * band:
+            raise OffCalibration(
+                f"{reported_v:.2f} V peak drive the plate at {commanded_um_pp:g} µm p-p, the "
+                f"calibration predicts {predicted_v:.2f} V (allowed factor {band:g})"
             )
 
 

@@ -73,6 +73,7 @@ class LimitsTable(PlateTable):
     on_time_s: Positive = SHIPPED.on_time_s
     tolerance: Positive = SHIPPED.tolerance
     tolerance_um: Positive = SHIPPED.tolerance_um
+    voltage_band: Annotated[float, Field(gt=1, allow_inf_nan=False)] = SHIPPED.voltage_band
 
     @model_validator(mode="after")
     def _band_is_one(self) -> Self:
@@ -95,6 +96,8 @@ class LimitsTable(PlateTable):
 
 
 LOWER_BOUNDS = ("frequency_min_hz",)
+# Table, entry and default of what older files do not have.
+ADDED_LATER = (("limits", "voltage_band", SHIPPED.voltage_band),)
 
 
 class Expected(PlateTable):
@@ -195,8 +198,16 @@ class _Signed(PlateFile):
 
 
 def checksum(plate: PlateFile) -> str:
-    """Return the SHA-256 of a plate's content, whatever its file's layout."""
-    content = json.dumps(plate.model_dump(mode="json", exclude={CHECKSUM}), sort_keys=True)
+    """Return the SHA-256 of a plate's content, whatever its file's layout.
+
+    An entry that did not exist in the first release counts only if it differs from its default, so
+    that files signed before it existed stay valid.
+    """
+    table = plate.model_dump(mode="json", exclude={CHECKSUM})
+    for part, name, default in ADDED_LATER:
+        if table[part].get(name) == default:
+            del table[part][name]
+    content = json.dumps(table, sort_keys=True)
     return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
 

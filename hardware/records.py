@@ -1,14 +1,23 @@
-"""What a plate says: who it is, what it does, what was presented; `hardware.driver` offers them."""
+"""What a plate reports: identity, output, readback, presentation; `hardware.driver` offers them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Literal
 
 # What an emulated board has for the beginning of its serial number.
 EMULATED = "EMULATED"
 
 ReadbackKind = Literal["measured", "applied", "commanded", "none"]
+
+
+class Output(StrEnum):
+    """What is known about a plate's drive; `slipscale.hardware.driver` states the rules."""
+
+    OFF = "confirmed off"
+    MAY_BE_ON = "may be on"
+    UNREACHABLE = "unreachable"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,9 +53,14 @@ class Readback:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Presentation:
-    """A surface that has settled, and how that is known."""
+    """A surface that has settled, and how that is known.
+
+    ``predicted_v_peak`` is the voltage at the plate that the calibration predicts for the
+    amplitude, None without a calibration; ``readback.voltage_v_peak`` is the reported one.
+    """
 
     commanded_um_pp: float
     readback: Readback
     settled_by: Literal["readback", "wait"]
     settle_time_s: float
+    predicted_v_peak: float | None = None

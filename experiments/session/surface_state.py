@@ -223,8 +223,7 @@ class SurfaceState:
         told = self._plate.read_back()
         self._temperature_c = told.temperature_c
         self._measured = told.kind in MEASURED and told.amplitude_um_pp is not None
-        if told.kind in MEASURED and told.amplitude_um_pp is not None:
-            self._plate.limits.check_reached(self._commanded_um_pp, told.amplitude_um_pp)
+        self._plate.confirm(self._commanded_um_pp, told)
         return told.amplitude_um_pp
 
     def check(self) -> None:

@@ -34,6 +34,7 @@ from slipscale.hardware.backends.generator_line import GeneratorLine
 from slipscale.hardware.backends.generator_output import GeneratorOutput
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.driver import PlateDriver
+from slipscale.hardware.errors import OverLimit
 from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 from slipscale.stimuli.modulation import along_edge
 
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
 RAMP_S, RAMP_STEPS = 0.03, 10
 SETTLING_TIME_CONSTANTS = 7  # to 0.1 %
 UNKNOWN_PLATE_SETTLING_S = 0.05  # before there is a calibration to know Q from
-SMALLEST_VPP = 0.01  # generators refuse less; 0 µm is output off
 VPP_PER_V_PEAK = 2.0
 
 OPTIONS: dict[str, Callable[[str], Any]] = {
@@ -66,8 +66,8 @@ class FunctionGenerator(PlateDriver):
 
     Parameters
     ----------
-    resource : str
-        VISA resource or serial port.
+    line : GeneratorLine
+        The line to the generator, not opened.
     clock : Clock
         Stamps the readbacks; the waits are the machine's.
     limits : PlateLimits
@@ -82,8 +82,6 @@ class FunctionGenerator(PlateDriver):
         The generator's channel, 1 or 2.
     dialect : Dialect
         The generator's make; by default as it answers to ``*IDN?``.
-    visa_library : str
-        PyVISA's backend: ``@py`` needs no vendor's library.
 
     Raises
     ------
@@ -96,7 +94,7 @@ class FunctionGenerator(PlateDriver):
 
     def __init__(
         self,
-        resource: str,
+        line: GeneratorLine,
         *,
         clock: Clock,
         limits: PlateLimits | None = None,
@@ -105,10 +103,9 @@ class FunctionGenerator(PlateDriver):
         amplifier_gain: float | None = None,
         channel: int = 1,
         dialect: Dialect | None = None,
-        visa_library: str = "@py",
     ) -> None:
         super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
-        self._output = GeneratorOutput(GeneratorLine(resource, visa_library), channel, dialect)
+        self._output = GeneratorOutput(line, channel, dialect)
         wired = plate_file.wiring.amplifier_gain if plate_file else None
         self.amplifier_gain = agreed_gain(
             amplifier_gain,
@@ -119,7 +116,7 @@ class FunctionGenerator(PlateDriver):
         )
         self._vpp_per_v = VPP_PER_V_PEAK / self.amplifier_gain
         self._machine: Clock = SystemClock()
-        self._voltage_v = 0.0
+        self._voltage_v = self._frequency_hz = 0.0
 
     @property
     def resource(self) -> str:
@@ -129,7 +126,22 @@ class FunctionGenerator(PlateDriver):
     def _connect(self) -> PlateIdentity:
         self._close()
         self._output.line.open()
-        return self._output.prepare()
+        return self._output.prepare(self.limits.voltage_v * self._vpp_per_v)
+
+    def _check_possible(self, amplitude_um_pp: float) -> None:
+        if self.calibration is not None:
+            self._check_range(self.calibration.voltage_v_peak(amplitude_um_pp))
+
+    def _check_range(self, voltage_v: float) -> None:
+        """Raise `OverLimit` unless the generator can make a voltage; 0 is output off."""
+        made, vpp = self._output.range, voltage_v * self._vpp_per_v
+        if made is None or voltage_v == 0 or made.smallest_vpp <= vpp <= made.largest_vpp:
+            return
+        raise OverLimit(
+            f"{voltage_v:.4g} V peak at the plate need {vpp:.4g} V peak to peak from the "
+            f"generator, which makes {made.smallest_vpp:g} to {made.largest_vpp:g} V; use an "
+            "amplifier of another gain, or other amplitudes"
+        )
 
     def _drive(self, amplitude_um_pp: float) -> Presentation:
         if self.calibration is None:
@@ -141,10 +153,7 @@ class FunctionGenerator(PlateDriver):
         resonance = self.calibration.resonance
         voltage_v = self.calibration.voltage_v_peak(amplitude_um_pp)
         self.limits.check_voltage(voltage_v)
-        self._output.set(
-            self._output.dialect.frequency_hz, self.tracked_hz or resonance.frequency_hz
-        )
-        self._ramp(voltage_v)
+        self._ramp(voltage_v, frequency_hz=self.tracked_hz or resonance.frequency_hz)
         time_constant_s = resonance.quality_factor / (math.pi * resonance.frequency_hz)
         self._machine.sleep(SETTLING_TIME_CONSTANTS * time_constant_s)
         return Presentation(
@@ -155,33 +164,42 @@ class FunctionGenerator(PlateDriver):
         )
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
-        self._output.set(self._output.dialect.frequency_hz, frequency_hz)
-        self._ramp(voltage_v)
+        self._check_range(voltage_v)
+        self._ramp(voltage_v, frequency_hz=frequency_hz)
         self._machine.sleep(UNKNOWN_PLATE_SETTLING_S)
         return self._read_back()
 
-    def _ramp(self, voltage_v: float) -> None:
-        """Go to a voltage in small steps; below what the generator can do the output is off."""
+    def _ramp(self, voltage_v: float, *, frequency_hz: float) -> None:
+        """Go to a voltage in small steps; 0 V is output off.
+
+        A ramp begins and ends at the smallest voltage of the generator. Each step is read back: a
+        generator that takes long for a command must not be sent the next ones meanwhile.
+        """
         output, from_v = self._output, self._voltage_v
+        output.verify()
+        voltage, smallest_vpp = output.dialect.voltage_vpp, output.smallest_vpp
+        output.set(output.dialect.frequency_hz, frequency_hz)
+        self._frequency_hz = frequency_hz
         if from_v == 0 and voltage_v > 0:
-            output.set(output.dialect.voltage_vpp, SMALLEST_VPP)
+            output.set(voltage, smallest_vpp)
             output.switch_on()
         if from_v != voltage_v:
             for step in range(1, RAMP_STEPS + 1):
                 self._voltage_v = along_edge(from_v, voltage_v, step / RAMP_STEPS)
-                vpp = max(self._voltage_v * self._vpp_per_v, SMALLEST_VPP)
-                output.write(output.dialect.voltage_vpp, f"{vpp:.6f}")
+                output.write(voltage, f"{max(self._voltage_v * self._vpp_per_v, smallest_vpp):.6f}")
+                output.number(voltage)
                 self._machine.sleep(RAMP_S / RAMP_STEPS)
         if voltage_v == 0:
             self._silence()
         else:
-            vpp = max(voltage_v * self._vpp_per_v, SMALLEST_VPP)
-            output.set(output.dialect.voltage_vpp, vpp)
+            output.set(voltage, voltage_v * self._vpp_per_v)
 
     def _read_back(self) -> Readback:
         """Return the amplitude of the drive that is on, by the calibration."""
         voltage_v = 0.0
         if self._output.is_on():
+            self._output.verify()
+            self._output.expect(self._output.dialect.frequency_hz, self._frequency_hz)
             voltage_v = self._output.number(self._output.dialect.voltage_vpp) / self._vpp_per_v
         if self.calibration is None:
             return Readback(
@@ -226,7 +244,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
             "drives another plate"
         )
     return FunctionGenerator(
-        resource,
+        GeneratorLine(resource),
         clock=clock,
         limits=plate.limits,
         calibration=plate.calibration,

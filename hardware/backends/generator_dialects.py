@@ -1,14 +1,12 @@
 """What each make of function generator calls the same things: a table of dialects.
 
 A dialect is data: how to write a setting, how to ask for it, and where in the answer its value
-stands. `slipscale.hardware.backends.function_generator` knows the order in which settings are made
-and nothing of any make; a laboratory's own make is one more entry.
+is. `slipscale.hardware.backends.generator_output` knows the order in which settings are made and
+nothing of any make; a laboratory's own make is one more entry.
 
-Sources: Keysight 33500/33600 Series Operating and Service Guide, "SCPI Programming Reference";
-Rigol DG1000Z Programming Guide, pages 2-56 (load), 2-58 (state) and 2-184 (offset); Siglent SDG
-Programming Guide PG02, sections 3.3 (OUTP) and 3.4 (BSWV); Tektronix AFG3000 Series Programmer
-Manual, sections OUTPut and SOURce. Each dialect is tested against an instrument simulated after
-these pages; **none has been on a real bench yet**.
+Each entry names its source. Entries marked "not verified" follow the maker's manual as remembered,
+without its page at hand. Each dialect is tested against a simulated instrument
+(`slipscale.hardware.emulator.generators`); **none has been on a real bench yet**.
 """
 
 from __future__ import annotations
@@ -61,6 +59,17 @@ class FixedSetting:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class VoltageRange:
+    """What a model makes as a sine, V peak to peak into an open circuit; and the source."""
+
+    model: str  # a regular expression
+    smallest_vpp: float
+    largest_vpp: float
+    resolution_vpp: float  # of the smallest values
+    source: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Dialect:
     """How one make of generator is spoken to.
 
@@ -73,10 +82,17 @@ class Dialect:
     channels : tuple of (str, str)
         Prefix of a source's commands and suffix of an output's, a pair for each channel.
     fixed : tuple of FixedSetting
-        Sine, a load of infinite resistance, volts peak to peak, no offset. The load matters: a
-        generator that believes in 50 Ω puts twice its volts on an open circuit.
+        Sine, a load of infinite resistance, volts peak to peak, no offset; modulation, sweep and
+        burst off. The load matters: a generator configured for 50 Ω delivers twice the set voltage
+        to an open circuit. They are verified before and after each presentation, because a reset
+        or the front panel changes them.
     frequency_hz, voltage_vpp, output : Item
         What is set for each presentation. `voltage_vpp` is at the generator's own output.
+    ranges : tuple of VoltageRange
+        What each model can make; the first whose pattern matches.
+    attenuator : FixedSetting or None
+        Keeps the output's attenuator where it is for the largest voltage: its relays interrupt a
+        ramp. None: the make cannot hold it.
     on, off : str
         The words that `output` is set to.
     error : str or None
@@ -91,9 +107,15 @@ class Dialect:
     frequency_hz: Item
     voltage_vpp: Item
     output: Item
+    ranges: tuple[VoltageRange, ...]
+    attenuator: FixedSetting | None = None
     on: str = "1"
     off: str = "0"
     error: str | None = "SYST:ERR?"
+
+    def range_of(self, model: str) -> VoltageRange:
+        """Return what a model makes; of a model that is not listed, the make's last entry."""
+        return next((each for each in self.ranges if re.search(each.model, model)), self.ranges[-1])
 
 
 def is_sine(text: str) -> bool:
@@ -121,6 +143,16 @@ def is_on(text: str) -> bool | None:
     return {"1": True, "ON": True, "0": False, "OFF": False}.get(text.upper().lstrip("+"))
 
 
+def is_off(text: str) -> bool:
+    """Whether a function is off."""
+    return is_on(text) is False
+
+
+def is_continuous(text: str) -> bool:
+    """Whether a frequency mode is a single frequency and no sweep."""
+    return text.upper().startswith(("CW", "FIX"))
+
+
 def number(text: str) -> float:
     """Return a number that may carry its unit (``30500HZ``, ``1.5V``); NaN where there is none."""
     found = re.match(r"[+-]?(\d+\.?\d*|\.\d+)(E[+-]?\d+)?(?=[A-Z]*$)", text, re.IGNORECASE)
@@ -140,6 +172,21 @@ def _plain(header: str) -> Item:
     return Item(write=f"{header} {{value}}", ask=f"{header}?")
 
 
+def _off(*headers: str, word: str = "0") -> tuple[FixedSetting, ...]:
+    """Return the settings that switch functions off."""
+    return tuple(FixedSetting(item=_plain(each), value=word, holds=is_off) for each in headers)
+
+
+def _siglent_off(header: str, key: str = "STATE") -> FixedSetting:
+    """Return what switches a function of Siglent off; the answer lists its parameters."""
+    item = Item(
+        write=f"C{{channel}}:{header} {key},{{value}}",
+        ask=f"C{{channel}}:{header}?",
+        value=rf"\b{key},(\w+)",
+    )
+    return FixedSetting(item=item, value="OFF", holds=is_off)
+
+
 KEYSIGHT = Dialect(
     name="keysight",
     identity=r"(?i)^(agilent|keysight)",
@@ -150,10 +197,33 @@ KEYSIGHT = Dialect(
         FixedSetting(item=_plain("OUTP{channel}:LOAD"), value="INF", holds=is_infinite),
         FixedSetting(item=_plain("{source}VOLT:UNIT"), value="VPP", holds=is_peak_to_peak),
         FixedSetting(item=_plain("{source}VOLT:OFFS"), value="0", holds=is_zero),
+        # Those that the 33220A and the 33500 share; the 33500's BPSK and SUM are not among them.
+        *_off(
+            *(f"{{source}}{each}:STAT" for each in ("AM", "FM", "PM", "FSK", "PWM", "SWE", "BURS"))
+        ),
     ),
     frequency_hz=_plain("{source}FREQ"),
     voltage_vpp=_plain("{source}VOLT"),
     output=_plain("OUTP{channel}"),
+    ranges=(
+        VoltageRange(
+            model=r"332[125]0A",
+            smallest_vpp=0.02,
+            largest_vpp=20,
+            resolution_vpp=1e-4,
+            source="33220A data sheet: 10 mVpp to 10 Vpp into 50 Ω, 20 mVpp to 20 Vpp into an "
+            "open circuit, 4 digits (page not verified)",
+        ),
+        VoltageRange(
+            model=r"33[56]",
+            smallest_vpp=0.002,
+            largest_vpp=20,
+            resolution_vpp=1e-4,
+            source="33500 Series Operating and Service Guide, page 216: 20 Vpp into an open "
+            "circuit; smallest 1 mVpp into 50 Ω (data sheet, page not verified)",
+        ),
+    ),
+    attenuator=_off("{source}VOLT:RANG:AUTO")[0],
 )
 RIGOL = Dialect(
     name="rigol",
@@ -164,10 +234,26 @@ RIGOL = Dialect(
         FixedSetting(item=_plain(":OUTP{channel}:LOAD"), value="INF", holds=is_infinite),
         FixedSetting(item=_plain("{source}VOLT:UNIT"), value="VPP", holds=is_peak_to_peak),
         FixedSetting(item=_plain("{source}VOLT:OFFS"), value="0", holds=is_zero),
+        *_off(
+            *(f"{{source}}{each}:STAT" for each in ("MOD", "SWE", "BURS", "SUM", "HARM")),
+            word="OFF",
+        ),
     ),
     frequency_hz=_plain("{source}FREQ"),
     voltage_vpp=_plain("{source}VOLT"),
     output=_plain(":OUTP{channel}"),
+    ranges=(
+        VoltageRange(
+            model="",
+            smallest_vpp=0.002,
+            largest_vpp=20,
+            resolution_vpp=1e-4,
+            source="DG1000Z data sheet: 1 mVpp to 10 Vpp into 50 Ω up to 10 MHz, twice that into "
+            "an open circuit (page not verified)",
+        ),
+    ),
+    # DG1000Z Programming Guide, page 2-185.
+    attenuator=_off("{source}VOLT:RANG:AUTO", word="OFF")[0],
     on="ON",
     off="OFF",
     error=":SYST:ERR?",
@@ -188,10 +274,22 @@ SIGLENT = Dialect(
             holds=is_infinite,
         ),
         FixedSetting(item=_bswv("OFST"), value="0", holds=is_zero),
+        # SDG Programming Guide PG02, sections on MDWV, SWWV and BTWV.
+        *(_siglent_off(each) for each in ("MDWV", "SWWV", "BTWV")),
     ),
     frequency_hz=_bswv("FRQ"),
     voltage_vpp=_bswv("AMP"),
     output=Item(write="C{channel}:OUTP {value}", ask="C{channel}:OUTP?", value=r":OUTP (\w+)"),
+    ranges=(
+        VoltageRange(
+            model=r"SDG(1\d{3}X|2\d{3}X|6\d{3}X)",
+            smallest_vpp=0.004,
+            largest_vpp=20,
+            resolution_vpp=1e-3,
+            source="SDG1000X and SDG2000X data sheets: 2 mVpp to 10 Vpp into 50 Ω, twice that "
+            "into an open circuit (pages not verified)",
+        ),
+    ),
     on="ON",
     off="OFF",
     error=None,
@@ -205,10 +303,39 @@ TEKTRONIX = Dialect(
         FixedSetting(item=_plain("OUTP{channel}:IMP"), value="INF", holds=is_infinite),
         FixedSetting(item=_plain("{source}VOLT:UNIT"), value="VPP", holds=is_peak_to_peak),
         FixedSetting(item=_plain("{source}VOLT:LEV:IMM:OFFS"), value="0", holds=is_zero),
+        *_off(
+            *(f"{{source}}{each}:STAT" for each in ("AM", "FM", "PM", "FSK", "PWM", "BURS")),
+        ),
+        FixedSetting(item=_plain("{source}FREQ:MODE"), value="CW", holds=is_continuous),
     ),
     frequency_hz=_plain("{source}FREQ:FIX"),
     voltage_vpp=_plain("{source}VOLT:LEV:IMM:AMPL"),
     output=_plain("OUTP{channel}:STAT"),
+    ranges=(
+        VoltageRange(
+            model=r"AFG30[25]",
+            smallest_vpp=0.02,
+            largest_vpp=20,
+            resolution_vpp=1e-4,
+            source="Tektronix tm_devices, driver of the AFG3K: 20 mVpp to 20 Vpp at high impedance",
+        ),
+        VoltageRange(
+            model=r"AFG325",
+            smallest_vpp=0.1,
+            largest_vpp=10,
+            resolution_vpp=1e-4,
+            source="Tektronix tm_devices, driver of the AFG3K: 100 mVpp to 10 Vpp at high "
+            "impedance",
+        ),
+        VoltageRange(
+            model="",
+            smallest_vpp=0.04,
+            largest_vpp=20,
+            resolution_vpp=1e-4,
+            source="Tektronix tm_devices, driver of the AFG3K: 40 mVpp to 20 Vpp at high "
+            "impedance (AFG310x)",
+        ),
+    ),
 )
 
 DIALECTS = {each.name: each for each in (KEYSIGHT, RIGOL, SIGLENT, TEKTRONIX)}

@@ -1,7 +1,10 @@
 """One output of a function generator: set, read back, and switched off whatever the line does.
 
 A generator has no watchdog. So an output that was reached is taken to be on until it has confirmed
-that it is off; where the line drops, it is opened anew for that, within a bound.
+that it is off; if the line drops, it is opened again for that, within a bound.
+
+A reset, a preset or a key of the front panel changes settings that were made when the generator was
+connected: a load of 50 Ω doubles the voltage, a modulation halves it. `verify` compares them all.
 """
 
 from __future__ import annotations
@@ -27,7 +30,12 @@ from slipscale.hardware.errors import (
 from slipscale.hardware.records import PlateIdentity
 
 if TYPE_CHECKING:
-    from slipscale.hardware.backends.generator_dialects import Dialect, Item
+    from slipscale.hardware.backends.generator_dialects import (
+        Dialect,
+        FixedSetting,
+        Item,
+        VoltageRange,
+    )
     from slipscale.hardware.backends.generator_line import GeneratorLine
     from slipscale.hardware.clock import Clock
 
@@ -52,16 +60,22 @@ class GeneratorOutput:
         self.channel = channel
         self.dialect = chosen or KEYSIGHT  # until it is known who answers
         self._chosen = chosen
+        self.range: VoltageRange | None = None  # of the model that answered
         self._may_be_on = False  # a generator was reached, and its output not confirmed off since
         self._out_of_reach = False  # and could not be switched off; that was told
 
-    def prepare(self) -> PlateIdentity:
-        """Find out who answers, switch off, and set what stays.
+    def prepare(self, largest_vpp: float) -> PlateIdentity:
+        """Identify the generator, switch off, and make the settings that stay.
+
+        Parameters
+        ----------
+        largest_vpp : float
+            The largest voltage that will be set: the attenuator is held where it is for that.
 
         Raises
         ------
         WrongDevice
-            No generator answers, or one of a make that is not known.
+            No generator answers, or one of an unknown make.
         PlateRefused
             It does not keep a setting.
         """
@@ -75,21 +89,42 @@ class GeneratorOutput:
                 f"{resource}: '{fields[0]} {fields[1]}' answers, a make that is not known; "
                 f"dialect=... makes it one of: {', '.join(DIALECTS)}"
             )
-        self.dialect = found
+        self.dialect, self.range = found, found.range_of(fields[1])
         self._may_be_on = True
         self.switch_off()
         self.line.write("*CLS")
         for each in found.fixed:
             self.write(each.item, each.value)
-            value = self._ask(each.item)
-            if not each.holds(value):
-                raise PlateRefused(
-                    f"{resource}: {self._command(each.item.ask)} is {value} after {each.value}"
-                )
+            self._require(each)
+        if found.attenuator:
+            self.set(found.voltage_vpp, min(largest_vpp, self.range.largest_vpp))
+            self.write(found.attenuator.item, found.attenuator.value)
+            self._require(found.attenuator)
+        self.set(found.voltage_vpp, self.range.smallest_vpp)
         self._no_errors()
         return PlateIdentity(
             manufacturer=fields[0], model=fields[1], serial=fields[2], firmware=fields[3]
         )
+
+    @property
+    def smallest_vpp(self) -> float:
+        """The smallest voltage of the model that answered, V peak to peak."""
+        return (self.range or self.dialect.range_of("")).smallest_vpp
+
+    def verify(self) -> None:
+        """Require that every setting is as `prepare` made it. Raises `PlateRefused`."""
+        dialect = self.dialect
+        for each in (*dialect.fixed, *([dialect.attenuator] if dialect.attenuator else [])):
+            self._require(each)
+
+    def _require(self, setting: FixedSetting) -> None:
+        value = self._ask(setting.item)
+        if not setting.holds(value):
+            raise PlateRefused(
+                f"{self.line.resource}: {self._command(setting.item.ask)} is {value} after "
+                f"{setting.value}; the generator was reset, or changed at its front panel, or does "
+                "not keep the setting"
+            )
 
     def switch_on(self) -> None:
         """Switch the output on."""
@@ -142,11 +177,16 @@ class GeneratorOutput:
         ) from fault
 
     def set(self, item: Item, value: float) -> None:
-        """Set a value, read it back, and look whether the generator complains."""
+        """Set a value, read it back, and raise what the generator complains about."""
         self.write(item, f"{value:.6f}")
         self._no_errors()
+        self.expect(item, value)
+
+    def expect(self, item: Item, value: float) -> None:
+        """Raise `PlateRefused` unless the generator holds a value."""
         answer = self.number(item)
-        if not math.isclose(answer, value, rel_tol=AGREEMENT):
+        step = self.range.resolution_vpp if self.range and item is self.dialect.voltage_vpp else 0.0
+        if not math.isclose(answer, value, rel_tol=AGREEMENT, abs_tol=step):
             raise PlateRefused(
                 f"{self.line.resource}: {self._command(item.ask)} is {answer:g} after {value:g}"
             )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import time
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -12,10 +13,13 @@ from typing import TYPE_CHECKING
 
 from slipscale.faults import DONE, UserError
 from slipscale.hardware.backends.fault_injection import parse_injections
+from slipscale.hardware.emulator.generators import MAKES
 from slipscale.hardware.emulator.response_faults import EMULATED_ONLY, FAULT_NAMES, PHASES
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
+
+SHOWN_S = 0.05
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -27,6 +31,12 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="NAME[@PHASE/N]",
         help=f"a fault at the N-th command (of a phase: {', '.join(PHASES)}); may be repeated. "
         f"NAME is one of: {', '.join(FAULT_NAMES)}",
+    )
+    parser.add_argument(
+        "--generator",
+        choices=sorted(MAKES),
+        help="a simulated function generator instead of a board: prints the RESOURCE for "
+        "scpi:RESOURCE and the plate's voltage whenever that changes",
     )
     parser.add_argument("--seed", type=int, default=0, help="of the simulated plate (default 0)")
     parser.add_argument(
@@ -47,6 +57,14 @@ def add_arguments(parser: ArgumentParser) -> None:
         default=0.005,
         metavar="UM",
         help="standard deviation of the vibration sensor's readings in µm (default 0.005)",
+    )
+    parser.add_argument(
+        "--sensor",
+        type=float,
+        default=1.0,
+        metavar="FACTOR",
+        help="what the vibration sensor reads of the true amplitude: 0.5 or 0 for a broken one "
+        "(default 1)",
     )
     parser.add_argument(
         "--firmware",
@@ -85,6 +103,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(arguments: Namespace) -> int:
     """Emulate until told to end."""
+    if arguments.generator:
+        return _serve_generator(arguments.generator)
     parse = partial(parse_injections, faults=FAULT_NAMES, phases=PHASES)
     try:
         orders = [each for text in arguments.fault for each in parse(text)]
@@ -130,6 +150,7 @@ def run(arguments: Namespace) -> int:
                 seed=arguments.seed,
                 resonator=resonator,
                 noise_um=arguments.noise,
+                sensor=arguments.sensor,
                 finger=console.FINGER if arguments.finger else NO_FINGER,
             ),
             back_s=arguments.back_after,
@@ -146,12 +167,35 @@ def run(arguments: Namespace) -> int:
     return DONE
 
 
+def _serve_generator(make: str) -> int:
+    """Serve a simulated generator; print what its outputs put on a plate."""
+    from slipscale.hardware.emulator.generator_server import GeneratorServer  # noqa: PLC0415 - PyVISA
+    from slipscale.hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
+
+    told: dict[int, float] = {}
+    try:
+        with signals_raise(), GeneratorServer(make) as server:
+            print(server.resource, flush=True)
+            while True:
+                for number, channel in server.generator.channel.items():
+                    vpp = channel.plate_vpp()
+                    if vpp != told.setdefault(number, 0.0):
+                        print(f"output {number}: {vpp:.4f} V peak to peak", flush=True)
+                        told[number] = vpp
+                time.sleep(SHOWN_S)
+    except EndedBySignal:
+        pass  # the usual way to end it
+    return DONE
+
+
 def _check_numbers(arguments: Namespace) -> None:
     """Raise `UserError` for noise or a watchdog that cannot be."""
     from slipscale.hardware.backends.serial_board.protocol import WATCHDOG_MS  # noqa: PLC0415
 
     if not (isfinite(arguments.noise) and arguments.noise >= 0):
         raise UserError(f"--noise: {arguments.noise:g}, expected 0 or more µm")
+    if not (isfinite(arguments.sensor) and arguments.sensor >= 0):
+        raise UserError(f"--sensor: {arguments.sensor:g}, expected a factor of 0 or more")
     shortest_ms, longest_ms = WATCHDOG_MS
     if not shortest_ms <= arguments.watchdog <= longest_ms:
         raise UserError(

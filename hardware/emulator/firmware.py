@@ -34,6 +34,9 @@ RAMP_DOWN_S = 0.015  # after a ramp to 0, until the output goes off
 CORRECT_S = 0.010
 FOLLOW_S = 0.005  # the plate follows a correction; only then is it measured
 LARGEST_CORRECTION = 0.05  # of the voltage, at once: no click
+# How far the volts per µm may be corrected from the calibrated value: a finger that lowers Q from
+# 60 to 50 needs 1.2. A dead sensor would otherwise drive the plate to the voltage limit.
+GAIN_BAND = 1.5
 # Settled: so many means in a row lie within the band, a fraction of the target or µm peak to peak.
 BAND = 0.025
 BAND_UM = 0.025
@@ -331,8 +334,9 @@ class Board:
             return True
         factor = self.target_um_pp / measured_um_pp if measured_um_pp > 0 else math.inf
         factor = min(max(factor, 1 - LARGEST_CORRECTION), 1 + LARGEST_CORRECTION)
-        most = self.twin.voltage_limit_v / largest_um_pp
-        self._volts_per_um = min(self._volts_per_um * factor, most)
+        nominal = self._nominal_volts_per_um
+        most = min(self.twin.voltage_limit_v / largest_um_pp, GAIN_BAND * nominal)
+        self._volts_per_um = min(max(self._volts_per_um * factor, nominal / GAIN_BAND), most)
         return self._volts_per_um < most
 
     def _apply(self, now_s: float) -> None:

@@ -90,6 +90,8 @@ class Twin:
         Standard deviation of a vibrometer reading in µm.
     voltage_limit_v : float
         Largest voltage of the board's control loop.
+    sensor : float
+        What the vibration sensor reads of the true amplitude: 1, unless it is broken.
     """
 
     def __init__(
@@ -101,7 +103,9 @@ class Twin:
         surroundings: Surroundings | None = None,
         noise_um: float = 0.005,
         voltage_limit_v: float = 16.5,
+        sensor: float = 1.0,
     ) -> None:
+        self.sensor = sensor
         self.resonator = resonator or Resonator()
         self.finger = finger
         self.surroundings = surroundings or Surroundings()
@@ -153,7 +157,7 @@ class Twin:
         noise_um = self._random(round(now_s * 1e6)).normal(0, self.noise_um)
         played = self.drive.played
         true_um_pp = self._mean_um_pp(played, now_s) if played else self.amplitude_um_pp(now_s)
-        return round(float(abs(true_um_pp + noise_um)), 6)
+        return round(float(abs(self.sensor * true_um_pp + noise_um)), 6)
 
     def voltage_v(self, now_s: float) -> float:
         """Return the drive voltage, V peak; of what is played the largest."""

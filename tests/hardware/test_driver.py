@@ -1,6 +1,7 @@
 """What the interface promises for every backend, tried on one that only records."""
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -10,9 +11,16 @@ from hypothesis import strategies as st
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.driver import PlateDriver
-from slipscale.hardware.errors import NotReached, OverLimit, PlateRefused, PlateTimeout
+from slipscale.hardware.errors import (
+    ConnectionLost,
+    NotReached,
+    OffCalibration,
+    OverLimit,
+    PlateRefused,
+    PlateTimeout,
+)
 from slipscale.hardware.limits import OnTime, PlateLimits
-from slipscale.hardware.records import PlateIdentity, Presentation, Readback
+from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
 from slipscale.hardware.registry import backend_names, open_plate
 from slipscale.stimuli.surface import VirtualSurface
 
@@ -108,6 +116,16 @@ def test_frequency_and_voltage_are_limited_too(plate, drive):
     assert plate.heard == before
 
 
+CALIBRATION = SimpleNamespace(
+    resonance=SimpleNamespace(quality_factor=600, frequency_hz=30_500),
+    narrow=lambda limits: limits,
+    voltage_v_peak=lambda um_pp: 60 * um_pp,
+    mismatches=lambda *_, **__: (),
+    check_date=lambda _: None,
+    notes=lambda _: (),
+)
+
+
 class Ringing(Recorder):
     """A plate that rings down after its drive is off, as long as its Q makes it."""
 
@@ -145,14 +163,7 @@ def test_no_vibration_directly_after_a_silence_waits_until_the_plate_has_rung_do
 
 
 def test_the_wait_for_a_ring_down_follows_from_the_plates_own_q():
-    calibration = SimpleNamespace(
-        resonance=SimpleNamespace(quality_factor=600, frequency_hz=30_500),
-        narrow=lambda limits: limits,
-        mismatches=lambda *_, **__: (),
-        check_date=lambda _: None,
-        notes=lambda _: (),
-    )
-    plate = Ringing(time_constant_s=600 / (math.pi * 30_500), calibration=calibration)
+    plate = Ringing(time_constant_s=600 / (math.pi * 30_500), calibration=CALIBRATION)
     plate.connect()
     plate.silence()
     began_s = plate.clock.now()
@@ -312,3 +323,97 @@ def test_an_unknown_backend_is_refused_with_those_there_are():
 def test_the_mock_is_found_by_entry_point():
     assert "mock" in backend_names()
     assert open_plate("mock", clock=VirtualClock()).name == "mock"
+
+
+# The state of the output.
+
+
+def state_of(plate):
+    return plate.output
+
+
+def test_the_output_is_unreachable_until_a_device_has_confirmed_that_it_is_off():
+    plate = Recorder()
+    assert state_of(plate) is Output.UNREACHABLE
+    with pytest.raises(ConnectionLost, match="not connected"):
+        plate.present(surface(1.2))
+    assert plate.heard == []
+    plate.connect()
+    assert state_of(plate) is Output.OFF
+    plate.present(surface(1.2))
+    assert state_of(plate) is Output.MAY_BE_ON
+    plate.present(surface(0))
+    assert state_of(plate) is Output.OFF
+    plate.close()
+    assert state_of(plate) is Output.OFF
+
+
+def test_a_command_outside_the_limits_leaves_the_output_as_it_was(plate):
+    for amplitude_um_pp, state in ((0, Output.OFF), (1.2, Output.MAY_BE_ON)):
+        plate.present(surface(amplitude_um_pp))
+        with pytest.raises(OverLimit):
+            plate.present(surface(2.6))
+        assert state_of(plate) is state
+
+
+def test_an_output_that_was_not_confirmed_off_presents_nothing_before_it_is_connected(plate):
+    plate.present(surface(1.2))
+    plate.fails_at["silence"] = PlateTimeout("no answer")
+    with pytest.raises(PlateTimeout):
+        plate.silence()
+    assert state_of(plate) is Output.UNREACHABLE
+    plate.fails_at.clear()
+    with pytest.raises(ConnectionLost):
+        plate.present(surface(1.2))
+    plate.silence()
+    assert state_of(plate) is Output.OFF
+    plate.present(surface(1.2))
+
+
+def test_a_plate_that_is_off_follows_nothing(plate):
+    plate._follow = plate.heard.append
+    plate.silence()
+    with pytest.raises(PlateRefused, match="confirmed off, so it follows nothing"):
+        plate.follow(1.0)
+    assert 1.0 not in plate.heard
+
+
+class Applied(Recorder):
+    """A backend that computes its amplitude from the drive that is on."""
+
+    def _read_back(self):
+        return replace(super()._read_back(), kind="applied")
+
+
+@pytest.mark.parametrize("commanded, applied", [(1.2, 0.6), (0.02, 0.04), (1.2, 1.22)])
+def test_an_applied_amplitude_is_held_to_one_per_cent(commanded, applied):
+    plate = Applied()
+    plate.measures = lambda _: applied
+    plate.connect()
+    with pytest.raises(NotReached, match="is applied"):
+        plate.present(surface(commanded))
+    assert state_of(plate) is Output.OFF
+
+
+class Powered(Recorder):
+    """A backend that reports its drive voltage."""
+
+    voltage_v = 0.0
+
+    def _read_back(self):
+        return replace(super()._read_back(), voltage_v_peak=self.voltage_v)
+
+
+@pytest.mark.parametrize("factor, accepted", [(2.0, False), (0.5, False), (1.2, True)])
+def test_a_voltage_that_the_calibration_does_not_predict_is_a_fault(factor, accepted):
+    """A sensor at half of its sensitivity: 1.2 µm reported, 2.4 µm true, at twice the voltage."""
+    plate = Powered(calibration=CALIBRATION)
+    plate.voltage_v = 1.2 * 60 * factor
+    plate.connect()
+    if accepted:
+        assert plate.present(surface(1.2)).predicted_v_peak == 72
+        return
+    with pytest.raises(OffCalibration, match=r"predicts 72\.00 V") as fault:
+        plate.present(surface(1.2))
+    assert state_of(plate) is Output.OFF
+    assert "1.2" not in str(fault.value.blinded())

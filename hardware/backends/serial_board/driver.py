@@ -35,6 +35,7 @@ from slipscale.hardware.errors import (
     ConnectionLost,
     GarbledReply,
     NotReached,
+    OffCalibration,
     PlateFault,
     PlateTimeout,
     ProtocolViolation,
@@ -145,15 +146,23 @@ class SerialBoard(PlateDriver):
             self._machine.sleep(POLL_S)
             status = self._status(self._attend())
         if amplitude_um_pp > 0:
-            active = watch.ActivePresentation(amplitude_um_pp)
+            active = watch.ActivePresentation(
+                amplitude_um_pp, predicted_v=self._predicted_v(amplitude_um_pp)
+            )
             watch.check_status(status, active, self.limits, port=self.port)
             self._active = active
+        elif status.state in wire.VIBRATING:
+            raise ProtocolViolation(f"{self.port}: the board reports {status.state} after AMPL 0")
         return Presentation(
             commanded_um_pp=amplitude_um_pp,
             readback=self._readback(status),
             settled_by="readback",
             settle_time_s=self._machine.now() - begun_s,
         )
+
+    def _predicted_v(self, amplitude_um_pp: float) -> float | None:
+        """Return the voltage that the calibration predicts, if there is one."""
+        return self.calibration.voltage_v_peak(amplitude_um_pp) if self.calibration else None
 
     def _rings(self, amplitude_um_pp: float, status: wire.BoardStatus) -> bool:
         """Return whether a plate that shall be silent still moves: it goes on for some of its Q."""
@@ -165,7 +174,9 @@ class SerialBoard(PlateDriver):
         for command in wire.list_commands(loop):
             link.ask(command)
         mean_um_pp = fmean(loop.amplitudes_um_pp)
-        plain = watch.ActivePresentation(mean_um_pp)
+        plain = watch.ActivePresentation(
+            mean_um_pp, predicted_v=self._predicted_v(max(loop.amplitudes_um_pp))
+        )
         self._active = replace(
             plain,
             state="LIST",
@@ -232,7 +243,7 @@ class SerialBoard(PlateDriver):
                 if active is not None and active is self._active:
                     watch.check_status(status, active, self.limits, port=self.port)
                 reached_s = now_s
-            except NotReached as fault:
+            except (NotReached, OffCalibration) as fault:
                 if active is None or now_s - reached_s > active.resettling_s:
                     self._fault = fault
                     return

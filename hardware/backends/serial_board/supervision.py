@@ -42,6 +42,7 @@ class ActivePresentation:
     amplitude_um_pp: float  # of a texture the mean
     state: str = "HOLD"
     resettling_s: float = 0.3  # when a finger comes or goes, the board corrects its voltage
+    predicted_v: float | None = None  # by the calibration; of a texture for its largest amplitude
 
     @property
     def what(self) -> str:
@@ -71,3 +72,7 @@ def check_status(
         raise PlateRefused(f"{port}: the board tells {status.state}, not {active.state}")
     if measured_um_pp is not None:
         limits.check_reached(active.amplitude_um_pp, measured_um_pp)
+    if active.predicted_v is not None:
+        limits.check_predicted(
+            active.amplitude_um_pp, reported_v=status.voltage_v, predicted_v=active.predicted_v
+        )

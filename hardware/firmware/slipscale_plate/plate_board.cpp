@@ -12,6 +12,9 @@ namespace {
 constexpr uint32_t kRampMs = 25, kRampDownMs = 15, kCorrectMs = 10;
 constexpr uint32_t kFollowMs = 5;  // the plate follows a correction; only then is it measured
 constexpr float kLargestCorrection = 0.05F;  // of the voltage, at once: no click
+// How far the volts per µm may be corrected from the calibrated value: a finger that lowers Q from 60
+// to 50 needs 1.2. A sensor that reads nothing would otherwise drive the plate to the voltage limit.
+constexpr float kGainBand = 1.5F;
 // Settled: so many means in a row lie within the band, a fraction of the target or µm peak to peak.
 constexpr float kBand = 0.025F, kBandUm = 0.025F;
 constexpr uint8_t kMeansSettled = 2;
@@ -308,8 +311,9 @@ bool Board::correct(float measured_um_pp, float largest_um_pp) {
   if (largest_um_pp <= 0) return true;
   float factor = measured_um_pp > 0 ? target_um_pp_ / measured_um_pp : 1 + kLargestCorrection;
   factor = fminf(fmaxf(factor, 1 - kLargestCorrection), 1 + kLargestCorrection);
-  const float most = settings_.limits.voltage_v / largest_um_pp;
-  volts_per_um_ = fminf(volts_per_um_ * factor, most);
+  const float nominal = 1 / settings_.gain_um_pp_per_v;
+  const float most = fminf(settings_.limits.voltage_v / largest_um_pp, kGainBand * nominal);
+  volts_per_um_ = fminf(fmaxf(volts_per_um_ * factor, nominal / kGainBand), most);
   return volts_per_um_ < most;
 }
 

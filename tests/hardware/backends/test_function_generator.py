@@ -4,7 +4,7 @@ import datetime as dt
 import itertools
 import math
 import re
-from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -24,21 +24,26 @@ from slipscale.hardware.calibration.record import (
     write_calibration,
 )
 from slipscale.hardware.clock import SystemClock, VirtualClock
+from slipscale.hardware.emulator.generator_server import LocalLine
+from slipscale.hardware.emulator.generators import MAKES, Keysight
 from slipscale.hardware.errors import (
+    ConnectionLost,
     GarbledReply,
+    NotReached,
     OverLimit,
     PlateFault,
     PlateNotFound,
     PlateRefused,
+    PlateTimeout,
     StillVibrating,
     WrongDevice,
 )
 from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
 from slipscale.hardware.resonance_tracking import track
 from slipscale.stimuli.surface import VirtualSurface
 
-SIMULATED = f"{Path(__file__).with_name('generator.yaml')}@sim"
 RESOURCE = "TCPIP0::generator::inst0::INSTR"
 
 
@@ -68,17 +73,15 @@ def calibration(**drive):
     )
 
 
-class WatchedLine(GeneratorLine):
-    """Writes down what goes over the wire; answers can be replaced."""
+class WatchedLine(LocalLine):
+    """Answers can be replaced."""
 
-    def __init__(self, resource):
-        super().__init__(resource, SIMULATED)
-        self.wire = []
+    def __init__(self, identity):
+        generator = Keysight()
+        generator.identity = identity
+        generator.channel[1].on = True  # left on by the person who used it before
+        super().__init__(generator)
         self.answers = {}
-
-    def write(self, command):
-        self.wire.append(command)
-        super().write(command)
 
     def ask(self, query):
         answer = super().ask(query)
@@ -86,11 +89,12 @@ class WatchedLine(GeneratorLine):
 
 
 class Watched(FunctionGenerator):
-    def __init__(self, resource=RESOURCE, **options):
-        options.setdefault("calibration", calibration())
-        super().__init__(resource, clock=SystemClock(), **options)
-        self._output.line = line = WatchedLine(resource)
-        self.wire, self.answers, self._ask = line.wire, line.answers, line.ask
+    def __init__(self, identity="Agilent Technologies,33521A,MY50000042,2.09", **options):
+        options.setdefault("calibration", calibration(amplifier_gain=10))
+        self.line = WatchedLine(identity)
+        super().__init__(self.line, clock=SystemClock(), **options)
+        self.wire, self.answers, self._ask = self.line.wire, self.line.answers, self.line.ask
+        self.channel = self.line.generator.channel[1]
 
     def volts_pp(self):
         return float(self._ask("VOLT?")), self._ask("OUTP?") == "1"
@@ -102,7 +106,7 @@ def surface(amplitude_um_pp):
 
 def test_connecting_switches_the_output_off_before_anything_else():
     with Watched() as plate:
-        assert plate.wire[0] == "OUTP 0"
+        assert plate.wire[:2] == ["*IDN?", "OUTP 0"]
         assert plate.identity.serial == "MY50000042"
         assert plate.notes == ()
 
@@ -110,7 +114,6 @@ def test_connecting_switches_the_output_off_before_anything_else():
 @pytest.mark.parametrize(
     "drive, vpp",
     [
-        ({}, 30),
         ({"amplifier_gain": 20}, 1.5),
         ({"voltage_convention": "V peak-to-peak"}, 15),
         ({"voltage_convention": "V RMS", "amplifier_gain": 10}, 1.5 * 2 * math.sqrt(2)),
@@ -130,7 +133,8 @@ def test_volts_of_every_convention_reach_the_generator_as_volts_peak_to_peak(dri
 
 def test_the_limit_is_one_of_volts_peak_at_the_plate():
     """15 V RMS are 21.2 V peak: more than the 16.5 V that a plate may have."""
-    with Watched(calibration=calibration(voltage_convention="V RMS")) as plate:
+    rms = calibration(voltage_convention="V RMS", amplifier_gain=10)
+    with Watched(calibration=rms) as plate:
         assert plate.limits.voltage_v == 16.5
         plate.present(surface(1.7))
         with pytest.raises(OverLimit, match=r"21\.2132 V peak at the plate is outside 0 to 16\.5"):
@@ -140,9 +144,10 @@ def test_the_limit_is_one_of_volts_peak_at_the_plate():
 
 def test_the_voltage_is_ramped_in_small_steps_up_and_down():
     with Watched(calibration=calibration(amplifier_gain=10)) as plate:
+        connected = len(plate.wire)
         plate.present(surface(2.3))
         plate.present(surface(0.5))
-        wire = list(plate.wire)
+        wire = plate.wire[connected:]
     volts = [float(each.split()[1]) for each in wire if re.fullmatch(r"VOLT [\d.]+", each)]
     assert max(volts) == pytest.approx(3.0, rel=1e-3)
     assert max(abs(after - before) for before, after in itertools.pairwise(volts)) < 0.16 * 3.0
@@ -165,7 +170,7 @@ def test_the_output_is_off_after_an_exception():
     plate = Watched(calibration=calibration(amplifier_gain=10))
     with pytest.raises(ZeroDivisionError):
         session(plate)
-    assert plate.wire[-1] == "OUTP 0"
+    assert plate.wire[-2:] == ["OUTP 0", "OUTP?"]
 
 
 def test_a_generator_that_complains_is_refused_and_silenced():
@@ -173,7 +178,7 @@ def test_a_generator_that_complains_is_refused_and_silenced():
         plate.answers["SYST:ERR?"] = '-222,"Data out of range"'
         with pytest.raises(PlateRefused, match="-222"):
             plate.present(surface(1.2))
-        assert plate.wire[-1] == "OUTP 0"
+        assert plate.wire[-2:] == ["OUTP 0", "OUTP?"]
 
 
 def test_a_truncated_answer_is_not_taken_for_the_truth():
@@ -226,7 +231,7 @@ def test_an_amplifiers_gain_is_never_guessed():
 
 def test_another_instrument_is_the_wrong_device():
     with pytest.raises(WrongDevice, match="voltmeter"):
-        Watched("TCPIP0::voltmeter::inst0::INSTR").connect()
+        Watched("voltmeter").connect()
 
 
 def test_a_load_of_50_ohm_that_stays_is_refused():
@@ -237,7 +242,7 @@ def test_a_load_of_50_ohm_that_stays_is_refused():
 
 
 def test_a_serial_port_is_a_resource_too():
-    assert Watched("/dev/ttyUSB0").resource == "ASRL/dev/ttyUSB0::INSTR"
+    assert GeneratorLine("/dev/ttyUSB0").resource == "ASRL/dev/ttyUSB0::INSTR"
 
 
 def test_the_spec_names_resource_calibration_and_gain(tmp_path):
@@ -265,7 +270,8 @@ def on_the_bench(bench, monkeypatch, **options):
     """A driver of a simulated generator that does not wait, but for a line that is gone."""
     monkeypatch.setattr(generator_line, "TIMEOUT_MS", 60)
     options.setdefault("calibration", calibration_of(bench))
-    plate = FunctionGenerator(bench.resource, clock=VirtualClock(), **options)
+    line = GeneratorLine(bench.resource)
+    plate = FunctionGenerator(line, clock=VirtualClock(), **options)
     plate._machine = VirtualClock()
     return plate
 
@@ -293,7 +299,7 @@ def test_every_make_gets_the_volts_on_the_channel_chosen(bench, monkeypatch, mak
         assert not chosen.on
         plate.present(surface(1.0))
     assert not rig.vibrating()
-    assert other.vpp == 0.1
+    assert other.open_vpp == 0.2
     assert rig.generator.errors == []
 
 
@@ -355,35 +361,61 @@ def session(plate):
         plate.present(surface(0))
 
 
+def local(make, **line):
+    """A driver and its simulated generator in this process; nothing waits."""
+    wire = LocalLine(MAKES[make]())
+    for name, value in line.items():
+        setattr(wire, name, value)
+    rig = SimpleNamespace(generator=wire.generator)
+    plate = FunctionGenerator(wire, clock=VirtualClock(), calibration=calibration_of(rig))
+    plate._machine = VirtualClock()
+    return plate, wire
+
+
+def on(wire):
+    return any(channel.on for channel in wire.generator.channel.values())
+
+
 @pytest.mark.parametrize("for_good", [False, True], ids=["and comes back", "for good"])
 @pytest.mark.parametrize("make", ["keysight", "siglent"])
-def test_a_line_that_drops_at_any_command_leaves_no_plate_on_unsaid(
-    bench, monkeypatch, make, for_good
-):
-    """What comes back is switched off; what does not is said, with what to do by hand."""
-    whole = bench(make)
-    session(on_the_bench(whole, monkeypatch))
-    assert len(whole.lines) > 80
+def test_a_line_that_drops_at_any_command_leaves_no_plate_on_unsaid(make, for_good):
+    """What comes back is switched off; what does not is reported, with what to do by hand."""
+    plate, whole = local(make)
+    session(plate)
+    assert len(whole.wire) > 150
     unsaid, said = [], 0
-    for position in range(1, len(whole.lines) + 1):
-        rig = bench(make)
-        for channel in rig.generator.channel.values():
-            channel.on = False
-        rig.drop_at, rig.for_good = position, for_good
-        plate = on_the_bench(rig, monkeypatch)
-        plate._machine = VirtualClock()
+    for position in range(1, len(whole.wire) + 1):
+        plate, wire = local(make, drop_at=position, for_good=for_good)
         told = None
         try:
             session(plate)
         except PlateFault as fault:
             told = fault
-        if rig.vibrating() and not isinstance(told, StillVibrating):
-            unsaid.append((position, rig.lines[position - 1], told))
+        if on(wire) and not isinstance(told, StillVibrating):
+            unsaid.append((position, wire.wire[position - 1], told))
+        if on(wire) and plate.output is not Output.UNREACHABLE:
+            unsaid.append((position, plate.output))
         said += isinstance(told, StillVibrating)
-        if rig.vibrating() and not for_good:
+        if on(wire) and not for_good:
             unsaid.append((position, "still on", told))
     assert unsaid == []
     assert (said > 50) == for_good
+
+
+@pytest.mark.parametrize("for_good", [False, True], ids=["and comes back", "for good"])
+def test_a_socket_that_drops_while_the_plate_vibrates_is_opened_again_or_reported(
+    bench, monkeypatch, for_good
+):
+    rig = bench("keysight")
+    plate = on_the_bench(rig, monkeypatch)
+    plate.connect()
+    plate.present(surface(1.2))
+    rig.drop_at, rig.for_good = len(rig.lines) + 1, for_good
+    expected = StillVibrating if for_good else (ConnectionLost, PlateTimeout)
+    with pytest.raises(expected):
+        plate.read_back()
+    assert rig.generator.channel[1].on == for_good
+    assert plate.output is (Output.UNREACHABLE if for_good else Output.OFF)
 
 
 @pytest.mark.parametrize("within", [False, True], ids=["between commands", "within a command"])
@@ -408,3 +440,134 @@ def test_who_interrupts_a_session_is_told_too_when_the_plate_is_out_of_reach(
     with pytest.raises(StillVibrating, match=r"may still vibrate.*switch the drive off by hand"):
         interrupted()
     plate.close()  # told once is enough
+
+
+# What changes a generator behind the driver's back, and what it cannot make.
+
+
+def press(generator, key):
+    """Do at the front panel what a person does who uses the generator for something else."""
+    channel = generator.channel[1]
+    if key == "preset":
+        generator.reset()
+    elif key == "load 50 Ω":
+        channel.load_ohm = 50.0
+    elif key == "square":
+        channel.function = "SQU"
+    elif key == "offset":
+        channel.offset_v = 1.0
+    else:
+        channel.active = {key}
+
+
+def keys(make):
+    functions = MAKES[make].functions
+    names = functions.values() if isinstance(functions, dict) else functions
+    # The 33500's BPSK and SUM are unknown to the 33220A, which shares its dialect.
+    modulations = [each for each in names if each not in ("BPSK", "SUM") or make == "rigol"]
+    return ["preset", "load 50 Ω", "square", "offset", *modulations]
+
+
+PRESSED = [(make, key) for make in MAKES for key in keys(make)]
+
+
+@pytest.mark.parametrize("make, key", PRESSED)
+def test_a_setting_that_changed_since_the_connection_is_refused_before_the_output_is_on(make, key):
+    plate, wire = local(make)
+    plate.connect()
+    press(wire.generator, key)
+    with pytest.raises(PlateRefused, match="reset, or changed at its front panel"):
+        plate.present(surface(1.2))
+    assert wire.generator.channel[1].plate_vpp() == 0
+    assert plate.output is Output.OFF
+    plate.close()
+    plate.connect()  # makes all settings again
+    plate.present(surface(1.2))
+    assert wire.generator.channel[1].plate_vpp() == pytest.approx(1.2 * 3 / 2.3, rel=2e-3)
+
+
+@pytest.mark.parametrize("make, key", PRESSED)
+def test_a_setting_that_changes_while_the_plate_vibrates_is_found_by_the_readback(make, key):
+    plate, wire = local(make)
+    plate.connect()
+    plate.present(surface(1.2))
+    press(wire.generator, key)
+    try:
+        told = plate.read_back()
+    except PlateRefused:
+        assert wire.generator.channel[1].plate_vpp() == 0
+    else:  # a preset switches the output off, which is not what is wanted
+        with pytest.raises(NotReached):
+            plate.confirm(1.2, told)
+
+
+def test_a_frequency_changed_at_the_front_panel_is_found_by_the_readback():
+    plate, wire = local("keysight")
+    plate.connect()
+    plate.present(surface(1.2))
+    wire.generator.channel[1].frequency_hz = 30_000.0
+    with pytest.raises(PlateRefused, match="FREQ"):
+        plate.read_back()
+
+
+@pytest.mark.parametrize("make", ["keysight", "33220", "rigol"])
+def test_no_ramp_crosses_a_switching_attenuator(make):
+    plate, wire = local(make)
+    with plate:
+        for amplitude_um_pp in (2.3, 0.1, 1.0, 0):
+            plate.present(surface(amplitude_um_pp))
+    assert wire.generator.channel[1].dropouts == 0
+
+
+SMALLEST_VPP = {"keysight": 0.002, "33220": 0.02, "rigol": 0.002, "siglent": 0.004,
+                "tektronix": 0.04}  # fmt: skip
+
+
+@pytest.mark.parametrize("make", MAKES)
+def test_every_make_presents_from_its_own_smallest_voltage_on_and_refuses_less(make):
+    plate, wire = local(make)
+    smallest_um_pp = SMALLEST_VPP[make] * 2.3 / 3
+    with plate:
+        made = plate.present(surface(1.001 * smallest_um_pp))
+        assert made.readback.amplitude_um_pp == pytest.approx(smallest_um_pp, rel=0.01)
+        with pytest.raises(OverLimit, match="from the generator, which makes"):
+            plate.check_supported(surface(0.99 * smallest_um_pp))
+        assert wire.generator.channel[1].on  # as it was
+    assert wire.generator.errors == []
+
+
+def test_an_amplifier_of_gain_100_does_not_turn_small_amplitudes_into_one():
+    made = calibration(amplifier_gain=100)
+    with Watched(calibration=made, limits=PlateLimits()) as plate:
+        for amplitude_um_pp in (0.014, 0.005):
+            with pytest.raises(OverLimit, match=r"makes 0\.002 to 20 V"):
+                plate.present(surface(amplitude_um_pp))
+        assert plate.present(surface(0.05)).readback.amplitude_um_pp == pytest.approx(
+            0.05, rel=0.01
+        )
+
+
+def test_volts_that_no_generator_makes_are_refused_without_an_amplifier():
+    with Watched(calibration=calibration()) as plate:
+        plate.present(surface(1.5))
+        with pytest.raises(OverLimit, match=r"15 V peak at the plate need 30 V peak to peak"):
+            plate.present(surface(2.3))
+
+
+def test_a_generator_that_takes_long_for_each_command_presents(bench, monkeypatch):
+    """As 80 ms for a command and a time-out of 1 s; ten commands queued would exceed it."""
+    monkeypatch.setattr(generator_line, "TIMEOUT_MS", 120)
+    rig = bench("keysight", command_s=0.01)
+    plate = FunctionGenerator(
+        GeneratorLine(rig.resource), clock=VirtualClock(), calibration=calibration_of(rig)
+    )
+    with plate:
+        assert plate.present(surface(1.2)).readback.amplitude_um_pp == pytest.approx(1.2, rel=0.01)
+
+
+def test_the_presentation_reports_the_predicted_voltage_beside_the_applied_one():
+    plate, _ = local("keysight")
+    with plate:
+        made = plate.present(surface(1.2))
+    assert made.predicted_v_peak == pytest.approx(1.2 * 15 / 2.3)
+    assert made.readback.voltage_v_peak == pytest.approx(made.predicted_v_peak, rel=1e-3)

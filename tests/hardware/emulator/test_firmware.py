@@ -362,3 +362,17 @@ def test_no_bytes_whatever_start_the_plate_or_break_the_board(chunks):
     assert not bench.board.vibrates
     bench.send(b"\n")
     assert bench.ask("STAT?").code == 0
+
+
+@pytest.mark.parametrize("sensor", [0.0, 0.5, 2.0])
+def test_a_broken_sensor_changes_the_drive_by_half_at_most(sensor):
+    """A dead sensor wound the plate up to 16.5 V, 2.53 µm for 0.5 µm."""
+    twin = Twin(noise_um=0, sensor=sensor)
+    board = Board(twin, boot=1)
+    board.receive(wire.command_frame(1, "AMPL 0.5"), 0.0)
+    largest_um_pp = 0.0
+    for millisecond in range(1, 400):
+        board.tick(millisecond / 1000)
+        largest_um_pp = max(largest_um_pp, twin.amplitude_um_pp(millisecond / 1000))
+    assert largest_um_pp < 0.5 * 1.51
+    assert board.state == ("RAMP" if sensor > 1 else "SAT")

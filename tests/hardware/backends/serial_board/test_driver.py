@@ -19,6 +19,7 @@ from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.backends.serial_board.driver import SerialBoard
 from slipscale.hardware.backends.serial_board.link import BoardLink
 from slipscale.hardware.backends.serial_board.protocol import parse_status
+from slipscale.hardware.backends.serial_board.supervision import ActivePresentation, check_status
 from slipscale.hardware.calibration.record import Calibration
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.emulator.firmware import Board
@@ -27,6 +28,7 @@ from slipscale.hardware.errors import (
     GarbledReply,
     NoPermission,
     NotReached,
+    OffCalibration,
     OverLimit,
     PlateBusy,
     PlateFault,
@@ -38,6 +40,7 @@ from slipscale.hardware.errors import (
 )
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.twin import Drive, Twin
+from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
@@ -203,7 +206,7 @@ def test_after_a_fault_came_up_nothing_can_be_presented_before_one_connects_agai
         board.fault("deaf")
         with pytest.raises(PlateTimeout):
             fault_within(plate)
-        with pytest.raises(PlateTimeout):
+        with pytest.raises(ConnectionLost, match="before it is connected again"):
             plate.present(SURFACE)
 
 
@@ -598,6 +601,7 @@ def test_a_board_without_a_sensor_measures_nothing_and_says_so(board, monkeypatc
 HOST = """
 import sys, time
 from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
 from slipscale.hardware.signals import silent_on_signals
 from slipscale.stimuli.surface import VirtualSurface
@@ -639,3 +643,23 @@ def test_however_the_host_ends_the_plate_falls_silent(emulate, way):
     finally:
         process.kill()
         process.communicate()
+
+
+@pytest.mark.parametrize("sensor", [0.0, 0.5])
+def test_a_broken_sensor_never_drives_the_plate_to_its_voltage_limit(emulate, sensor):
+    board = emulate("--noise", "0", "--sensor", str(sensor))
+    with serial_plate(board) as plate:
+        with pytest.raises(NotReached, match=r"0\.5 µm"):
+            plate.present(VirtualSurface(amplitude_um_pp=0.5))
+        assert plate.output is Output.OFF
+
+
+def test_a_status_with_another_voltage_than_the_calibrations_is_a_fault():
+    status = wire.BoardStatus(
+        state="HOLD", target_um_pp=1.2, amplitude_um_pp=1.2, frequency_hz=30_500.0,
+        voltage_v=15.65, temperature_c=22.0,
+    )  # fmt: skip
+    active = ActivePresentation(1.2, predicted_v=7.82)
+    with pytest.raises(OffCalibration, match=r"15\.65 V peak drive the plate at 1\.2 µm p-p"):
+        check_status(status, active, PlateLimits(), port="COM3")
+    check_status(replace(status, voltage_v=9.4), active, PlateLimits(), port="COM3")

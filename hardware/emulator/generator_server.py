@@ -1,0 +1,169 @@
+"""Simulated generators behind a line that can drop: on a socket, or within this process."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from contextlib import suppress
+from typing import TYPE_CHECKING, Self
+
+from slipscale.hardware.backends.generator_line import GeneratorLine
+from slipscale.hardware.emulator.generators import MAKES
+from slipscale.hardware.errors import ConnectionLost, PlateNotFound, PlateTimeout
+
+if TYPE_CHECKING:
+    from types import TracebackType
+
+    from slipscale.hardware.emulator.generators import SimulatedGenerator
+
+LOOKS_S = 0.1  # how often the server looks whether it is to end
+
+
+class LocalLine(GeneratorLine):
+    """A line to a simulated generator in this process, which takes no time.
+
+    Parameters
+    ----------
+    generator : SimulatedGenerator
+
+    Attributes
+    ----------
+    wire : list of str
+        What was sent.
+    drop_at : int or None
+        The number of the command at which the line drops, unheard; once, or ``for_good``.
+    """
+
+    def __init__(self, generator: SimulatedGenerator) -> None:
+        super().__init__("SIMULATED::INSTR")
+        self.generator = generator
+        self.wire: list[str] = []
+        self.drop_at: int | None = None
+        self.for_good = False
+        self._open = False
+
+    @property
+    def opened(self) -> bool:
+        """Whether it was opened, and not released since."""
+        return self._open
+
+    def open(self) -> None:
+        """Open the line."""
+        if self.for_good and self.drop_at is not None and len(self.wire) >= self.drop_at:
+            raise PlateNotFound(f"{self.resource}: cannot be opened")
+        self._open = True
+
+    def release(self) -> None:
+        """Let go of the line."""
+        self._open = False
+
+    def write(self, command: str) -> None:
+        """Send a command."""
+        self._hear(command)
+
+    def ask(self, query: str) -> str:
+        """Return the answer to a query."""
+        answer = self._hear(query)
+        if answer is None:
+            raise PlateTimeout(f"{self.resource}: no answer")
+        return answer
+
+    def _hear(self, line: str) -> str | None:
+        if not self._open:
+            raise ConnectionLost(f"{self.resource}: not connected")
+        self.wire.append(line)
+        if len(self.wire) == self.drop_at:
+            self._open = False
+            raise ConnectionLost(f"{self.resource}: the device went away")
+        return self.generator.hear(line)
+
+
+class GeneratorServer:
+    """Serves a simulated generator to one client at a time, until it is closed.
+
+    Parameters
+    ----------
+    make : str
+        One of `slipscale.hardware.emulator.generators.MAKES`.
+    command_s : float
+        How long the generator takes for a command.
+
+    Attributes
+    ----------
+    generator : SimulatedGenerator
+        What is behind the line.
+    resource : str
+        The VISA resource to give to ``scpi:RESOURCE``.
+    lines : list of str
+        What was received.
+    drop_at : int or None
+        The number of the line at which the connection drops, unread; once, or ``for_good``.
+    """
+
+    def __init__(self, make: str, *, command_s: float = 0.0) -> None:
+        self.generator = MAKES[make]()
+        self.lines: list[str] = []
+        self.drop_at: int | None = None
+        self.for_good = False
+        self.command_s = command_s
+        self._socket = socket.create_server(("127.0.0.1", 0))
+        self.resource = f"TCPIP::127.0.0.1::{self._socket.getsockname()[1]}::SOCKET"
+        self._over = False
+        self._thread = threading.Thread(target=self._serve, name="generator", daemon=True)
+        self._thread.start()
+
+    def vibrating(self) -> bool:
+        """Return whether an output is on."""
+        return any(channel.on for channel in self.generator.channel.values())
+
+    def close(self) -> None:
+        """End the server."""
+        self._over = True
+        with socket.socket() as poke:
+            poke.connect_ex(self._socket.getsockname())
+        self._thread.join()
+        self._socket.close()
+
+    def _serve(self) -> None:
+        while not self._over:
+            connection, _ = self._socket.accept()
+            with connection, suppress(ConnectionError):  # whoever gave up closed it
+                if not (self._over or (self.for_good and self._dropped())):
+                    self._talk(connection)
+
+    def _dropped(self) -> bool:
+        return self.drop_at is not None and len(self.lines) >= self.drop_at
+
+    def _talk(self, connection: socket.socket) -> None:
+        buffer = b""
+        connection.settimeout(LOOKS_S)
+        while not self._over:
+            if hasattr(socket, "TCP_QUICKACK"):  # else each command waits 40 ms for the last's
+                connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_QUICKACK, 1)
+            try:
+                received = connection.recv(4096)
+            except TimeoutError:
+                continue
+            if not received:
+                return
+            *lines, buffer = (buffer + received).split(b"\n")
+            for raw in lines:
+                self.lines.append(raw.decode().strip())
+                if len(self.lines) == self.drop_at:
+                    return
+                time.sleep(self.command_s)
+                answer = self.generator.hear(self.lines[-1])
+                if answer is not None:
+                    connection.sendall(answer.encode() + b"\n")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
