@@ -7,7 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
-from slipscale.faults import UserError
+from slipscale.analysis.cli.progress_line import telling
+from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:
     import argparse
@@ -15,9 +16,8 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reconstruction.answers import Across
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+    from slipscale.analysis.reconstruction.inference.printed_test_answers import PrintedTestAnswer
     from slipscale.analysis.reconstruction.table.published_table import Design, PublishedTable
-
-from slipscale.faults import ANSWER_IS_NO, DONE
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -114,8 +114,8 @@ def run(arguments: argparse.Namespace) -> int:
     columns = [
         Solutions(column, arguments.memory_gib, arguments.minutes) for column in table.columns
     ]
-    _announce(columns)
     if arguments.sample is not None:
+        _announce(columns)
         _sample(columns, arguments)
         return _status(columns)
     impossible = _answer(table, columns, design, arguments)
@@ -167,7 +167,7 @@ def _answer(
     design: Design | None,
     arguments: argparse.Namespace,
 ) -> bool:
-    """Write what is known of every column and, if asked for, across columns.
+    """Write each answer as soon as it is known; tests first, because they wait for no long count.
 
     Returns whether a printed test is impossible.
     """
@@ -175,32 +175,39 @@ def _answer(
 
     from slipscale.analysis.reconstruction import answers, report  # noqa: PLC0415
 
-    found = [
-        answers.column_answer(solutions, arguments.measure, variants=arguments.variants)
-        for solutions in columns
-    ]
-    written = {
-        "title": table.title,
-        "measure": arguments.measure,
-        "columns": [report.column_json(answer) for answer in found],
-    }
-    said = report.lines(table.title, found)
-    tests = []
-    if table.tests:
-        from slipscale.analysis.reconstruction.inference.printed_test_answers import answer  # noqa: PLC0415 - if printed
+    with _output(arguments.out) as file:
 
-        tests = [answer(test, columns) for test in table.tests]
-        written["tests"] = report.printed_tests_json(tests)
-        said += report.printed_test_lines(tests)
-    known = None
-    # Sums and sums of squares are enough for most of it, a list or a count is not needed.
-    usable = [
-        s for s in columns if (s.targets.wanted and s.witness) or (not s.refused and s.consistent)
-    ]
-    if arguments.conclusions and design and len(usable) > 1:
-        known = _across(usable, design, arguments)
-        written["conclusions"] = report.across_json(known)
-        said += report.across_lines(known)
+        def say(lines: list[str]) -> None:
+            if not arguments.json:
+                print("\n".join(lines), file=file, flush=True)
+
+        say([table.title or "published table", ""])
+        tests = _tests(table, columns)
+        say(report.printed_test_lines(tests))
+        _announce(columns)
+        found = []
+        with telling() as tell:
+            for place, solutions in enumerate(columns, start=1):
+                tell(f"column '{solutions.column.label}', {place} of {len(columns)}")
+                found.append(
+                    answers.column_answer(solutions, arguments.measure, variants=arguments.variants)
+                )
+                say([*report.column_lines(found[-1]), ""])
+        known = _known_across(columns, design, arguments) if arguments.conclusions else None
+        if known is not None:
+            say(report.across_lines(known))
+        say(report.verdict_lines(found, tests))
+        if arguments.json:
+            written = {
+                "title": table.title,
+                "measure": arguments.measure,
+                "columns": [report.column_json(one) for one in found],
+            }
+            if table.tests:
+                written["tests"] = report.printed_tests_json(tests)
+            if known is not None:
+                written["conclusions"] = report.across_json(known)
+            print(json.dumps(written, indent=2), file=file)
     if arguments.html:
         from slipscale.analysis.reconstruction_page.page import Source, render  # noqa: PLC0415 - matplotlib
 
@@ -214,14 +221,30 @@ def _answer(
         )
         with _output(arguments.html) as file:
             file.write(render(source))
-    with _output(arguments.out) as file:
-        print(json.dumps(written, indent=2) if arguments.json else "\n".join(said), file=file)
     return any(one.verdict == "impossible" for one in tests)
+
+
+def _tests(table: PublishedTable, columns: list[Solutions]) -> list[PrintedTestAnswer]:
+    """Return the answers on the printed tests."""
+    if not table.tests:
+        return []
+    from slipscale.analysis.reconstruction.inference.printed_test_answers import answer  # noqa: PLC0415 - if printed
+
+    return [answer(test, columns) for test in table.tests]
+
+
+def _known_across(
+    columns: list[Solutions], design: Design | None, arguments: argparse.Namespace
+) -> Across | None:
+    """Return what is known across columns: sums and sums of squares suffice for most of it."""
+    usable = [
+        s for s in columns if (s.targets.wanted and s.witness) or (not s.refused and s.consistent)
+    ]
+    return _across(usable, design, arguments) if design and len(usable) > 1 else None
 
 
 def _across(columns: list[Solutions], design: Design, arguments: argparse.Namespace) -> Across:
     """Return what is known across columns, and show what goes on: it may take long."""
-    from slipscale.analysis.cli.progress_line import telling  # noqa: PLC0415 - if asked for
     from slipscale.analysis.reconstruction.answers import across, seconds_across  # noqa: PLC0415
     from slipscale.analysis.reconstruction.counts.problem import duration  # noqa: PLC0415
 

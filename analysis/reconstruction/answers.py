@@ -9,8 +9,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reconstruction.data_sets.marginals import Marginals, marginals
-from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS, Scale, in_words
+from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS, Scale
 from slipscale.analysis.reconstruction.table.rounding import RULES
+from slipscale.analysis.reconstruction.table.words import assumptions, in_words
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -76,6 +77,8 @@ class ColumnAnswer:
         Empty if not asked for.
     scale_is_printed : bool
         Whether an end of the scale is.
+    assumptions : tuple of str
+        What the answer assumes, in words.
     refused : str
         Why the data sets are not counted; empty if they are.
     not_drawn : str
@@ -99,6 +102,7 @@ class ColumnAnswer:
     order_statistics: tuple[OrderStatistic, ...] = ()
     variants: tuple[Variant, ...] = ()
     scale_is_printed: bool = True
+    assumptions: tuple[str, ...] = ()
     refused: str = ""
     not_drawn: str = ""
     witness: tuple[float, ...] = ()
@@ -149,6 +153,7 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
         grim=found.grim,
         grimmer=found.grimmer,
         scale_is_printed=column.scale_is_printed,
+        assumptions=tuple(assumptions(column)),
         sums=moments(solutions),
         order_statistics=(
             order_statistics(marginals(solutions, measure), column.scale) if worth else ()
@@ -174,6 +179,7 @@ def _uncounted(solutions: Solutions) -> ColumnAnswer:
         grim=found.grim,
         grimmer=found.grimmer,
         scale_is_printed=column.scale_is_printed,
+        assumptions=tuple(assumptions(column)),
         sums=moments(solutions) if len(found.wanted) <= SHOWN_SUMS else (),
         refused=solutions.refused,
         witness=tuple(float(column.scale.value(v)) for v in solutions.witness),

@@ -12,7 +12,7 @@ from slipscale.analysis.reconstruction.counts.listing import LISTED
 from slipscale.analysis.reconstruction.data_sets.saddle_point import words
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from slipscale.analysis.reconstruction.answers import Across, ColumnAnswer, Variant
     from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
@@ -41,6 +41,7 @@ def column_json(answer: ColumnAnswer) -> Json:
         "grim": answer.grim,
         "grimmer": answer.grimmer,
         "scale_is_printed": answer.scale_is_printed,
+        "assumptions": list(answer.assumptions),
         "sums": [{"sum": str(s), "sum_of_squares": str(q)} for s, q in answer.sums],
     }
     if answer.refused:
@@ -94,11 +95,42 @@ def printed_test_lines(found: Sequence[PrintedTestAnswer]) -> list[str]:
     return [*said, ""] if said else []
 
 
+def verdict(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer]) -> str:
+    """Return the whole answer in one sentence, or two."""
+    none = [answer.label for answer in columns if answer.consistent is False]
+    unknown = [answer.label for answer in columns if answer.consistent is None]
+    said = f"No ratings print {_listed('column', none)}." if none else ""
+    if not none and not unknown:
+        said = "Ratings exist that print every column."
+    if unknown:
+        said += f" Whether ratings print {_listed('column', unknown)} was not decided."
+    wrong = [one for one in tests if one.verdict == "impossible"]
+    open_ = sum(one.verdict == "not decided" for one in tests)
+    if wrong:
+        named = "; ".join(f"{one.question}, {one.printed}" for one in wrong)
+        said += f" {len(wrong)} of {len(tests)} printed tests cannot come from them: {named}."
+    elif tests and not open_:
+        said += " They also print every test."
+    if open_:
+        said += f" {open_} of {len(tests)} printed tests were not decided."
+    return f"{said.strip()} This holds only under what is assumed above."
+
+
+def _listed(noun: str, labels: Sequence[str]) -> str:
+    return f"{noun}{'s' if len(labels) > 1 else ''} {', '.join(repr(label) for label in labels)}"
+
+
+def verdict_lines(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer]) -> list[str]:
+    """Return the verdict for the terminal."""
+    return [f"Verdict: {verdict(columns, tests)}"]
+
+
 def printed_test_details(one: PrintedTestAnswer) -> Iterator[str]:
-    """Yield what is known of a printed test beside the verdict."""
+    """Yield what is known of a printed test in addition to the verdict."""
+    yield one.reason
     if isfinite(one.low):
-        extent = f"to {_number(one.high)}" if isfinite(one.high) else "or more"
-        yield f"over all data sets and pairings {_number(one.low)} {extent}"
+        extent = f"and {_number(one.high)}" if isfinite(one.high) else "and any larger value"
+        yield f"every data set and pairing gives a value between {_number(one.low)} {extent}"
     if one.pairs is not None:
         yield f"{one.pairs_left:,} of {one.pairs:,} choices of sums and sums of squares fit"
     if one.correlation_low is not None:
@@ -117,20 +149,11 @@ def _finite_or_none(value: Any) -> Any:
     return None if isinstance(value, float) and not isfinite(value) else value
 
 
-def lines(title: str, answers: Iterable[ColumnAnswer]) -> list[str]:
-    """Return the columns' answers for people, a line each."""
-    said = [title or "published table", ""]
-    for answer in answers:
-        said += [*column_lines(answer), ""]
-    return said
-
-
 def column_lines(answer: ColumnAnswer) -> Iterator[str]:
     """Yield what is known of one column."""
     yield f"{answer.label}  ({answer.sd_convention} SD, rounding: {answer.rounding})"
     yield f"  printed: {answer.printed}"
-    if not answer.scale_is_printed:
-        yield "  no scale is printed: ratings may lie as far from the mean as the SD allows"
+    yield f"  assumed: {'; '.join(answer.assumptions)}"
     if answer.multisets is None:
         yield from _uncounted_lines(answer)
     elif answer.multisets:
@@ -210,9 +233,7 @@ def ratings(labels: Sequence[str], table: Sequence[Sequence[float]]) -> str:
 
 
 def _bound(found: Conclusion) -> str:
-    sharp = "" if found.sharp else " (a bound, perhaps not attained)"
-    if not isfinite(found.high) and found.name == "rm_f":
-        return f"  {found.question} {_number(found.low)}, p at most {found.p_high:.2g}{sharp}"
+    sharp = "" if found.sharp else " (bounds, perhaps not attained)"
     extent = _join(_number(found.low), _number(found.high))
     p = ""
     if found.p_low is not None and found.p_high is not None:

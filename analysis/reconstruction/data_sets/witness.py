@@ -22,7 +22,7 @@ from slipscale.analysis.reconstruction.table.quartiles import are_met
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from slipscale.analysis.reconstruction.counts.partition import Part
+    from slipscale.analysis.reconstruction.counts.partition import Part, Wanted
     from slipscale.analysis.reconstruction.data_sets.constraints import Targets
     from slipscale.analysis.reconstruction.table.published_table import Column
     from slipscale.analysis.reconstruction.table.rounding import Printed
@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 # Sums of squares, and parts of each, that are tried; and moves in each.
 TRIED = 8
 MOVES = 200_000
+QUICK = 5_000
 # Share of moves that lead away: the way out of a dead end.
 ASTRAY = 0.01
 
@@ -42,12 +43,27 @@ def witness(column: Column, targets: Targets) -> tuple[int, ...]:
     wanted = targets.wanted or targets.looked_at
     middle = len(wanted) // 2
     for wish in wanted[middle : middle + TRIED]:
-        for part in islice(partition(wish), TRIED):
-            found = _free_values(part)
-            given = [value for value, times in part.given for _ in range(times)]
-            values = tuple(sorted([*found, *given]))
-            if len(values) == column.n and gives_what_is_printed(column, values):
-                return values
+        if values := _of_wish(column, wish, MOVES):
+            return values
+    return ()
+
+
+def witness_of(column: Column, targets: Targets, moments: tuple[int, int]) -> tuple[int, ...]:
+    """Return ratings with this sum and sum of squares that print the column; empty if none found.
+
+    A shorter search than `witness`, because it is made for many moments.
+    """
+    wishes = [w for w in targets.wanted if (w.moments.total, w.moments.squares) == moments]
+    return next((found for wish in wishes if (found := _of_wish(column, wish, QUICK))), ())
+
+
+def _of_wish(column: Column, wish: Wanted, moves: int) -> tuple[int, ...]:
+    for part in islice(partition(wish), TRIED):
+        found = _free_values(part, moves)
+        given = [value for value, times in part.given for _ in range(times)]
+        values = tuple(sorted([*found, *given]))
+        if len(values) == column.n and gives_what_is_printed(column, values):
+            return values
     return ()
 
 
@@ -99,7 +115,7 @@ def _prints_interval(column: Column, mean: Fraction, variance: Fraction) -> bool
     )
 
 
-def _free_values(part: Part) -> list[int]:
+def _free_values(part: Part, moves: int) -> list[int]:
     """Return free values with the moments of a part, as far as the search gets."""
     n, total, squares = part.moments.n, part.moments.total, part.moments.squares
     low, high = part.split.low, part.split.high
@@ -115,9 +131,9 @@ def _free_values(part: Part) -> list[int]:
     if holes:
         x = [min(free, key=lambda f, v=v: abs(f - v)) for v in x]
     random = Random(1)
-    _reach_total(x, total, part, random)
+    _reach_total(x, total, part, random, moves)
     missing = squares - sum(v * v for v in x)
-    for _ in range(MOVES):
+    for _ in range(moves):
         if not missing:
             break
         i, j = random.randrange(n), random.randrange(n)
@@ -132,10 +148,10 @@ def _free_values(part: Part) -> list[int]:
     return x
 
 
-def _reach_total(x: list[int], total: int, part: Part, random: Random) -> None:
+def _reach_total(x: list[int], total: int, part: Part, random: Random, moves: int) -> None:
     """Move single values, by one step each, until they have this sum, as far as they can."""
     missing = total - sum(x)
-    for _ in range(MOVES):
+    for _ in range(moves):
         if not missing:
             return
         step = 1 if missing > 0 else -1

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import combinations
-from math import inf, isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,6 +19,7 @@ from slipscale.analysis.reconstruction.inference.bounds import (
     of_rows,
     slope,
 )
+from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
 from slipscale.analysis.reconstruction.inference.comparable_columns import (
     LEVEL,
     labels,
@@ -28,7 +28,11 @@ from slipscale.analysis.reconstruction.inference.comparable_columns import (
     values_of,
 )
 from slipscale.analysis.reconstruction.inference.extreme_t import COMPARED, paired_t, t_of_moments
-from slipscale.analysis.reconstruction.inference.least_f import attained_f, least_f
+from slipscale.analysis.reconstruction.inference.repeated_measures_f import (
+    attained_f,
+    greatest_f,
+    least_f,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -59,7 +63,7 @@ class Conclusion:
     decided : bool
         Whether the answer is the same in every data set.
     sharp : bool
-        Whether both ends of the range are attained; for F, which has no upper end, the lower.
+        Whether both ends of the range are attained.
     labels : tuple of str
         The columns concerned.
     at_low, at_high : tuple of tuple of float
@@ -148,16 +152,14 @@ def t_test(columns: Sequence[Solutions], t: Range) -> Conclusion:
 
 
 def f_test(columns: Sequence[Solutions], f: Range) -> Conclusion:
-    """Return the repeated-measures F test, given the least F."""
+    """Return the repeated-measures F test, given the range of F."""
     from scipy.stats import f as fisher  # noqa: PLC0415
 
     k, n = len(columns), columns[0].column.n
     degrees = (k - 1, (k - 1) * (n - 1))
-    p = float(fisher.sf(f.low, *degrees))
-    words = f"repeated-measures F{degrees}, at least"
-    # F has no upper end, so nothing is decided by a least F that is not significant.
-    found = _concluded("rm_f", words, columns, f, (0.0, p), decided=p < LEVEL)
-    return replace(found, name="rm_f")
+    ps = [float(fisher.sf(value, *degrees)) for value in (f.high, f.low)]
+    words = f"repeated-measures F{degrees}"
+    return replace(_concluded("rm_f", words, columns, f, (ps[0], ps[1])), name="rm_f")
 
 
 def _concluded(
@@ -181,7 +183,7 @@ def _concluded(
         ps[0],
         ps[1],
         decided=decided,
-        sharp=bool(found.at_low) and (bool(found.at_high) or not isfinite(found.high)),
+        sharp=found.sharp,
         labels=tuple(labels(columns)),
         at_low=_ratings(columns, found.at_low),
         at_high=_ratings(columns, found.at_high),
@@ -197,7 +199,7 @@ def _ratings(columns: Sequence[Solutions], table: Table) -> Ratings:
 
 
 def together(columns: list[Sampler]) -> list[Conclusion]:
-    """Return the repeated-measures F's lower bound and, given amplitudes, the exponents."""
+    """Return the range of the repeated-measures F and, given amplitudes, the exponents."""
     found, solutions = attained_f(columns), [column.solutions for column in columns]
     return [
         *([f_test(solutions, found)] if found else []),
@@ -221,7 +223,10 @@ def of_moments(columns: Sequence[Solutions]) -> list[Conclusion]:
         for i, j in combinations(range(len(columns)), 2)
     ]
     least = least_f(moments, n)
-    return found if least is None else [*found, f_test(columns, Range(least, inf))]
+    if least is None:
+        return found
+    high, _ = greatest_f([ColumnRows(column, sums_first=True) for column in columns])
+    return [*found, f_test(columns, Range(least, high))]
 
 
 def _exponents(columns: list[Sampler], listed: list[Array]) -> list[Conclusion]:

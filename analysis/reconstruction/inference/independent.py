@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
 from slipscale.analysis.reconstruction.inference.comparable_columns import LEVEL
 from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
 from slipscale.faults import UserError
@@ -58,9 +59,9 @@ def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
 
 
 def group_of(solutions: Solutions) -> Group:
-    """Return the means and variances that a column may have."""
-    column = solutions.column
-    pairs, sharp = solutions.attained
+    """Return the means and variances that a column may have; by its sums if a count takes long."""
+    column, rows = solutions.column, ColumnRows.quickest(solutions)
+    pairs, sharp = rows.moments, not rows.sums_first
     n, step, low = column.n, float(column.scale.step), float(column.scale.minimum)
     complete = len(pairs) <= ALL_OF
     if not complete:
@@ -80,6 +81,28 @@ def group_of(solutions: Solutions) -> Group:
         sharp=sharp,
         complete=complete,
     )
+
+
+def moments_of_groups(rows: Sequence[ColumnRows], places: Array) -> tuple[Array, Array, Array]:
+    """Return means and variances (n - 1), shape (choices, groups), and n of each group.
+
+    Parameters
+    ----------
+    rows : sequence of ColumnRows
+        The groups.
+    places : ndarray of int, shape (choices, groups)
+        Which sum and sum of squares each group has.
+    """
+    means, variances = [], []
+    for j, row in enumerate(rows):
+        scale, n = row.solutions.column.scale, row.n
+        low, step = float(scale.minimum), float(scale.step)
+        sums = np.array([s for s, _ in row.moments], dtype=np.float64)
+        # Whole numbers, before anything is rounded.
+        scatter = np.array([n * q - s * s for s, q in row.moments], dtype=np.float64) / n
+        means.append((low + step * sums / n)[places[:, j]])
+        variances.append((step**2 * scatter / (n - 1))[places[:, j]])
+    return np.stack(means, axis=1), np.stack(variances, axis=1), np.array([r.n for r in rows])
 
 
 def students_t(a: Group, b: Group) -> tuple[Array, Array]:

@@ -1,31 +1,50 @@
 """Whether tests printed beside a table can come from the data sets that the table allows.
 
-Of independent groups n, sums and sums of squares decide. Of the same participants the sum of
-products decides, too, which the pairing leaves open: a printed t or r settles it, so that the
-correlation between the columns is known although no table prints it. What is possible by these
-numbers is shown by a table of ratings, found by exchanging ratings, wherever one is found.
+Of independent groups n, sums and sums of squares decide. Of the same participants the sum of cross
+products decides, too, which the pairing leaves open (`cross_products`).
+
+Rules:
+
+- *Impossible* means: no choice of sums, sums of squares and, for pairs, cross products prints the
+  test, and a search by the definitions (`definitions`) finds no counterexample either.
+- *Possible* means: a table of ratings that prints the test is shown. It was found by a search and
+  its statistic was computed from the definition.
+- Anything else is *not decided*.
+- A statistic that is not defined (t of equal differences, F or t without variation within groups,
+  r of a constant column) is never printed.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from itertools import product
-from math import ceil, floor, inf, sqrt
+from dataclasses import dataclass
+from math import inf, nan, sqrt
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from slipscale.analysis.reconstruction.inference.comparable_columns import require_comparable
-from slipscale.analysis.reconstruction.inference.extreme_t import t_of_moments
+from slipscale.analysis.reconstruction.inference import cross_products
+from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
+from slipscale.analysis.reconstruction.inference.comparable_columns import (
+    require_comparable,
+    values_of,
+)
+from slipscale.analysis.reconstruction.inference.definitions import STATISTICS
 from slipscale.analysis.reconstruction.inference.independent import (
-    every_f,
     group_of,
+    moments_of_groups,
     range_of_f,
     students_t,
     welchs_t,
 )
-from slipscale.analysis.reconstruction.inference.least_f import least_f
-from slipscale.analysis.reconstruction.inference.sums_of_products import Pair, example
+from slipscale.analysis.reconstruction.inference.printed_windows import (
+    SLACK,
+    f_window,
+    fits,
+    p_between,
+    r_windows,
+    size_of,
+    t_window,
+)
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -34,14 +53,10 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.reconstruction.inference.conclusions import Ratings
+    from slipscale.analysis.reconstruction.inference.cross_products import Choices
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
-    from slipscale.analysis.reconstruction.table.rounding import Printed
 
 Verdict = Literal["possible", "impossible", "not decided"]
-# Floating point's share in what is compared with a printed number.
-SLACK = 1e-9
-# Pairs of sums and sums of squares that are taken in turn.
-COMBINATIONS = 1_000_000
 WORDS = {
     "paired_t": "paired t",
     "independent_t": "independent t",
@@ -50,6 +65,11 @@ WORDS = {
     "rm_f": "repeated-measures F",
     "correlation": "correlation",
 }
+PAIRED = ("paired_t", "correlation", "rm_f")
+# Tables that a counterexample is sought among.
+ATTACKED = 500
+# Choices of moments that examples are sought for.
+SHOWN_FOR = 60
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,21 +86,25 @@ class PrintedTestAnswer:
         What is printed of it, in words.
     verdict : {"possible", "impossible", "not decided"}
         Whether some data set and pairing print it.
+    reason : str
+        Why, in a sentence.
     low, high : float
-        The statistic over all data sets and pairings; `high` is infinite where nothing bounds it.
+        Bounds of the statistic over all data sets and pairings; not every value between them
+        occurs. `high` is infinite if nothing bounds it; both are NaN if it is never defined.
     pairs, pairs_left : int or None
         How many choices of a sum and a sum of squares for each column there are, and with how many
-        the test can be printed; None where they are not taken in turn.
+        the test can be printed; None if they are not examined one by one.
     correlation_low, correlation_high : float or None
         The correlation that the printed test leaves; None for independent groups.
     example : tuple of tuple of float
-        Ratings that print the test, a row a column; empty if none are known.
+        Ratings that print the test, one row per column; empty if none are known.
     """
 
     kind: str
     labels: tuple[str, ...]
     printed: str
     verdict: Verdict
+    reason: str
     low: float
     high: float
     pairs: int | None = None
@@ -93,6 +117,61 @@ class PrintedTestAnswer:
     def question(self) -> str:
         """The test in words."""
         return f"{WORDS[self.kind]} of {', '.join(self.labels)}"
+
+
+@dataclass(frozen=True)
+class _Case:
+    """A test and the columns that it compares."""
+
+    test: PrintedTest
+    columns: tuple[Solutions, ...]
+
+    def said(
+        self,
+        verdict: Verdict,
+        reason: str,
+        extent: tuple[float, float] = (-inf, inf),
+        *,
+        pairs: tuple[int, int] | None = None,
+        correlation: tuple[float, float] | None = None,
+        example: Sequence[Array] = (),
+    ) -> PrintedTestAnswer:
+        """Return an answer; an example is given in steps, one row per column."""
+        return PrintedTestAnswer(
+            kind=self.test.kind,
+            labels=tuple(s.column.label for s in self.columns),
+            printed=in_words(self.test),
+            verdict=verdict,
+            reason=reason,
+            low=extent[0],
+            high=extent[1],
+            pairs=pairs and pairs[0],
+            pairs_left=pairs and pairs[1],
+            correlation_low=correlation and correlation[0],
+            correlation_high=correlation and correlation[1],
+            example=tuple(
+                tuple(float(v) for v in values_of(solutions, row))
+                for solutions, row in zip(self.columns, example, strict=False)
+            ),
+        )
+
+    def impossible(
+        self,
+        rows: Sequence[ColumnRows],
+        reason: str,
+        extent: tuple[float, float],
+        pairs: tuple[int, int] | None = None,
+    ) -> PrintedTestAnswer:
+        """Return "impossible" unless a search by the definitions finds that it is not."""
+        shown = _counterexample(self.test, rows)
+        if shown:
+            return self.said("possible", SHOWN, extent, pairs=pairs, example=shown)
+        return self.said("impossible", reason, extent, pairs=pairs)
+
+
+SHOWN = "the ratings below print it"
+TOO_MANY = "too many sums and sums of squares print the columns to examine all of them"
+UNFOUND = "its bounds allow it, but no ratings that print it were found"
 
 
 def answer(test: PrintedTest, columns: Sequence[Solutions]) -> PrintedTestAnswer:
@@ -108,204 +187,328 @@ def answer(test: PrintedTest, columns: Sequence[Solutions]) -> PrintedTestAnswer
         chosen.sort(key=lambda s: test.columns.index(s.column.label))
     if test.of_two and len(chosen) != 2:  # noqa: PLR2004 - a pair
         raise UserError(f"test '{test.kind}': expected the labels of its two columns")
-    if any(solutions.targets.refused for solutions in chosen):
-        return _said(test, chosen, "not decided", (-inf, inf))
-    if any(not solutions.attained[0] for solutions in chosen):
-        return _said(test, chosen, "impossible", (-inf, inf))
-    if test.kind in ("independent_t", "welch_t"):
-        return _of_groups(test, chosen)
-    if test.kind == "one_way_f":
-        return _one_way_f(test, chosen)
-    require_comparable(chosen)
-    return _rm_f(test, chosen) if test.kind == "rm_f" else _of_products(test, chosen)
-
-
-def _said(
-    test: PrintedTest,
-    columns: Sequence[Solutions],
-    verdict: Verdict,
-    extent: tuple[float, float],
-    pairs: tuple[int, int] | None = None,
-) -> PrintedTestAnswer:
-    return PrintedTestAnswer(
-        kind=test.kind,
-        labels=tuple(s.column.label for s in columns),
-        printed=in_words(test),
-        verdict=verdict,
-        low=extent[0],
-        high=extent[1],
-        pairs=pairs[0] if pairs else None,
-        pairs_left=pairs[1] if pairs else None,
-    )
+    if test.kind in PAIRED:
+        require_comparable(chosen)
+    case = _Case(test, tuple(chosen))
+    for solutions in chosen:
+        if solutions.targets.refused:
+            return case.said("not decided", solutions.targets.refused)
+        if not solutions.targets.wanted:
+            label = solutions.column.label
+            return case.said("impossible", f"no ratings print column '{label}'")
+    return _paired(case) if test.kind in PAIRED else _independent(case)
 
 
 def in_words(test: PrintedTest) -> str:
-    """Return what is printed of a test."""
+    """Return what is printed of a test.
+
+    >>> from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
+    >>> in_words(PrintedTest(kind="paired_t", statistic="2.31", p_below=".05", sides=1))
+    't = 2.31, one-sided p < .05'
+    """
     sign = {"correlation": "r", "one_way_f": "F", "rm_f": "F"}.get(test.kind, "t")
-    parts = ((sign, " = ", test.statistic), ("p", " = ", test.p), ("p", " < ", test.p_below))
+    p = "p" if test.sides == 2 else "one-sided p"  # noqa: PLR2004 - both sides
+    parts = (
+        (sign, " = ", test.statistic),
+        (p, " = ", test.p),
+        (p, " < ", test.p_below),
+        ("d", " = ", test.d),
+        ("partial η²", " = ", test.partial_eta_squared),
+    )
     return ", ".join(f"{name}{how}{text.text}" for name, how, text in parts if text is not None)
 
 
-def _between(printed: Printed | None, rule: str) -> tuple[float, float]:
-    """Return what a printed number is between; everything if it is not printed."""
-    if printed is None:
-        return -inf, inf
-    values = printed.values(rule)
-    return float(values.low), float(values.high)
-
-
-def _fits(values: Array, printed: Printed | None, rule: str) -> Array:
-    low, high = _between(printed, rule)
-    slack = SLACK * (1 + np.abs(values))
-    found: Array = (values >= low - slack) & (values <= high + slack)
-    return found
-
-
-def _p_fits(test: PrintedTest, p: Array) -> Array:
-    fits = _fits(p, test.p, test.rounding)
-    return fits if test.p_below is None else fits & (p < float(test.p_below.value) + SLACK)
-
-
-def _of_groups(test: PrintedTest, columns: list[Solutions]) -> PrintedTestAnswer:
-    """Answer for t of independent groups: every pair of pairs."""
-    from scipy.stats import t as student  # noqa: PLC0415 - SciPy takes longer than the counts
-
-    a, b = (group_of(solutions) for solutions in columns)
-    t, degrees = (students_t if test.kind == "independent_t" else welchs_t)(a, b)
-    p = 2 * student.sf(np.abs(t), degrees)
-    fits = _fits(np.abs(t), test.statistic and _unsigned(test.statistic), test.rounding)
-    fits &= _p_fits(test, p)
-    known = all(group.sharp and group.complete for group in (a, b))
-    return _of_choices(test, columns, fits, (float(t.min()), float(t.max())), known=known)
-
-
-def _unsigned(printed: Printed) -> Printed:
-    return type(printed)(printed.text.lstrip("+-"))
-
-
-def _of_choices(
-    test: PrintedTest,
-    columns: list[Solutions],
-    fits: Array,
-    extent: tuple[float, float],
-    *,
-    known: bool,
-) -> PrintedTestAnswer:
-    """Answer from whether each choice of sums and sums of squares prints the test."""
-    verdict: Verdict = "possible" if fits.any() and known else "not decided"
-    complete = all(group_of(solutions).complete for solutions in columns)
-    if not fits.any() and complete:
-        verdict = "impossible"
-    return _said(test, columns, verdict, extent, (fits.size, int(fits.sum())))
-
-
-def _one_way_f(test: PrintedTest, columns: list[Solutions]) -> PrintedTestAnswer:
-    from scipy.stats import f as fisher  # noqa: PLC0415
-
-    groups = [group_of(solutions) for solutions in columns]
-    degrees = len(groups) - 1, sum(group.n for group in groups) - len(groups)
-    low, high = range_of_f(groups)
-    every = every_f(groups) if all(group.complete for group in groups) else None
-    if every is not None:
-        fits = _fits(every, test.statistic, test.rounding)
-        fits &= _p_fits(test, fisher.sf(every, *degrees))
-        known = all(group.sharp for group in groups)
-        return _of_choices(test, columns, fits, (low, high), known=known)
-    asked = _f_between(test, degrees)
-    apart = asked[0] > high * (1 + SLACK) or asked[1] < low * (1 - SLACK)
-    return _said(test, columns, "impossible" if apart else "not decided", (low, high))
-
-
-def _f_between(test: PrintedTest, degrees: tuple[int, int]) -> tuple[float, float]:
-    """Return what F lies between by the printed F and p."""
-    from scipy.stats import f as fisher  # noqa: PLC0415
-
-    low, high = _between(test.statistic, test.rounding)
-    least_p, most_p = _p_between(test)
-    return max(low, float(fisher.isf(most_p, *degrees))), min(
-        high, float(fisher.isf(least_p, *degrees))
+def _paired(case: _Case) -> PrintedTestAnswer:
+    """Answer from the sum of cross products that each choice of moments leaves open."""
+    rows = [ColumnRows.quickest(solutions) for solutions in case.columns]
+    empty = next((row for row in rows if not row.moments), None)
+    if empty is not None:
+        label = empty.solutions.column.label
+        return case.said("impossible", f"no ratings print column '{label}'")
+    found = cross_products.choices(rows)
+    extent = _extent(case.test, found) if found.complete else (-inf, inf)
+    parts = _wanted(case.test, found)
+    left = np.any([low <= high for low, high in parts], axis=0) if parts else np.zeros(0, bool)
+    pairs = (len(found.places), int(left.sum())) if found.complete else None
+    if not left.any():
+        if not found.complete:
+            return case.said("not decided", TOO_MANY)
+        return case.impossible(rows, _why_not(extent), extent, pairs)
+    generator = np.random.default_rng(1)
+    shown: tuple[Array, ...] | None = ()
+    for part in parts:
+        shown = cross_products.example(rows, found, part, generator)
+        if not shown and found.complete:
+            shown = cross_products.every(rows, found, part)
+        if shown or shown is None:
+            break
+    if shown == () and found.complete:
+        reason = "no pairing of any data set prints it: all were tried"
+        return case.impossible(rows, reason, extent, pairs)
+    correlation = _correlations(found, parts) if case.test.of_two else None
+    return case.said(
+        "possible" if shown else "not decided",
+        SHOWN if shown else UNFOUND,
+        extent,
+        pairs=pairs,
+        correlation=correlation,
+        example=shown or (),
     )
 
 
-def _p_between(test: PrintedTest) -> tuple[float, float]:
-    low, high = _between(test.p, test.rounding)
-    if test.p_below is not None:
-        high = min(high, float(test.p_below.value))
-    return max(low, 0.0), min(high, 1.0)
+def _why_not(extent: tuple[float, float]) -> str:
+    if extent[0] != extent[0]:
+        return "it is not defined for any data set: nothing varies that it divides by"
+    return "no sums, sums of squares and products of whole ratings print it"
 
 
-def _rm_f(test: PrintedTest, columns: list[Solutions]) -> PrintedTestAnswer:
-    """Answer for the repeated-measures F: only its least value is known."""
-    least = least_f([solutions.attained[0] for solutions in columns], columns[0].column.n)
-    low = 0.0 if least is None else least
-    _, most = _between(test.statistic, test.rounding)
-    verdict: Verdict = "impossible" if most < low * (1 - SLACK) else "not decided"
-    return _said(test, columns, verdict, (low, inf))
-
-
-def _of_products(test: PrintedTest, columns: list[Solutions]) -> PrintedTestAnswer:
-    """Answer for the paired t and the correlation: the sum of products is settled by them."""
-    n = columns[0].column.n
-    (first, sharp), (second, also) = (solutions.attained for solutions in columns)
-    outer = (-1.0, 1.0)
-    if test.kind == "paired_t":
-        bounds = t_of_moments(first, second, n)
-        outer = bounds.low, bounds.high
-    number = len(first) * len(second)
-    if number > COMBINATIONS:
-        return _said(test, columns, "not decided", outer)
-    pairs = [pair for a, b in product(first, second) if (pair := _pair(test, a, b, n))]
-    found = _said(test, columns, "not decided", outer, (number, len(pairs)))
-    if not pairs:
-        # Every sum and sum of squares that some data set has is among them.
-        return replace(found, verdict="impossible")
-    ends = [pair.correlations(n) for pair in pairs]
-    shown = example(columns, pairs) if sharp and also else ()
-    return replace(
-        found,
-        verdict="possible" if shown else "not decided",
-        correlation_low=min(low for low, _ in ends),
-        correlation_high=max(high for _, high in ends),
-        example=shown,
-    )
-
-
-def _pair(test: PrintedTest, a: tuple[int, int], b: tuple[int, int], n: int) -> Pair | None:
-    """Return the sums of products that print the test beside these sums; None if there is none."""
-    roots = sqrt(max(n * a[1] - a[0] ** 2, 0)), sqrt(max(n * b[1] - b[0] ** 2, 0))
-    if not all(roots):
-        return None
-    reach = roots[0] * roots[1]
-    # n times the sum of products, less the product of the sums: by Cauchy and Schwarz.
-    low, high = -reach, reach
+def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
+    """Return the least and largest C that print the test, for each choice of moments."""
+    n, k = found.n, found.sums.shape[1]
     if test.kind == "correlation":
-        least, most = _between(test.statistic, test.rounding)
-        low, high = max(low, least * reach), min(high, most * reach)
+        reach = _reach(found)
+        middle = found.sums.prod(axis=1)
+        slack = SLACK * (1 + reach)
+        return [
+            _whole(
+                np.where(reach > 0, (low * reach + middle - slack) / n, inf),
+                np.where(reach > 0, (high * reach + middle + slack) / n, -inf),
+                found,
+            )
+            for low, high in r_windows(test, n)
+        ]
+    if test.kind == "paired_t":
+        low, high = (value**2 for value in t_window(test, n - 1, sqrt(n)))
+        window = t_window(test, n - 1, sqrt(n))
+        empty = window[0] > window[1]
     else:
-        scatter = _scatter_of_t(test, b[0] - a[0], n)
-        if scatter is None:
-            return None
-        # n times the squared deviations of the differences.
-        own = roots[0] ** 2 + roots[1] ** 2
-        low, high = max(low, (own - scatter[1]) / 2), min(high, (own - scatter[0]) / 2)
-    slack = SLACK * reach
-    products = range(
-        ceil((low + a[0] * b[0] - slack) / n), floor((high + a[0] * b[0] + slack) / n) + 1
-    )
-    return Pair((a[0], b[0]), (a[1], b[1]), roots, products) if products else None
+        low, high = f_window(test, (k - 1, (k - 1) * (n - 1)))
+        empty = low > high
+    if empty:
+        return []
+    top = (n - 1) * found.between.astype(float)
+    # Without any error the statistic is not defined, so n k times the error is 1 or more.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        most = np.where(top > 0, top / low if low > 0 else inf, inf if low <= SLACK else -inf)
+        least = top / high if high > 0 else np.where(top > 0, inf, 0.0)
+    least = np.maximum(least * (1 - SLACK) ** 2 - SLACK, 1.0)
+    base = found.error(np.zeros(len(top), np.int64)).astype(float)
+    return [_whole((base - most * (1 + SLACK) ** 2) / (2 * n), (base - least) / (2 * n), found)]
 
 
-def _scatter_of_t(test: PrintedTest, difference: int, n: int) -> tuple[float, float] | None:
-    """Return n times the squared deviations of n differences, by what is printed of t."""
+def _whole(low: Array, high: Array, found: Choices) -> tuple[Array, Array]:
+    """Return the whole numbers in an interval that no pairing's C rules out."""
+    least, most = found.least.astype(float), found.most.astype(float)
+    low, high = np.maximum(np.ceil(low - 1e-9), least), np.minimum(np.floor(high + 1e-9), most)
+    none = low > high
+    low[none], high[none] = 1, 0
+    return low.astype(np.int64), high.astype(np.int64)
+
+
+def _reach(found: Choices) -> Array:
+    """Return n times the largest sum of products about the means, by Cauchy and Schwarz."""
+    spread = np.maximum(found.n * found.squares - found.sums**2, 0).astype(float)
+    found_reach: Array = np.sqrt(spread.prod(axis=1))
+    return found_reach
+
+
+def _extent(test: PrintedTest, found: Choices) -> tuple[float, float]:
+    """Return bounds of the statistic over every choice and pairing; NaN if it is never defined."""
+    if test.kind == "correlation":
+        reach = _reach(found)
+        defined = reach > 0
+        if not defined.any():
+            return nan, nan
+        middle = found.sums.prod(axis=1)
+        ends = [(found.n * c - middle)[defined] / reach[defined] for c in (found.least, found.most)]
+        return max(-1.0, float(ends[0].min())), min(1.0, float(ends[1].max()))
+    top = (found.n - 1) * found.between.astype(float)
+    largest, smallest = found.error(found.least), found.error(found.most)
+    defined = largest > 0
+    if not defined.any():
+        return nan, nan
+    top, largest, smallest = top[defined], largest[defined], smallest[defined]
+    low = top / largest
+    # An error of 0 has no F; next to it comes an error of 1.
+    high = top / np.maximum(smallest, 1)
+    if test.kind == "rm_f":
+        return float(low.min()), float(high.max())
+    rises = np.sign(found.sums[:, 1] - found.sums[:, 0])[defined]
+    ts = np.concatenate([rises * np.sqrt(low), rises * np.sqrt(high)])
+    return float(ts.min()), float(ts.max())
+
+
+def _correlations(
+    found: Choices, parts: Sequence[tuple[Array, Array]]
+) -> tuple[float, float] | None:
+    """Return the least and largest correlation that the printed test leaves."""
+    reach, middle = _reach(found), found.sums.prod(axis=1)
+    ends = [
+        (found.n * c - middle)[usable] / reach[usable]
+        for low, high in parts
+        for usable in [(low <= high) & (reach > 0)]
+        for c in (low, high)
+    ]
+    every = np.concatenate(ends) if ends else np.zeros(0)
+    return (float(every.min()), float(every.max())) if len(every) else None
+
+
+def _independent(case: _Case) -> PrintedTestAnswer:
+    """Answer for groups: sums first, because they need no count of data sets."""
+    rows = [ColumnRows(solutions, sums_first=True) for solutions in case.columns]
+    places, complete = cross_products.every_place([len(row.moments) for row in rows])
+    means, variances, n = moments_of_groups(rows, places)
+    values, p = _of_groups(case.test, means, variances, n)
+    defined = ~np.isnan(values)
+    extent = nan, nan
+    if defined.any():
+        extent = float(values[defined].min()), float(values[defined].max())
+    left = defined & _prints(case.test, values, p, n)
+    if not complete:
+        shown = _shown(rows, places[left]) if left.any() else ()
+        return case.said("possible", SHOWN, example=shown) if shown else _outside(case, rows)
+    pairs = len(places), int(left.sum())
+    if not left.any():
+        return case.impossible(rows, _why_not(extent), extent, pairs)
+    if shown := _shown(rows, places[left]):
+        return case.said("possible", SHOWN, extent, pairs=pairs, example=shown)
+    # Some of these sums may belong to no data set: count.
+    if any(solutions.not_drawn for solutions in case.columns):
+        return case.said("not decided", UNFOUND, extent, pairs=pairs)
+    counted = [ColumnRows(solutions) for solutions in case.columns]
+    real = [{moments: at for at, moments in enumerate(row.moments)} for row in counted]
+    there = [
+        [real[j].get(rows[j].moments[at], -1) for j, at in enumerate(place)]
+        for place in places[left].tolist()
+    ]
+    kept = [place for place in there if -1 not in place]
+    pairs = len(places), len(kept)
+    if not kept:
+        return case.impossible(counted, _why_not(extent), extent, pairs)
+    shown = _shown(counted, np.array(kept))
+    verdict: Verdict = "possible" if shown else "not decided"
+    return case.said(verdict, SHOWN if shown else UNFOUND, extent, pairs=pairs, example=shown)
+
+
+def _outside(case: _Case, rows: Sequence[ColumnRows]) -> PrintedTestAnswer:
+    """Answer from the extremes of each sum if there are too many choices to examine."""
+    groups = [group_of(solutions) for solutions in case.columns]
+    if case.test.kind == "one_way_f":
+        extent = range_of_f(groups)
+        window = f_window(case.test, (len(groups) - 1, sum(g.n for g in groups) - len(groups)))
+    else:
+        of_kind = students_t if case.test.kind == "independent_t" else welchs_t
+        t, _ = of_kind(groups[0], groups[1])
+        extent = float(t.min()), float(t.max())
+        window = size_of(case.test.statistic, case.test.rounding)
+        if case.test.kind == "independent_t":
+            n = [g.n for g in groups]
+            window = t_window(case.test, sum(n) - 2, 1 / sqrt(sum(1 / m for m in n)))
+    least = 0.0 if extent[0] <= 0 <= extent[1] else min(map(abs, extent))
+    most = max(map(abs, extent))
+    if window[0] > most * (1 + SLACK) or window[1] < least * (1 - SLACK):
+        return case.impossible(rows, _why_not(extent), extent)
+    return case.said("not decided", TOO_MANY, extent)
+
+
+def _shown(rows: Sequence[ColumnRows], places: Array) -> tuple[Array, ...]:
+    """Return a data set for each group with one choice of moments, if a search finds them."""
+    generator = np.random.default_rng(1)
+    known: dict[tuple[int, int], Array] = {}
+    for place in generator.permutation(places)[:SHOWN_FOR].tolist():
+        for j, at in enumerate(place):
+            if (j, at) not in known:
+                known[j, at] = rows[j].some(at)
+        if all(len(known[j, at]) for j, at in enumerate(place)):
+            return tuple(known[j, at][0] for j, at in enumerate(place))
+    return ()
+
+
+def _of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> tuple[Array, Array]:
+    """Return the statistic and its two-sided (for F upper) p for every choice of moments."""
+    from scipy.stats import f as fisher  # noqa: PLC0415 - SciPy takes longer than the counts
     from scipy.stats import t as student  # noqa: PLC0415
 
-    low, high = _between(test.statistic and _unsigned(test.statistic), test.rounding)
-    least_p, most_p = _p_between(test)
-    low = max(low, float(student.isf(most_p / 2, n - 1)), 0.0)
-    high = min(high, float(student.isf(least_p / 2, n - 1)) if least_p > 0 else inf)
-    if low > high:
-        return None
-    top = difference**2 * (n - 1)
-    if not top:
-        return (0.0, inf) if low <= SLACK else None
-    return top / high**2 if high < inf else 0.0, top / low**2 if low > 0 else inf
+    k, total = len(n), int(n.sum())
+    within = ((n - 1) * variances).sum(axis=1)
+    bottom = np.where(within > 0, within, nan)
+    if test.kind == "one_way_f":
+        centre = (n * means).sum(axis=1, keepdims=True) / total
+        between = (n * (means - centre) ** 2).sum(axis=1) / (k - 1)
+        values = between / (bottom / (total - k))
+        return values, fisher.sf(values, k - 1, total - k)
+    of_mean = variances / n
+    if test.kind == "welch_t":
+        squared = of_mean.sum(axis=1)
+        degrees = squared**2 / np.where(within > 0, (of_mean**2 / (n - 1)).sum(axis=1), nan)
+        values = (means[:, 1] - means[:, 0]) / np.sqrt(np.where(within > 0, squared, nan))
+    else:
+        degrees = np.full(len(means), float(total - k))
+        values = (means[:, 1] - means[:, 0]) / np.sqrt(bottom / (total - k) * (1 / n).sum())
+    return values, 2 * student.sf(np.abs(values), degrees)
+
+
+def _prints(test: PrintedTest, values: Array, p: Array, n: Array) -> Array:
+    """Whether each statistic with its p is printed so."""
+    low, high = p_between(test)
+    left = fits(p * test.sides / 2 if test.kind != "one_way_f" else p, (low, high))
+    if test.p_below is not None:
+        left &= p * (test.sides / 2 if test.kind != "one_way_f" else 1) < high + SLACK
+    size = np.abs(values)
+    left &= fits(size, size_of(test.statistic, test.rounding))
+    if test.d is not None:
+        left &= fits(size * sqrt((1 / n).sum()), size_of(test.d, test.rounding))
+    if test.partial_eta_squared is not None:
+        degrees = len(n) - 1, int(n.sum()) - len(n)
+        share = values * degrees[0] / (values * degrees[0] + degrees[1])
+        left &= fits(share, size_of(test.partial_eta_squared, test.rounding))
+    return left
+
+
+def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Array, ...]:
+    """Return ratings that print a test, by its definition alone; empty if none was found."""
+    generator = np.random.default_rng(2)
+    tables = []
+    for row in rows:
+        places = generator.integers(len(row.moments), size=min(len(row.moments), SHOWN_FOR))
+        known = [part for place in set(places.tolist()) if len(part := row.some(place))]
+        if not known:
+            return ()
+        pool = np.concatenate(known)
+        tables.append(pool[generator.integers(len(pool), size=ATTACKED)].astype(float))
+    pairings = [tables]
+    if test.kind in PAIRED:
+        pairings += [
+            [tables[0], *(row[:, ::-1] for row in tables[1:])],
+            [generator.permuted(row, axis=1) for row in tables],
+        ]
+    sizes = np.array([row.n for row in rows])
+    for columns in pairings:
+        values = STATISTICS[test.kind](columns)
+        hit = np.flatnonzero(_prints_by_definition(test, values, columns, sizes))
+        if len(hit):
+            return tuple(column[hit[0]].astype(np.int64) for column in columns)
+    return ()
+
+
+def _prints_by_definition(
+    test: PrintedTest, values: Array, columns: Sequence[Array], n: Array
+) -> Array:
+    """Whether statistics of tables are printed so; NaN is not."""
+    defined = ~np.isnan(values)
+    if test.kind == "correlation":
+        hit = np.zeros(len(values), dtype=bool)
+        for window in r_windows(test, int(n[0])):
+            hit |= fits(values, window)
+        return defined & hit
+    if test.kind in ("paired_t", "rm_f"):
+        k = len(n)
+        window = (
+            t_window(test, n[0] - 1, sqrt(n[0]))
+            if test.kind == "paired_t"
+            else f_window(test, (k - 1, (k - 1) * (int(n[0]) - 1)))
+        )
+        return defined & fits(np.abs(values), window)
+    means = np.stack([x.mean(axis=1) for x in columns], axis=1)
+    variances = np.stack([x.var(axis=1, ddof=1) for x in columns], axis=1)
+    return defined & _prints(test, values, _of_groups(test, means, variances, n)[1], n)

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 from slipscale.analysis.reconstruction.table.printed_fields import AsPrinted, Record
 
 Kind = Literal["paired_t", "independent_t", "welch_t", "one_way_f", "rm_f", "correlation"]
+OF_F = ("one_way_f", "rm_f")
 
 
 class PrintedTest(Record):
@@ -23,11 +24,18 @@ class PrintedTest(Record):
     statistic : Printed, optional
         t (its sign does not count), F or r (its sign counts).
     p : Printed, optional
-        Two-sided p value; for F one-sided, as it always is.
+        The p value; of F always that of the upper tail.
     p_below : Printed, optional
         What p is said to be below, as in "p < .001".
+    sides : {2, 1}
+        Whether p of a t or r is two-sided, or one-sided in the direction of the difference.
+    d : Printed, optional
+        Cohen's d of a t (its sign does not count): the mean difference over the SD of the
+        differences (paired), or over the pooled SD (independent).
+    partial_eta_squared : Printed, optional
+        Partial η² of an F.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
-        How statistic and p were rounded.
+        How the numbers of the test were rounded.
     """
 
     kind: Kind
@@ -35,27 +43,49 @@ class PrintedTest(Record):
     statistic: AsPrinted | None = None
     p: AsPrinted | None = None
     p_below: AsPrinted | None = None
+    sides: Literal[1, 2] = 2
+    d: AsPrinted | None = None
+    partial_eta_squared: AsPrinted | None = None
     rounding: Literal["nearest", "half_up", "half_even", "truncated"] = "nearest"
 
     @property
     def of_two(self) -> bool:
         """Whether it compares two columns, no more."""
-        return self.kind not in ("one_way_f", "rm_f")
+        return self.kind not in OF_F
 
     @model_validator(mode="after")
     def _enough(self) -> PrintedTest:
-        if not (self.statistic or self.p or self.p_below):
-            raise ValueError("expected a statistic, p or p_below")
-        if self.p_below and self.p_below.value <= 0:
-            raise ValueError("p_below is 0 or less, which no p is below")
-        if self.kind == "rm_f" and (self.p or self.p_below):
-            raise ValueError(
-                "leave out the p of a repeated-measures F: it depends on its correction"
-            )
-        if self.kind == "correlation" and not self.statistic:
-            raise ValueError("expected the statistic, r")
-        if self.of_two and len(self.columns) > 2:  # noqa: PLR2004 - a pair
-            raise ValueError("expected two columns")
-        if len(set(self.columns)) < len(self.columns) or len(self.columns) == 1:
-            raise ValueError("expected two or more different columns")
+        for wrong, message in (
+            (
+                not any((self.statistic, self.p, self.p_below, self.d, self.partial_eta_squared)),
+                "expected a statistic, p, p_below, d or partial_eta_squared",
+            ),
+            (
+                self.p_below is not None and self.p_below.value <= 0,
+                "p_below is 0 or less, which no p is below",
+            ),
+            (
+                self.kind == "rm_f" and bool(self.p or self.p_below),
+                "leave out the p of a repeated-measures F: it depends on its correction",
+            ),
+            (
+                self.kind in OF_F and self.sides == 1,
+                "p of an F has one tail by definition: leave out sides",
+            ),
+            (
+                self.d is not None and self.kind not in ("paired_t", "independent_t"),
+                f"d belongs to paired_t or independent_t, not to {self.kind}",
+            ),
+            (
+                self.partial_eta_squared is not None and self.kind not in OF_F,
+                f"partial_eta_squared belongs to one_way_f or rm_f, not to {self.kind}",
+            ),
+            (self.of_two and len(self.columns) > 2, "expected two columns"),  # noqa: PLR2004 - a pair
+            (
+                len(set(self.columns)) < len(self.columns) or len(self.columns) == 1,
+                "expected two or more different columns",
+            ),
+        ):
+            if wrong:
+                raise ValueError(message)
         return self

@@ -213,11 +213,17 @@ class Summary(Record):
 class Column(Summary):
     """One column of a published table: its numbers, and ``scale``, what a rating can be.
 
-    With ``scale_is_printed`` false no end of the scale is, and it goes as far as the SD allows.
+    ``assumed`` names what the table does not state: ``step`` (taken to be 1), ``minimum`` and
+    ``maximum`` (as far as the SD allows), ``sd_convention`` (taken to be the sample's).
     """
 
     scale: Scale
-    scale_is_printed: bool = True
+    assumed: tuple[str, ...] = ()
+
+    @property
+    def scale_is_printed(self) -> bool:
+        """Whether an end of the scale is."""
+        return not {"minimum", "maximum"} <= set(self.assumed)
 
     @model_validator(mode="after")
     def _on_the_scale(self) -> Column:
@@ -247,40 +253,6 @@ class PublishedTable:
     tests: tuple[PrintedTest, ...] = ()
 
 
-# What is told of a column in words, and in which order; the rest by their names.
-IN_WORDS = {
-    "mean": "mean",
-    "mean_percent": "mean in percent",
-    "sum": "sum",
-    "sd": "SD",
-    "se": "SE",
-    "ci_low": "interval from",
-    "ci_high": "interval to",
-    "maximum_deviation": "largest deviation",
-    "observed_minimum": "smallest",
-    "observed_maximum": "largest",
-    "median": "median",
-    "lower_quartile": "lower quartile",
-    "upper_quartile": "upper quartile",
-}
-
-
-def in_words(column: Column) -> str:
-    """Return all that is printed of a column, in words."""
-    said = [f"n {column.n}"]
-    for name, words in IN_WORDS.items():
-        printed = getattr(column, name)
-        if printed is not None:
-            said.append(f"{words} {printed.text}")
-    said += [f"{value} given by somebody" for value in column.present]
-    said += [f"{value} given by nobody" for value in column.absent]
-    said += [f"{value} given by {times}" for value, times in column.frequencies]
-    said += [f"{value} given by {share.text} %" for value, share in column.percentages]
-    scale, step = column.scale, f"in steps of {column.scale.step}"
-    ends = f"{scale.minimum} to {scale.maximum}" if column.scale_is_printed else "not printed"
-    return f"{', '.join(said)}; scale {ends}, {step}"
-
-
 def close(summary: Summary, scale: OpenScale) -> Column:
     """Return the column on its scale, or on the widest that its SD allows.
 
@@ -294,7 +266,7 @@ def close(summary: Summary, scale: OpenScale) -> Column:
     """
     given = {name: getattr(summary, name) for name in summary.model_fields_set}
     low = Fraction(0) if scale.minimum is None and scale.maximum is not None else scale.minimum
-    high = scale.maximum
+    high, farthest = scale.maximum, None
     if low is None or high is None:
         farthest = _farthest(summary)
         if farthest is None:
@@ -311,8 +283,14 @@ def close(summary: Summary, scale: OpenScale) -> Column:
     grid = Scale(minimum=low, maximum=high, step=scale.step).model_copy(
         update={"items": scale.items}
     )
-    printed_ends = scale.minimum is not None or scale.maximum is not None
-    return Column(**given, scale=grid, scale_is_printed=printed_ends)
+    assumed = [name for name in ("minimum", "maximum") if getattr(scale, name) is None]
+    if farthest is None and "minimum" in assumed:
+        assumed.remove("minimum")
+    if "step" not in scale.model_fields_set:
+        assumed.append("step")
+    if summary.sd is not None and "sd_convention" not in summary.model_fields_set:
+        assumed.append("sd_convention")
+    return Column(**given, scale=grid, assumed=tuple(assumed))
 
 
 def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:

@@ -151,8 +151,8 @@ def test_too_many_data_sets_to_list_are_bounded_by_sums_and_sums_of_squares(caps
     assert "these bounds are from sums and sums of squares alone" in said
     # By hand: 20 over 24/√14, SDs of 12 in opposite order; and its square.
     assert "paired t(13) of b minus a: 3.118 to infinite" in said
-    assert "(a bound, perhaps not attained)" in said
-    assert "repeated-measures F(1, 13), at least 9.722" in said
+    assert "(bounds, perhaps not attained)" in said
+    assert "repeated-measures F(1, 13): 9.722 to infinite" in said
 
 
 @pytest.mark.parametrize(

@@ -62,7 +62,7 @@ statistic = 4.71
     commands.main(["reconstruct", str(tmp_path / "t.toml"), "--json"])
     found = json.loads(capsys.readouterr().out)
     SCHEMA.validate(found)
-    assert [test["verdict"] for test in found["tests"]] == ["possible", "not decided", "possible"]
+    assert [test["verdict"] for test in found["tests"]] == ["possible", "impossible", "possible"]
     assert found["columns"][0]["scale_is_printed"] is False
 
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 from slipscale.analysis.reconstruction.table.table_files import from_csv, from_toml
+from slipscale.analysis.reconstruction.table.words import assumptions, in_words
 from slipscale.faults import UserError
 
 GOOD = """
@@ -38,8 +39,22 @@ def test_csv_and_toml_say_the_same():
 def test_numbers_are_read_as_papers_print_them(column):
     text = "label;n;mean;sd;scale_minimum;scale_maximum\na;5;\u22122,40;1,14;\u221210;10\n"
     assert from_csv(text).columns == (
-        column(5, "-2.40", "1.14", minimum=-10, maximum=10).model_copy(update={"label": "a"}),
+        column(5, "-2.40", "1.14", minimum=-10, maximum=10).model_copy(
+            update={"label": "a", "assumed": ("step", "sd_convention")}
+        ),
     )
+
+
+def test_what_is_not_printed_is_named_as_assumed():
+    text = "label,n,mean,sd,scale_minimum,scale_step\na,5,2.40,1.14,0,\n"
+    (column,) = from_csv(text).columns
+    assert column.assumed == ("maximum", "step", "sd_convention")
+    assert "from 0, maximum not printed, step not printed" in in_words(column)
+    said = "; ".join(assumptions(column))
+    assert "whole steps of 1 (no step is stated)" in said
+    # By hand: no rating lies farther from the mean than 1.145 √5 = 2.56 allows, so 5 at most.
+    assert "the scale ends where the SD allows no rating (maximum 5)" in said
+    assert "divides by n - 1 (not stated)" in said
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,10 @@
-"""The least repeated-measures F over all data sets and pairings, and a table that attains it.
+"""The extreme repeated-measures F over all data sets and pairings, and tables that attain it.
 
-Sums of squares between columns and in total follow from the table; what participants differ by is
-taken out of the error. It is least when their totals are as equal as whole numbers can be, and
-then F is least, too. Only sums and sums of squares are needed, so it holds for columns of any
-size. Whether some table has totals that equal is found out by a search.
+Sums of squares between columns and in total follow from the table; differences between participants
+are taken out of the error. They are smallest when participants' totals are as equal as whole
+numbers can be: then F is least. They are largest when every column has the same order: then F is
+greatest (`cross_products` bounds it). Both hold for columns of any size. Whether some table
+attains a bound is decided by a search.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.reconstruction.inference.bounds import Range, Table, as_table
+from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
+from slipscale.analysis.reconstruction.inference.cross_products import choices
 from slipscale.analysis.reconstruction.inference.pairing import searched
 
 if TYPE_CHECKING:
@@ -58,13 +61,48 @@ def least_f(moments: Sequence[Moments], n: int) -> float | None:
 
 
 def attained_f(columns: Sequence[Sampler]) -> Range | None:
-    """Return the range of F with a table that attains the lower end, if a search finds one.
-
-    From above, F is not bounded: the error may vanish.
-    """
+    """Return the range of F with tables that attain its ends, if searches find some."""
     moments = [column.solutions.attained[0] for column in columns]
     case = _least(moments, columns[0].solutions.column.n)
-    return Range(case.f, inf, _table(columns, case)) if case else None
+    if case is None:
+        return None
+    high, table = greatest_f([ColumnRows(column.solutions) for column in columns])
+    return Range(case.f, high, _table(columns, case), table)
+
+
+def greatest_f(columns: Sequence[ColumnRows]) -> tuple[float, Table]:
+    """Return an upper bound on F, and a table that attains it if a search finds one.
+
+    Infinite if the error may vanish, or if there are too many sums and sums of squares.
+    """
+    found = choices(columns)
+    if not found.complete:
+        return inf, ()
+    error = found.error(found.most)
+    between = (found.n - 1) * found.between
+    bound = np.divide(between, error, out=np.full(len(error), inf), where=error > 0)
+    place = int(bound.argmax())
+    return float(bound[place]), _alike(columns, found.places[place], int(found.most[place]))
+
+
+def _alike(columns: Sequence[ColumnRows], place: Array, most: int) -> Table:
+    """Return data sets in the same order with this sum of cross products; empty if none is found.
+
+    Column by column, the data set is taken that goes best with the sum of the others.
+    """
+    rows = [
+        column.some(int(at)).astype(np.int64) for column, at in zip(columns, place, strict=True)
+    ]
+    if not all(map(len, rows)):
+        return ()
+    generator = np.random.default_rng(SEED)
+    for _ in range(ROUNDS):
+        table = np.stack([part[generator.integers(len(part))] for part in rows])
+        for j in [*range(len(rows))] * 3:
+            table[j] = rows[j][(rows[j] @ (table.sum(axis=0) - table[j])).argmax()]
+        if int((table.sum(axis=0) ** 2).sum() - (table**2).sum()) // 2 == most:
+            return as_table(*table)
+    return ()
 
 
 def _least(moments: Sequence[Moments], n: int) -> _Case | None:

@@ -1,0 +1,99 @@
+"""The data sets of a column, grouped by their sum and sum of squares, as far as they are needed.
+
+Sums follow from the printed numbers at once; lists and samples take a count that may be long.
+What needs only sums asks for `sums_first`, and a data set for one of them is searched for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.counts.listing import LISTED
+from slipscale.analysis.reconstruction.counts.problem import seconds_to_count
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.witness import witness_of
+
+if TYPE_CHECKING:
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+
+# Counts that take longer are made only if sums and searches do not answer.
+QUICK_S = 2.0
+# Data sets that are drawn where they are too many to list.
+DRAWN = 2000
+
+
+@dataclass(frozen=True)
+class ColumnRows:
+    """A column's data sets by moments.
+
+    Parameters
+    ----------
+    solutions : Solutions
+        Of the column.
+    sums_first : bool
+        Take the sums and sums of squares from the printed numbers, without counting data sets: some
+        may belong to none.
+    """
+
+    solutions: Solutions
+    sums_first: bool = False
+
+    @classmethod
+    def quickest(cls, solutions: Solutions) -> ColumnRows:
+        """Return the data sets if counting them is quick, else what sums and searches know."""
+        return cls(
+            solutions,
+            sums_first=bool(solutions.refused) or seconds_to_count(solutions.problems) > QUICK_S,
+        )
+
+    @property
+    def n(self) -> int:
+        """Ratings in the column."""
+        return self.solutions.column.n
+
+    @cached_property
+    def moments(self) -> tuple[tuple[int, int], ...]:
+        """Sums and sums of squares, in steps above the minimum."""
+        if self.sums_first:
+            return tuple((m.total, m.squares) for m in self.solutions.targets.moments)
+        return self.solutions.attained[0]
+
+    @cached_property
+    def listed(self) -> Array | None:
+        """All data sets, one per row, sorted; None if they are too many, or not counted."""
+        found = self.solutions
+        if self.sums_first or found.not_drawn or found.multisets > LISTED:
+            return None
+        return found.listed
+
+    @cached_property
+    def _groups(self) -> dict[tuple[int, int], Array]:
+        rows = self.listed if self.listed is not None else self._drawn
+        pairs = np.stack([rows.sum(axis=1), (rows.astype(np.int64) ** 2).sum(axis=1)], axis=1)
+        kinds, which = np.unique(pairs, axis=0, return_inverse=True)
+        return {
+            (int(s), int(q)): rows[which.ravel() == place] for place, (s, q) in enumerate(kinds)
+        }
+
+    @cached_property
+    def _drawn(self) -> Array:
+        if self.sums_first or self.solutions.not_drawn:
+            return np.zeros((0, self.n), dtype=np.int32)
+        return Sampler(self.solutions).draw(DRAWN, np.random.default_rng(1))
+
+    def rows(self, place: int) -> Array:
+        """Return the known data sets with the moments at a place; all of them if listed."""
+        return self._groups.get(self.moments[place], np.zeros((0, self.n), dtype=np.int32))
+
+    def some(self, place: int) -> Array:
+        """Return data sets with the moments at a place; empty if none is known or found."""
+        rows = self.rows(place)
+        if len(rows) or self.listed is not None:
+            return rows
+        found = witness_of(self.solutions.column, self.solutions.targets, self.moments[place])
+        return np.array([found], dtype=np.int32) if found else rows

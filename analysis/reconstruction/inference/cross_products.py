@@ -1,0 +1,246 @@
+"""The one number of a paired table that its columns leave open: the sum of cross products.
+
+For k columns of the same n participants, C is the sum over all pairs of columns of their sums of
+products, in steps. With sums and sums of squares it decides the paired t, Pearson's r and the
+repeated-measures F. For each pair of columns the sum of products is largest when both are sorted
+the same way and smallest in opposite order (rearrangement inequality); without the data sets,
+Cauchy and Schwarz's inequality bounds it. Whether a value in between occurs is decided by
+exchanging ratings and, for few participants, by trying every pairing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import combinations, permutations, product
+from math import factorial, prod
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.inference.bounds import SEARCHED
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
+
+# Choices of a sum and a sum of squares for each column that are all examined; of more, so many.
+CHOICES = 3_000_000
+SOME = 300_000
+# Choices and tables of each that an example is searched for in, and exchanges tried from each.
+SOUGHT = 40
+TABLES = 12
+# Pairings that are all tried before a test stays undecided.
+PAIRINGS = 2_000_000
+# Participants up to which every order of a column is written down.
+ORDERED = 8
+
+
+@dataclass(frozen=True)
+class Choices:
+    """Every choice of one sum and sum of squares per column, and the extreme C of each.
+
+    Parameters
+    ----------
+    places : ndarray of int, shape (choices, columns)
+        Which pair of a sum and a sum of squares each column has.
+    sums, squares : ndarray of int, shape (choices, columns)
+        In steps above the minimum.
+    least, most : ndarray of int, shape (choices,)
+        No pairing has a C below or above.
+    complete : bool
+        Whether every choice is here; if not, a random part of them is.
+    n : int
+        Participants.
+    """
+
+    places: Array
+    sums: Array
+    squares: Array
+    least: Array
+    most: Array
+    complete: bool
+    n: int
+
+    def error(self, cross: Array) -> Array:
+        """Return n k times the error sum of squares that a C leaves."""
+        k = self.sums.shape[1]
+        squares = self.squares.sum(axis=1)
+        found: Array = self.n * (k - 1) * squares - self.between - 2 * self.n * cross
+        return found
+
+    @property
+    def between(self) -> Array:
+        """N k times the sum of squares between columns."""
+        k = self.sums.shape[1]
+        found: Array = k * (self.sums**2).sum(axis=1) - self.sums.sum(axis=1) ** 2
+        return found
+
+
+def every_place(sizes: Sequence[int]) -> tuple[Array, bool]:
+    """Return every choice of one place per column, or a random part of them, and which it is."""
+    if prod(sizes) <= CHOICES:
+        return np.stack([m.ravel() for m in np.indices(sizes)], axis=1), True
+    generator = np.random.default_rng(3)
+    return np.stack([generator.integers(size, size=SOME) for size in sizes], axis=1), False
+
+
+def choices(columns: Sequence[ColumnRows]) -> Choices:
+    """Return every choice with its bounds on C, or a random part of them if they are too many."""
+    n, k = columns[0].n, len(columns)
+    places, complete = every_place([len(column.moments) for column in columns])
+    moments = [np.array(column.moments, dtype=np.int64).reshape(-1, 2) for column in columns]
+    sums, squares = (
+        np.stack([moments[j][places[:, j], part] for j in range(k)], axis=1) for part in (0, 1)
+    )
+    least, most = np.zeros(len(places), np.int64), np.zeros(len(places), np.int64)
+    for i, j in combinations(range(k), 2):
+        low, high = _products(columns[i], columns[j])
+        at = places[:, i], places[:, j]
+        least += low[at]
+        most += high[at]
+    # Participants' totals cannot be more equal than whole numbers are.
+    grand = sums.sum(axis=1)
+    low, rest = np.divmod(grand, n)
+    equal = (n - rest) * low**2 + rest * (low + 1) ** 2
+    least = np.maximum(least, -((squares.sum(axis=1) - equal) // 2))
+    return Choices(places, sums, squares, least, most, complete, n)
+
+
+def _products(a: ColumnRows, b: ColumnRows) -> tuple[Array, Array]:
+    """Return the least and largest sum of products for each pair of moments of two columns."""
+    if a.listed is not None and b.listed is not None and len(a.listed) * len(b.listed) <= SEARCHED:
+        shape = len(a.moments), len(b.moments)
+        low = np.empty(shape, np.int64)
+        high = np.empty(shape, np.int64)
+        for i, j in product(*map(range, shape)):
+            x, y = (rows.astype(np.float64) for rows in (a.rows(i), b.rows(j)))
+            # Whole numbers below 2^53: exact in floating point.
+            high[i, j] = int((x @ y.T).max())
+            low[i, j] = int((x @ y[:, ::-1].T).min())
+        return low, high
+    one, two = (np.array(column.moments, dtype=np.int64) for column in (a, b))
+    n = a.n
+    spread = [np.sqrt(np.maximum(n * m[:, 1] - m[:, 0] ** 2, 0).astype(float)) for m in (one, two)]
+    reach = np.multiply.outer(*spread) * (1 + 1e-12) + 1e-6
+    middle = np.multiply.outer(one[:, 0], two[:, 0])
+    return (
+        np.ceil((middle - reach) / n).astype(np.int64),
+        np.floor((middle + reach) / n).astype(np.int64),
+    )
+
+
+def example(
+    columns: Sequence[ColumnRows],
+    found: Choices,
+    wanted: tuple[Array, Array],
+    generator: np.random.Generator,
+) -> tuple[Array, ...]:
+    """Return columns paired so that C lies between `wanted`; empty if a search finds none.
+
+    Parameters
+    ----------
+    columns : sequence of ColumnRows
+        Where data sets come from.
+    found : Choices
+        Every choice of moments.
+    wanted : tuple of ndarray of int
+        Least and largest C for each choice; choices where the first exceeds the second are out.
+    generator : numpy.random.Generator
+        Of the data sets and starting pairings that are tried.
+    """
+    width = wanted[1] - wanted[0]
+    usable = np.flatnonzero(width >= 0)
+    # Far from the extremes most values of C occur.
+    margin = np.minimum(wanted[1] - found.least, found.most - wanted[0])[usable]
+    by_margin = usable[np.argsort(-margin, kind="stable")]
+    some = generator.permutation(usable)[:SOUGHT]
+    for choice in dict.fromkeys([*by_margin[:SOUGHT].tolist(), *some.tolist()]):
+        low, high = int(wanted[0][choice]), int(wanted[1][choice])
+        rows = [c.some(int(p)) for c, p in zip(columns, found.places[choice], strict=True)]
+        if not all(len(part) for part in rows):
+            continue
+        for _ in range(TABLES):
+            table = [part[generator.integers(len(part))].astype(np.int64) for part in rows]
+            for start in _starts(table, generator):
+                if (reached := _exchanged(start, low, high)) is not None:
+                    return tuple(reached)
+    return ()
+
+
+def _starts(table: list[Array], generator: np.random.Generator) -> Iterator[Array]:
+    """Yield pairings to exchange from: alike, opposite in turn, and at random."""
+    yield np.array([np.sort(row) for row in table])
+    yield np.array([np.sort(row)[:: 1 if place % 2 else -1] for place, row in enumerate(table)])
+    yield np.array([generator.permutation(row) for row in table])
+
+
+def _exchanged(table: Array, low: int, high: int) -> Array | None:
+    """Return a table rearranged so that C lies in an interval, or None.
+
+    By the exchange of two ratings in a column that comes nearest, as long as one comes nearer.
+    """
+    k, n = table.shape
+    for _ in range(n * n * k):
+        totals = table.sum(axis=0)
+        cross = int((totals**2).sum() - (table**2).sum()) // 2
+        missing = max(low - cross, 0) or min(high - cross, 0)
+        if not missing:
+            return table
+        best: tuple[int, int, int, int] | None = None
+        for j in range(k):
+            others = totals - table[j]
+            # Ratings i and h exchanged add (others_i - others_h) (x_h - x_i).
+            change = -np.subtract.outer(others, others) * np.subtract.outer(table[j], table[j])
+            left = np.abs(missing - change)
+            place = int(left.argmin())
+            if best is None or left.flat[place] < best[0]:
+                best = int(left.flat[place]), j, *divmod(place, n)
+        if best is None or best[0] >= abs(missing):
+            return None
+        _, j, i, h = best
+        table[j, i], table[j, h] = table[j, h], table[j, i]
+    return None
+
+
+def every(
+    columns: Sequence[ColumnRows], found: Choices, wanted: tuple[Array, Array]
+) -> tuple[Array, ...] | None:
+    """Try every pairing of every data set: return one with C between `wanted`, empty if none.
+
+    None if there are too many to try.
+    """
+    n = found.n
+    usable = np.flatnonzero(wanted[0] <= wanted[1])
+    if n > ORDERED or any(column.listed is None for column in columns):
+        return None
+    orders = factorial(n) ** (len(columns) - 1)
+    number = sum(
+        orders
+        * prod(len(c.rows(int(p))) for c, p in zip(columns, found.places[choice], strict=True))
+        for choice in usable
+    )
+    if number > PAIRINGS:
+        return None
+    for choice in usable:
+        low, high = wanted[0][choice], wanted[1][choice]
+        parts = [c.rows(int(p)) for c, p in zip(columns, found.places[choice], strict=True)]
+        for first, *others in product(*parts):
+            arranged = [_orders(tuple(row.tolist())) for row in others]
+            totals, cross = first[None].astype(np.int64), np.zeros(1, np.int64)
+            for rows in arranged:
+                cross = (cross[:, None] + totals @ rows.T).ravel()
+                totals = (totals[:, None] + rows[None]).reshape(-1, n)
+            hit = np.flatnonzero((cross >= low) & (cross <= high))
+            if len(hit):
+                at = np.unravel_index(int(hit[0]), [len(rows) for rows in arranged])
+                return first, *(rows[i] for rows, i in zip(arranged, at, strict=True))
+    return ()
+
+
+@lru_cache(maxsize=512)
+def _orders(row: tuple[int, ...]) -> Array:
+    """Return every different order of a row."""
+    return np.array(sorted(set(permutations(row))), dtype=np.int64)

@@ -1,0 +1,88 @@
+"""Test statistics of tables of ratings, straight from their definitions.
+
+Deductions elsewhere go through sums, sums of squares and sums of products. Nothing here does, so
+that a table shown as an example, and a search for a counterexample to "impossible", do not share
+a mistake with them.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+
+    Groups = Sequence[Array]
+
+
+def paired_t(columns: Groups) -> Array:
+    """Return t of second minus first column; NaN if all differences are equal."""
+    differences = columns[1] - columns[0]
+    return _ratio(
+        differences.mean(axis=1), differences.std(axis=1, ddof=1) / np.sqrt(differences.shape[1])
+    )
+
+
+def independent_t(columns: Groups) -> Array:
+    """Return Student's t of second minus first group; NaN without variation within groups."""
+    a, b = columns
+    n = a.shape[1], b.shape[1]
+    pooled = ((n[0] - 1) * a.var(axis=1, ddof=1) + (n[1] - 1) * b.var(axis=1, ddof=1)) / (
+        sum(n) - 2
+    )
+    return _ratio(b.mean(axis=1) - a.mean(axis=1), np.sqrt(pooled * (1 / n[0] + 1 / n[1])))
+
+
+def welch_t(columns: Groups) -> Array:
+    """Return Welch's t of second minus first group; NaN without variation within groups."""
+    a, b = columns
+    squared = sum(x.var(axis=1, ddof=1) / x.shape[1] for x in (a, b))
+    return _ratio(b.mean(axis=1) - a.mean(axis=1), np.sqrt(squared))
+
+
+def one_way_f(columns: Groups) -> Array:
+    """Return the one-way F; NaN without variation within groups."""
+    n = [x.shape[1] for x in columns]
+    grand = np.concatenate(list(columns), axis=1).mean(axis=1)
+    between = sum(m * (x.mean(axis=1) - grand) ** 2 for m, x in zip(n, columns, strict=True))
+    within = sum(((x - x.mean(axis=1, keepdims=True)) ** 2).sum(axis=1) for x in columns)
+    return _ratio(between / (len(n) - 1), within / (sum(n) - len(n)))
+
+
+def rm_f(columns: Groups) -> Array:
+    """Return the repeated-measures F; NaN without variation that is not of participants."""
+    x = np.stack(list(columns), axis=2).astype(float)
+    n, k = x.shape[1:]
+    means = x.mean(axis=1, keepdims=True)
+    own = x.mean(axis=2, keepdims=True)
+    grand = x.mean(axis=(1, 2), keepdims=True)
+    error = ((x - means - own + grand) ** 2).sum(axis=(1, 2)) / ((n - 1) * (k - 1))
+    between = n * ((means - grand) ** 2).sum(axis=(1, 2)) / (k - 1)
+    return _ratio(between, error)
+
+
+def correlation(columns: Groups) -> Array:
+    """Return Pearson's r; NaN if a column is constant."""
+    a, b = (x - x.mean(axis=1, keepdims=True) for x in columns)
+    return _ratio((a * b).sum(axis=1), np.sqrt((a**2).sum(axis=1) * (b**2).sum(axis=1)))
+
+
+STATISTICS: dict[str, Callable[[Groups], Array]] = {
+    "paired_t": paired_t,
+    "independent_t": independent_t,
+    "welch_t": welch_t,
+    "one_way_f": one_way_f,
+    "rm_f": rm_f,
+    "correlation": correlation,
+}
+
+
+def _ratio(top: Array, bottom: Array) -> Array:
+    # Sums of squares that are 0 in whole numbers are some 1e-31 in floating point.
+    defined = bottom > 1e-12 * (1 + np.abs(top))
+    found: Array = np.divide(top, bottom, out=np.full_like(bottom, np.nan), where=defined)
+    return found

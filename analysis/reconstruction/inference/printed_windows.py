@@ -1,0 +1,112 @@
+"""What a printed test says about its statistic: the values of |t|, F or r that print it so.
+
+Everything printed of one test (the statistic, p, an effect size) limits the same number, so each
+becomes an interval of that number, and the intervals are intersected. With fixed degrees of
+freedom p decreases in |t| and in F, and Cohen's d and partial η² increase in them. Welch's t has
+degrees of freedom that depend on the data: `fits` compares its p directly.
+"""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
+    from slipscale.analysis.reconstruction.table.rounding import Printed
+
+# Floating point's share in what is compared with a printed number.
+SLACK = 1e-9
+Window = tuple[float, float]
+
+
+def between(printed: Printed | None, rule: str) -> Window:
+    """Return the interval of values that are printed so; everything if nothing is printed."""
+    if printed is None:
+        return -inf, inf
+    values = printed.values(rule)
+    return float(values.low), float(values.high)
+
+
+def size_of(printed: Printed | None, rule: str) -> Window:
+    """Return the interval of absolute values that are printed so, whatever the sign."""
+    low, high = between(printed and type(printed)(printed.text.lstrip("+-")), rule)
+    return max(low, 0.0), high
+
+
+def p_between(test: PrintedTest) -> Window:
+    """Return the interval of the printed p, from both `p` and `p_below`."""
+    low, high = between(test.p, test.rounding)
+    if test.p_below is not None:
+        high = min(high, float(test.p_below.value))
+    return max(low, 0.0), min(high, 1.0)
+
+
+def t_window(test: PrintedTest, degrees: float, t_of_d: float) -> Window:
+    """Return the interval of |t|.
+
+    Parameters
+    ----------
+    test : PrintedTest
+        A paired or an independent t.
+    degrees : float
+        Its degrees of freedom.
+    t_of_d : float
+        t for Cohen's d of 1: √n for pairs, √(n₁ n₂ / (n₁ + n₂)) for groups.
+    """
+    from scipy.stats import t as student  # noqa: PLC0415 - SciPy takes longer than the counts
+
+    least_p, most_p = (p / test.sides for p in p_between(test))
+    d_low, d_high = size_of(test.d, test.rounding)
+    low, high = size_of(test.statistic, test.rounding)
+    return (
+        max(low, d_low * t_of_d, float(student.isf(min(most_p, 0.5), degrees))),
+        min(high, d_high * t_of_d, float(student.isf(least_p, degrees)) if least_p > 0 else inf),
+    )
+
+
+def f_window(test: PrintedTest, degrees: tuple[int, int]) -> Window:
+    """Return the interval of F."""
+    from scipy.stats import f as fisher  # noqa: PLC0415
+
+    least_p, most_p = p_between(test)
+    low, high = size_of(test.statistic, test.rounding)
+    share_low, share_high = size_of(test.partial_eta_squared, test.rounding)
+    ratio = degrees[1] / degrees[0]
+    f_of_share = [
+        inf if share >= 1 else ratio * share / (1 - share) for share in (share_low, share_high)
+    ]
+    return (
+        max(low, f_of_share[0], float(fisher.isf(most_p, *degrees))),
+        min(high, f_of_share[1], float(fisher.isf(least_p, *degrees)) if least_p > 0 else inf),
+    )
+
+
+def r_windows(test: PrintedTest, n: int) -> list[Window]:
+    """Return the intervals of r: the sign counts if r is printed."""
+    from scipy.stats import t as student  # noqa: PLC0415
+
+    degrees = n - 2
+    if not degrees:
+        # Two points have r of 1 or -1, and no p.
+        return [] if test.p or test.p_below else [between(test.statistic, test.rounding)]
+    least_p, most_p = (p / test.sides for p in p_between(test))
+    t_near = float(student.isf(min(most_p, 0.5), degrees))
+    near = t_near / sqrt(t_near**2 + degrees)
+    far = 1.0
+    if least_p > 0:
+        t_far = float(student.isf(least_p, degrees))
+        far = t_far / sqrt(t_far**2 + degrees)
+    low, high = between(test.statistic, test.rounding)
+    both = ((max(low, -far), min(high, -near)), (max(low, near), min(high, far)))
+    return [window for window in dict.fromkeys(both) if window[0] <= window[1]]
+
+
+def fits(values: Array, window: Window) -> Array:
+    """Whether values are in an interval, to what floating point allows."""
+    slack = SLACK * (1 + np.abs(values))
+    found: Array = (values >= window[0] - slack) & (values <= window[1] + slack)
+    return found

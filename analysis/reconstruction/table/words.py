@@ -1,0 +1,63 @@
+"""A column in words: what is printed of it, and what is assumed because it is not."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from slipscale.analysis.reconstruction.table.published_table import Column
+
+# What is printed of a column, and in which order.
+NAMES = {
+    "mean": "mean",
+    "mean_percent": "mean in percent",
+    "sum": "sum",
+    "sd": "SD",
+    "se": "SE",
+    "ci_low": "interval from",
+    "ci_high": "interval to",
+    "maximum_deviation": "largest deviation",
+    "observed_minimum": "smallest",
+    "observed_maximum": "largest",
+    "median": "median",
+    "lower_quartile": "lower quartile",
+    "upper_quartile": "upper quartile",
+}
+
+
+def in_words(column: Column) -> str:
+    """Return all that is printed of a column."""
+    said = [f"n {column.n}"]
+    for name, words in NAMES.items():
+        printed = getattr(column, name)
+        if printed is not None:
+            said.append(f"{words} {printed.text}")
+    said += [f"{value} given by somebody" for value in column.present]
+    said += [f"{value} given by nobody" for value in column.absent]
+    said += [f"{value} given by {times}" for value, times in column.frequencies]
+    said += [f"{value} given by {share.text} %" for value, share in column.percentages]
+    scale = column.scale
+    ends = {
+        (): f"{scale.minimum} to {scale.maximum}",
+        ("maximum",): f"from {scale.minimum}, maximum not printed",
+        ("minimum",): f"up to {scale.maximum}, minimum not printed",
+    }
+    missing = tuple(name for name in ("minimum", "maximum") if name in column.assumed)
+    step = "step not printed" if "step" in column.assumed else f"in steps of {scale.step}"
+    return f"{', '.join(said)}; scale {ends.get(missing, 'not printed')}, {step}"
+
+
+def assumptions(column: Column) -> Iterator[str]:
+    """Yield what every answer on a column assumes: a wrong assumption makes a wrong verdict."""
+    scale = column.scale
+    stated = " (no step is stated)" if "step" in column.assumed else ""
+    yield f"ratings are whole steps of {scale.step}{stated}"
+    yield f"n = {column.n} counts no missing ratings"
+    far = {"minimum": scale.minimum, "maximum": scale.maximum}
+    if derived := [f"{name} {float(far[name]):g}" for name in far if name in column.assumed]:
+        yield f"the scale ends where the SD allows no rating ({' and '.join(derived)})"
+    if "sd_convention" in column.assumed:
+        yield "the SD divides by n - 1 (not stated)"
+    yield f"rounding: {column.rounding}"
