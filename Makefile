@@ -7,6 +7,7 @@
 # make audit   known vulnerabilities of the pinned versions (network)
 # make fuzz     10,000 texts of every kind that we read: make fuzz TEXTS=100000 ARGS=--write
 # make benchmarks  each quick benchmark's ratio beside the recorded one
+# make windows  signals and lost displays in real windows: make windows ARGS="--signals 5000"
 # make soak     an eight-hour day in one process, in short: make soak ARGS="--hours 8"
 # make reliability  every line of docs/reliability.md
 # make setup   the environment of a laboratory's computer, in .venv: sessions and their analysis
@@ -15,7 +16,7 @@ BIN = .venv/bin
 ARGS ?=
 LINT = $(MAKE) --no-print-directory lint
 
-.PHONY: set-pilot set-session set-test setup pilot test lint docs pictures torture fuzz soak reliability benchmarks coverage requirements sbom audit
+.PHONY: set-pilot set-session set-test setup pilot test lint docs pictures torture windows fuzz soak reliability benchmarks coverage requirements sbom audit
 # Each set of packages contains the one before: pilot, session, test.
 set-pilot set-session set-test: set-%:
 	@$(PYTHON) tools/setup.py $*
@@ -62,6 +63,10 @@ pictures: set-test
 # Kills and disk faults; docs/reliability.md. 10,000 cases: make torture ARGS="--places 45 --write"
 torture: set-test
 	$(BIN)/python -m tools.torture $(ARGS)
+
+# Sessions in windows that are ended by signals, and by their X server; docs/reliability.md.
+windows: set-test
+	$(BIN)/python -m tools.torture.windows $(ARGS)
 
 # So many texts of each kind of file, each used or refused in a sentence; docs/reliability.md.
 TEXTS = 10000

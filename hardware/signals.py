@@ -3,15 +3,23 @@
 Without this SIGTERM and SIGHUP end Python with no ``with`` block left and no ``finally`` run. What
 silences then: the driver's ``close`` (`slipscale.hardware.driver`), in a session `Session.run`
 before it.
+
+An exception that a handler raises can be lost: in a destructor, in a library's callback, in an
+``except BaseException: pass`` (PsychoPy has one where its window opens). So the signal is noted
+too. `raise_if_ended` raises it again at every frame, wait and prompt, and so does the end of the
+block.
 """
 
 from __future__ import annotations
 
 import math
 import signal
+import sys
 import time
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
+
+from slipscale.faults import RigError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,14 +38,35 @@ class EndedBySignal(KeyboardInterrupt):
     """The operating system, or somebody, asked the program to end."""
 
 
+class _Noted:
+    """The signal that asked the block in progress to end; empty before it."""
+
+    name = ""
+
+
+def note_signal(number: int) -> EndedBySignal:
+    """Note a signal that asked to end; return the exception for its handler to raise."""
+    _Noted.name = signal.Signals(number).name
+    return EndedBySignal(_Noted.name)
+
+
+def raise_if_ended() -> None:
+    """Raise `EndedBySignal` if a signal asked to end and the exception was lost."""
+    if _Noted.name:
+        raise EndedBySignal(_Noted.name)
+
+
 @contextmanager
 def signals_raise() -> Iterator[None]:
     """Turn signals that end the program into `EndedBySignal` inside the block.
 
-    For `IGNORED_S` after the first, others are ignored: the plate is being silenced.
-    Only the main thread may call this.
+    For `IGNORED_S` after the first, others are ignored: the plate is being silenced. A block whose
+    exception was lost ends with it all the same. Only the main thread may call this.
     """
     first_s = -math.inf
+    if sys.exception() is None:  # unless the block is part of ending
+        raise_if_ended()
+    outside, _Noted.name = _Noted.name, ""
 
     def handle(number: int, _: FrameType | None) -> None:
         nonlocal first_s
@@ -45,15 +74,30 @@ def signals_raise() -> Iterator[None]:
         if now_s - first_s < IGNORED_S:
             return
         first_s = now_s
-        raise EndedBySignal(signal.Signals(number).name)
+        raise note_signal(number)
 
     numbers = [getattr(signal, name) for name in ENDINGS if hasattr(signal, name)]
     before = {number: signal.signal(number, handle) for number in numbers}
     try:
         yield
+        raise_if_ended()
+    except Exception as error:
+        # What a library stumbled over after it had swallowed the exception is not the cause.
+        if isinstance(error, RigError) or _follows(error):
+            raise
+        raise_if_ended()
+        raise
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
+        _Noted.name = outside
+
+
+def _follows(error: BaseException | None) -> bool:
+    """Return whether an error came up while `EndedBySignal` was being handled."""
+    while error is not None and not isinstance(error, EndedBySignal):
+        error = error.__context__
+    return error is not None
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """The campaign of kills and disk faults, in short: docs/reliability.md has its figures."""
 
+import shutil
 import sys
 from contextlib import ExitStack
 from dataclasses import replace
@@ -12,7 +13,7 @@ from slipscale.experiments.study.file import read_study
 from slipscale.hardware.emulator.process import EmulatorProcess
 from slipscale.hardware.errors import PlateTimeout
 from tools.torture import __main__ as torture
-from tools.torture import pilots, soak, system_calls, upkeep, writers
+from tools.torture import pilots, soak, system_calls, upkeep, windows, writers
 from tools.torture.disk_faults import FAULTS, Journal
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="kills with POSIX signals")
@@ -69,6 +70,14 @@ def test_a_label_that_a_withdrawal_leaves_is_found(monkeypatch):
     outcome = pilots.Outcome()
     upkeep.kill_upkeep(1, outcome)
     assert "names sub-01" in outcome.bad[0][1]
+
+
+@pytest.mark.window
+@pytest.mark.skipif(not shutil.which("Xvfb"), reason="needs a virtual display")
+def test_signals_and_a_lost_display_end_sessions_in_windows_as_faults_do(capfd):
+    words = ["--signals", "4", "--processes", "1", "--servers", "1"]
+    assert windows.main(words) == 0, capfd.readouterr().err
+    assert capfd.readouterr().out.strip().endswith("1 processes, 1 servers: 0 bad")
 
 
 def test_every_protocol_takes_part_with_all_its_options():

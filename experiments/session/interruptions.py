@@ -12,6 +12,7 @@ from slipscale.experiments.participants.base import StopRequested
 from slipscale.experiments.protocols.steps import Voided
 from slipscale.experiments.session.markers import Event
 from slipscale.hardware.errors import PlateFault
+from slipscale.hardware.signals import raise_if_ended
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -105,7 +106,7 @@ class Interruptions:
 
     def watch_operator(self) -> None:
         """Do what the operator asks for, if anything."""
-        request = self._operator.poll()
+        request = self._poll()
         if request is None:
             return
         if request.what == "void":
@@ -122,6 +123,11 @@ class Interruptions:
             raise _Paused
         elif request.what == "stop":
             raise stop_of(request)
+
+    def _poll(self) -> Request | None:
+        """Return what the operator asks for; a signal is a request that nobody may lose."""
+        raise_if_ended()
+        return self._operator.poll()
 
     def take_voids(self) -> Voided:
         """Return the trials voided since the last call, and forget them."""
@@ -223,7 +229,7 @@ class Interruptions:
         self._progress.tell(state, message=message)
 
         def answered() -> bool:
-            request = self._operator.poll()
+            request = self._poll()
             if request is not None and request.what == "stop":
                 raise stop_of(request)
             if request is not None and request.what == "void":

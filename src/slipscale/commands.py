@@ -138,7 +138,9 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        The command line after the program's name; ``sys.argv[1:]`` by default.
+        The command line after the program's name. By default ``sys.argv[1:]``, as this process's
+        only command: signals then end the process quietly with status 130, also before and after
+        the command.
 
     Returns
     -------
@@ -147,8 +149,42 @@ def main(arguments: list[str] | None = None) -> int:
     """
     if "_ARGCOMPLETE" in os.environ:
         complete()
+    if arguments is not None:
+        return _answer(arguments)
+    ended = _signals_end()
     try:
-        status = dispatch(sys.argv[1:] if arguments is None else arguments)
+        status = _answer(sys.argv[1:])
+        ended.append("over")
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    return status
+
+
+def _signals_end() -> list[str]:
+    """Have signals raise KeyboardInterrupt; end the process at once when the list is not empty."""
+    import signal  # noqa: PLC0415 - a library that calls `main` keeps its own handlers
+
+    from slipscale.hardware.signals import ENDINGS, note_signal  # noqa: PLC0415
+
+    ended: list[str] = []
+
+    def end(number: int, _frame: object) -> None:
+        if ended:
+            os._exit(INTERRUPTED)
+        ended.append("by a signal")
+        raise note_signal(number)
+
+    for name in ENDINGS:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # as nohup sets it
+            signal.signal(number, end)
+    return ended
+
+
+def _answer(words: list[str]) -> int:
+    """Answer a command line; return the exit status."""
+    try:
+        status = dispatch(words)
         sys.stdout.flush()
     except BrokenPipeError:
         # Whoever read our output (head, a pager) has had enough; so have we, without complaint.

@@ -1,11 +1,15 @@
 """Signals end a session through its `finally`, and an impatient second one does not cut that."""
 
+import contextlib
 import signal
+import subprocess
+import sys
 
 import pytest
 
+from slipscale.faults import RigError, UserError
 from slipscale.hardware import signals
-from slipscale.hardware.signals import EndedBySignal, signals_raise
+from slipscale.hardware.signals import EndedBySignal, raise_if_ended, signals_raise
 
 
 @pytest.fixture
@@ -43,8 +47,98 @@ def test_a_second_signal_does_not_interrupt_what_silences_the_plate(clock):
 
 
 def test_a_session_that_goes_on_all_the_same_can_be_ended_again(clock):
-    with signals_raise():
-        for _ in range(2):
-            with pytest.raises(EndedBySignal):
+    def session():
+        with signals_raise():
+            for _ in range(2):
+                with pytest.raises(EndedBySignal):
+                    signal.raise_signal(signal.SIGTERM)
+                clock[0] += 1.1 * signals.IGNORED_S
+
+    with pytest.raises(EndedBySignal):
+        session()
+
+
+class Dying:
+    """A library's object in whose destructor the signal arrives: Python drops the exception."""
+
+    def __del__(self):
+        with contextlib.suppress(BaseException):  # Python itself would print it
+            signal.raise_signal(signal.SIGTERM)
+
+
+def test_a_signal_whose_exception_was_lost_is_raised_at_the_next_check():
+    reached = []
+
+    def session():
+        with signals_raise():
+            Dying()
+            reached.append("destructor")
+            raise_if_ended()
+            reached.append("frame")
+
+    with pytest.raises(EndedBySignal, match="SIGTERM"):
+        session()
+    assert reached == ["destructor"]
+    raise_if_ended()  # the block is over, and so is its signal
+
+
+def test_a_block_ends_by_its_signal_even_if_nothing_checks():
+    with pytest.raises(EndedBySignal), signals_raise():
+        Dying()
+
+
+@pytest.mark.parametrize(
+    "error, raised", [(AttributeError("half open"), EndedBySignal), (RigError("stuck"), RigError)]
+)
+def test_what_fails_after_a_lost_signal_is_the_signal_except_a_plate_that_fails(error, raised):
+    def session():
+        with signals_raise():
+            Dying()
+            raise error
+
+    with pytest.raises(raised):
+        session()
+
+
+def test_an_error_while_the_session_ends_keeps_its_own_sentence():
+    def session():
+        with signals_raise():
+            try:
                 signal.raise_signal(signal.SIGTERM)
-            clock[0] += 1.1 * signals.IGNORED_S
+            finally:
+                raise UserError("the disk is full")
+
+    with pytest.raises(UserError, match="the disk is full"):
+        session()
+
+
+MAIN = """
+import atexit, signal, sys
+from slipscale import commands
+def end():
+    signal.raise_signal(signal.{name})
+{moment}
+sys.exit(commands.main())
+"""
+MOMENTS = {
+    "before the command": "commands.dispatch = lambda words: end()",
+    "before it, and lost": """
+import contextlib
+from slipscale.hardware.signals import signals_raise
+def dispatch(words):
+    with contextlib.suppress(BaseException):
+        end()
+    with signals_raise():
+        print("THE SESSION HAS BEGUN")
+commands.dispatch = dispatch""",
+    "while the process exits": "commands.dispatch = lambda words: 0; atexit.register(end)",
+}
+
+
+@pytest.mark.parametrize("name", [n for n in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, n)])
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_a_signal_outside_the_session_ends_the_process_quietly(name, moment):
+    code = MAIN.format(name=name, moment=MOMENTS[moment])
+    words = [sys.executable, "-c", code]
+    ended = subprocess.run(words, check=False, capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "", "")

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
 
+from slipscale.experiments.participants.psychopy_window.connection import Connection
 from slipscale.experiments.participants.psychopy_window.scene import (
     Area,
     Arrow,
@@ -24,6 +25,7 @@ from slipscale.experiments.participants.psychopy_window.scene import (
 )
 from slipscale.faults import UserError
 from slipscale.hardware.contact.source import Touch
+from slipscale.hardware.signals import raise_if_ended
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -173,11 +175,19 @@ class Display:
         self._shown: dict[Item, Any] = {}
         self._frame_s = -FRAME_S
         self.pointer = Pointer()
+        self.connection = Connection()
 
     def __enter__(self) -> Self:
         visual = import_visual()
+        self.connection.guard()
         check_screen(self._screen)
         self._visual = visual
+        with self.connection.used():
+            self._open()
+        return self
+
+    def _open(self) -> None:
+        visual = self._visual
         self._window = visual.Window(
             size=self._size,
             fullscr=self._full_screen,
@@ -191,10 +201,11 @@ class Display:
             autoLog=False,
             gammaErrorPolicy="ignore",
         )
+        raise_if_ended()  # PsychoPy swallows any exception while its window opens
+        self.connection.watch(self._window.winHandle)
         self._window.mouseVisible = not self._full_screen
         self.pointer.appears(self._window)
         self._load_fonts()
-        return self
 
     def __exit__(
         self,
@@ -202,8 +213,9 @@ class Display:
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
-        self._shown.clear()
-        self._window.close()
+        if not self.connection.lost:
+            self._shown.clear()
+            self._window.close()
 
     @property
     def handle(self) -> Any:
@@ -223,14 +235,16 @@ class Display:
 
     def draw(self, scene: Scene) -> None:
         """Draw a scene, unseen until the flip; what did not change is not built again."""
-        self._shown = {item: self._shown.get(item) or self._build(item) for item in scene}
-        for item in scene:
-            for stimulus in self._shown[item]:
-                stimulus.draw()
+        with self.connection.used():
+            self._shown = {item: self._shown.get(item) or self._build(item) for item in scene}
+            for item in scene:
+                for stimulus in self._shown[item]:
+                    stimulus.draw()
 
     def flip(self) -> float:
         """Show what was drawn; return when, on the session's clock."""
-        self._window.flip()
+        with self.connection.used():
+            self._window.flip()
         shown_s = self._clock.now()
         self._clock.sleep(FRAME_S - (shown_s - self._frame_s))
         self._frame_s = self._clock.now()

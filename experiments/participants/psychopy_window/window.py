@@ -88,7 +88,7 @@ class PsychoPyWindow:
             self._keyboard = Keyboard(
                 self.display.handle, self._clock, precise_times=self._precise_times
             )
-            opening.callback(self._keyboard.close)
+            opening.callback(self._close_keyboard)
             self._open = opening.pop_all()
         return self
 
@@ -99,6 +99,14 @@ class PsychoPyWindow:
         trace: TracebackType | None,
     ) -> None:
         self._open.close()
+
+    def _close_keyboard(self) -> None:
+        if not self.display.connection.lost:
+            self._keyboard.close()
+
+    def _poll(self) -> list[Key]:
+        with self.display.connection.used():
+            return self._keyboard.poll()
 
     @property
     def focused(self) -> bool:
@@ -156,7 +164,7 @@ class PsychoPyWindow:
         away_s = 0.0
         while True:
             notches = 0
-            for key in self._touched(self._keyboard.poll()):
+            for key in self._touched(self._poll()):
                 elapsed_s = key.time_s - onset_s - away_s
                 if key.kind == "escape":
                     away_s += self._ask_to_stop(watch)
@@ -187,7 +195,7 @@ class PsychoPyWindow:
     def hold(self, text: str, until: Callable[[], bool]) -> None:
         """Show ``text`` until ``until()``; keys do nothing meanwhile."""
         while not until():
-            self._keyboard.poll()
+            self._poll()
             self._show(scene.message(text))
 
     def _show_first(self, screen: Screen, watch: Watch) -> float:
@@ -196,7 +204,7 @@ class PsychoPyWindow:
             self._await_release(watch)
         self._pointed = screen.pointed
         watch()
-        self._keyboard.poll()
+        self._poll()
         return self._show(screen.scene(0.0))
 
     def _show(self, shown: Scene) -> float:
@@ -228,7 +236,7 @@ class PsychoPyWindow:
         began_s = self._clock.now()
         while self._keyboard.held:
             watch()
-            self._keyboard.poll()
+            self._poll()
             patient = self._clock.now() - began_s < RELEASE_PATIENCE_S
             self._show(() if patient else scene.message(self._texts["window.release_keys"]))
 
@@ -244,7 +252,7 @@ class PsychoPyWindow:
         screen = Stopping(self._texts)
         onset_s = self._show_first(screen, watch)
         while True:
-            for key in self._touched(self._keyboard.poll()):
+            for key in self._touched(self._poll()):
                 outcome = hand_over(key, screen, key.time_s - onset_s)
                 if outcome and outcome.value:
                     raise StopRequested("the participant pressed Escape and confirmed")

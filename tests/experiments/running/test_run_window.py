@@ -197,7 +197,7 @@ def test_a_terminated_session_leaves_a_resumable_journal(start, tmp_path):
     Hand(process, tmp_path).until("difference_felt")
     process.send_signal(signal.SIGTERM)
     _, err = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 130
+    assert process.returncode == 130, err
     assert "Traceback" not in err
     records = read_plan(tmp_path / JOURNAL)[1]
     assert records[-1].kind == "stop"

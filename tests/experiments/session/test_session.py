@@ -1,3 +1,5 @@
+import contextlib
+import signal
 from collections import Counter
 
 import pytest
@@ -16,6 +18,7 @@ from slipscale.experiments.protocols.steps import (
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.faults import UserError
 from slipscale.hardware.errors import PlateFault
+from slipscale.hardware.signals import EndedBySignal, signals_raise
 
 
 def sensible(step):
@@ -613,3 +616,59 @@ def test_the_plate_moves_only_while_the_noise_is_at_its_level(laboratory):
     felt = [s for s in operator.told if s.state in ("presenting", "waiting") and s.task]
     assert {s.noise for s in felt if s.plate != "silent"} == {"playing"}
     assert {s.plate for s in felt} == {"silent", "as commanded", "lost"}
+
+
+def swallowed():
+    """Have a signal arrive where a library drops every exception."""
+    with contextlib.suppress(BaseException):
+        signal.raise_signal(signal.SIGTERM)
+
+
+class Swallowing(ScriptedParticipant):
+    """A window whose library drops the exception of a signal in its first frame."""
+
+    def perform(self, step, watch):
+        swallowed()
+        watch()
+        return super().perform(step, watch)
+
+    def hold(self, text, until):
+        swallowed()
+        super().hold(text, until)
+
+
+def test_a_signal_that_a_library_swallows_ends_the_session_at_the_next_frame(laboratory):
+    with pytest.raises(EndedBySignal), signals_raise():
+        laboratory.run(person=lambda _: Swallowing(sensible, laboratory.clock))
+    assert laboratory.records()[-1].kind == "stop"
+    assert laboratory.plate.twin.drive.target_um_pp in (None, 0.0)
+    assert not laboratory.records(kind="done")
+
+
+class AwaitedInVain(UnattendedOperator):
+    """Never says what a pause or a fault waits for; a signal is swallowed meanwhile."""
+
+    def __init__(self, first=None):
+        super().__init__()
+        self.first = first
+
+    def tell(self, status):
+        super().tell(status)
+        if status.state in ("paused", "fault"):
+            swallowed()
+
+    def poll(self):
+        request, self.first = self.first, None
+        return request
+
+
+@pytest.mark.parametrize(
+    "spec, asked", [("mock", Request(what="pause")), ("mock:fault=lost@3", None)]
+)
+def test_a_swallowed_signal_ends_a_session_that_waits_for_the_operator(laboratory, spec, asked):
+    with pytest.raises(EndedBySignal), signals_raise():
+        laboratory.run(
+            person=lambda _: ScriptedParticipant(sensible, laboratory.clock),
+            operator=AwaitedInVain(asked),
+            spec=spec,
+        )

@@ -1,0 +1,326 @@
+"""Sessions in real windows whose process or display is ended at random moments.
+
+Use: ``make windows``, ``make windows ARGS="--signals 5000 --servers 20"`` (an hour). Needs Xvfb;
+nothing appears on the screen.
+
+- Signals: one process runs a session after the other, resumes it, and gets SIGINT, SIGTERM or
+  SIGHUP at a random moment: while the window opens, in a frame, in a destructor, while a record is
+  written, while the data set is built. The command must return 130, with a silent plate and a
+  journal that holds all that it held before and can be resumed.
+- Whole processes: the same for commands of their own, from their first line on.
+- Servers: the X server is killed under a session of its own process, at a screen each time. It must
+  return 3, leave a stop record, neither lock nor live file, and say how to resume.
+
+Prints what went wrong, and the counts; exit status 1 if anything did.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import Counter
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+from unittest import mock
+
+from slipscale import commands
+from slipscale.experiments.journal.plan_and_progress import is_complete, read_plan
+from slipscale.experiments.journal.reading import read_whole
+from slipscale.experiments.participants.psychopy_window.display import import_visual
+from slipscale.experiments.participants.psychopy_window.keyboard import Keyboard
+from slipscale.experiments.running import begin_or_resume
+from slipscale.faults import DONE, INTERRUPTED, RIG_FAULT
+from slipscale.hardware import signals
+from tools.torture.pilots import folder
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from slipscale.hardware.driver import PlateDriver
+
+STUDY = """name = "signals"
+title = "Signals"
+amplitudes_um_pp = [0.0, 1.2]
+[[tasks]]
+protocol = "magnitude_estimation"
+practice = 0
+repetitions = 3
+scale_top = "none"
+"""
+# What a hand types, a character in some frames: whatever the screen is, one of them answers it.
+TYPED, FRAMES = " 5\r1", 4
+LONGEST_S = 1.2  # from the command to the signal
+NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
+CASES_OF_A_PROCESS = 100  # PsychoPy keeps some of each window that it opened
+PATIENCE_S = 90.0
+
+
+@contextmanager
+def display() -> Iterator[subprocess.Popen[bytes]]:
+    """Run an X server, and name it in DISPLAY."""
+    reading, writing = os.pipe()
+    words = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    with subprocess.Popen(words, pass_fds=[writing], **quiet) as server:  # type: ignore[call-overload]
+        os.close(writing)
+        with os.fdopen(reading) as answer:
+            number = answer.readline().strip()
+        with mock.patch.dict(os.environ, {"DISPLAY": f":{number}"}):
+            try:
+                yield server
+            finally:
+                server.kill()
+
+
+def words_for(place: Path, number: int) -> tuple[list[str], Path]:
+    """Return the command for a participant: to begin their run, or to resume it."""
+    label = f"{number:02d}"
+    journal = place / f"sourcedata/sub-{label}/sub-{label}_run-01_journal.jsonl"
+    if journal.exists() and read_whole(journal).records:
+        return ["resume", str(journal), "--windowed"], journal
+    study = str(place / "signals.toml")
+    run = ["run", study, "--participant", label, "--plate", "mock", "--windowed"]
+    return [*run, "--out", str(place)], journal
+
+
+def judge(journal: Path, before: list[str], status: int | None, said: str) -> str:
+    """Return what a signal did that it must not do; nothing if all is well."""
+    if status != INTERRUPTED:
+        return f"status {status}: {said[-400:]}"
+    if _tracebacks(said):
+        return said[-800:]
+    left = [path.name for path in journal.parent.glob("*.l*") if path != journal]
+    if left:
+        return f"left behind: {left}"
+    return _lost(journal, before)
+
+
+def _tracebacks(said: str) -> int:
+    """Count the tracebacks, except those of a library's destructor that was interrupted."""
+    return said.count("Traceback") - said.count("Exception ignored in")
+
+
+def _lost(journal: Path, before: list[str]) -> str:
+    if not journal.exists() or not journal.stat().st_size:
+        return "the journal is gone" if before else ""
+    _, records = read_plan(journal)  # raises if it cannot be resumed
+    now = [record.hash for record in records]
+    return "" if now[: len(before)] == before else "records were lost or changed"
+
+
+def signal_cases(count: int, seed: int) -> dict[str, Any]:
+    """Run sessions in this process, each ended by a signal; return counts and faults."""
+    chance = random.Random(seed)
+    counts: Counter[str] = Counter()
+    bad: list[str] = []
+    plates: list[PlateDriver] = []
+    opened = begin_or_resume.plate_for
+    inside = [False]
+
+    def plate_for(*words: Any) -> PlateDriver:
+        plates.append(opened(*words))
+        return plates[-1]
+
+    def end(number: int, _frame: object) -> None:
+        if inside[0]:
+            raise signals.note_signal(number)
+
+    for name in NAMES:
+        signal.signal(getattr(signal, name), end)
+    with (
+        folder() as place,
+        mock.patch.dict(os.environ, {"HOME": str(place)}),
+        mock.patch("slipscale.experiments.running.lab_session.plate_for", plate_for),
+        mock.patch.object(Keyboard, "poll", typing(Keyboard.poll)),
+    ):
+        (place / "signals.toml").write_text(STUDY, encoding="utf-8")
+        import_visual()  # a half-done import would belong to the next case too
+        number = 1
+        while sum(counts.values()) < count:
+            words, journal = words_for(place, number)
+            before = (
+                [record.hash for record in read_whole(journal).records] if journal.exists() else []
+            )
+            name = chance.choice(NAMES)
+            delay_s = chance.uniform(0.0, LONGEST_S)
+            kill = threading.Timer(delay_s, os.kill, (os.getpid(), getattr(signal, name)))
+            said = io.StringIO()
+            with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
+                kill.start()
+                inside[0] = True
+                try:
+                    status = commands.main(words)
+                except KeyboardInterrupt:  # before the command's first line, or after its last
+                    status = INTERRUPTED
+                inside[0] = False
+            kill.cancel()
+            kill.join()
+            signals._Noted.name = ""  # noqa: SLF001 - the next case is a process of its own
+            complete = journal.exists() and _is_over(journal)
+            number += complete
+            if status == DONE and complete:
+                continue  # the session was faster than the signal
+            problem = judge(journal, before, status, said.getvalue())
+            if not problem and plates and _moves(plates[-1]):
+                problem = "the plate vibrates"
+            counts[words[0]] += 1
+            if problem:
+                bad.append(f"{name} after {delay_s:.3f} s of {words[0]}: {problem}")
+            plates.clear()
+    return {"counts": counts, "bad": bad}
+
+
+def typing(poll: Callable[[Keyboard], list[Any]]) -> Callable[[Keyboard], list[Any]]:
+    """Return a poll of the keyboard before which a character is typed, every few frames."""
+    frames = [0]
+
+    def typed(keyboard: Keyboard) -> list[Any]:
+        frames[0] += 1
+        place, rest = divmod(frames[0], FRAMES)
+        if not rest:
+            keyboard._handle.dispatch_event("on_text", TYPED[place % len(TYPED)])  # noqa: SLF001
+        return poll(keyboard)
+
+    return typed
+
+
+def _hashes(journal: Path) -> list[str]:
+    records = read_whole(journal).records if journal.exists() else []
+    return [record.hash for record in records]
+
+
+def _is_over(journal: Path) -> bool:
+    return is_complete(read_whole(journal).records)
+
+
+def _moves(plate: PlateDriver) -> bool:
+    return plate.twin.drive.target_um_pp not in (None, 0.0)  # type: ignore[attr-defined]
+
+
+def process_case(chance: random.Random, *, server: bool) -> str:
+    """Run a session in a process of its own; end it, or its display, at a random moment."""
+    with folder() as place, display() as xvfb:
+        (place / "signals.toml").write_text(STUDY, encoding="utf-8")
+        words, journal = words_for(place, 1)
+        typed = [sys.executable, "-m", "tools.torture.windows", "--session"]
+        command = typed if server else [str(Path(sys.executable).with_name("slipscale"))]
+        process = subprocess.Popen(
+            [*command, *words],
+            env=os.environ | {"HOME": str(place)},
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        began_s = time.monotonic()
+        if server:  # a screen more each time
+            steps = chance.randrange(1, 12)
+            while _begun(journal) < steps and time.monotonic() - began_s < PATIENCE_S:
+                time.sleep(0.005)
+            time.sleep(chance.uniform(0.0, 0.05))
+            xvfb.kill()
+        else:
+            while not _listens(process.pid):
+                time.sleep(0.001)
+            time.sleep(chance.uniform(0.0, 6.0))
+            process.send_signal(getattr(signal, chance.choice(NAMES)))
+        try:
+            out, said = process.communicate(timeout=PATIENCE_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.communicate()
+            return "it hung"
+        if server:
+            return _of_server(journal, process.returncode, out + said)
+        return judge(journal, [], process.returncode, out + said)
+
+
+def _listens(process: int) -> bool:
+    """Return whether a process has come to the command's first line: its handlers are there."""
+    status = Path(f"/proc/{process}/status").read_text(encoding="utf-8")
+    caught = int(status.partition("SigCgt:")[2].split()[0], 16)
+    return bool(caught >> (signal.SIGTERM - 1) & 1)
+
+
+def _begun(journal: Path) -> int:
+    return journal.read_bytes().count(b'"kind":"begin"') if journal.exists() else 0
+
+
+def _of_server(journal: Path, status: int, said: str) -> str:
+    if status != RIG_FAULT or _tracebacks(said) or "To go on: slipscale resume" not in said:
+        return f"status {status}: {said[-400:]}"
+    left = [path.name for path in journal.parent.glob("*.l*") if path != journal]
+    last = read_plan(journal)[1][-1].kind
+    return f"left behind: {left}" if left else ("" if last == "stop" else f"ends with {last}")
+
+
+def session(words: list[str]) -> int:
+    """Run a command as its only process does, with a hand at the keyboard."""
+    sys.argv = ["slipscale", *words]
+    with mock.patch.object(Keyboard, "poll", typing(Keyboard.poll)):
+        return commands.main()
+
+
+def main(words: list[str] | None = None) -> int:
+    """Run the campaign; return 1 if anything went wrong."""
+    parser = argparse.ArgumentParser(prog="windows", description="signals and lost displays")
+    parser.add_argument("--signals", type=int, default=20, metavar="N", help="in this process")
+    parser.add_argument("--processes", type=int, default=3, metavar="N", help="ended by a signal")
+    parser.add_argument("--servers", type=int, default=3, metavar="N", help="killed X servers")
+    parser.add_argument("--seed", type=int, default=1, help="random seed of all moments")
+    parser.add_argument("--cases", type=int, metavar="N", help=argparse.SUPPRESS)
+    parser.add_argument("--session", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
+    args = parser.parse_args(words)
+    if args.session:
+        return session(args.session)
+    if args.cases:
+        with display():
+            print(json.dumps(signal_cases(args.cases, args.seed)), flush=True)
+            os._exit(DONE)  # libraries close windows at exit, on a display that is no more
+    counts, bad = signals_elsewhere(args.signals, args.seed)
+    chance = random.Random(args.seed)
+    for what, count in (("processes", args.processes), ("servers", args.servers)):
+        for number in range(count):
+            counts[what] += 1
+            if problem := process_case(chance, server=what == "servers"):
+                bad.append(f"{what} {number}: {problem}")
+    print(", ".join(f"{count:,} {what}" for what, count in counts.items()) + f": {len(bad)} bad")
+    for sentence in bad:
+        print(sentence, file=sys.stderr)
+    return 1 if bad else 0
+
+
+def signals_elsewhere(count: int, seed: int) -> tuple[Counter[str], list[str]]:
+    """Run the cases of signals in processes, one after the other."""
+    counts: Counter[str] = Counter()
+    bad: list[str] = []
+    while (left := count - sum(counts.values())) > 0:
+        cases = str(min(left, CASES_OF_A_PROCESS))
+        words = ["--cases", cases, "--seed", str(seed + sum(counts.values()))]
+        done = subprocess.run(
+            [sys.executable, "-m", "tools.torture.windows", *words],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if done.returncode:
+            raise RuntimeError(f"the process of a campaign failed: {done.stderr[-2000:]}")
+        found = json.loads(done.stdout.splitlines()[-1])
+        counts.update(found["counts"])
+        bad += found["bad"]
+        print(f"{sum(counts.values()):,} of {count:,}: {len(bad)} bad", file=sys.stderr, flush=True)
+    return counts, bad
+
+
+if __name__ == "__main__":
+    sys.exit(main())
