@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.answers import Across
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.reconstruction.inference.printed_test_answers import PrintedTestAnswer
-    from slipscale.analysis.reconstruction.table.published_table import Design, PublishedTable
+    from slipscale.analysis.reconstruction.table.published_table import Design
+    from slipscale.analysis.reconstruction.table.table_files import PublishedTable
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -105,6 +106,8 @@ def run(arguments: argparse.Namespace) -> int:
 
     _check(arguments)
     table = read(arguments.table)
+    if table.intervals:
+        return _answer_intervals(table, arguments)
     design = arguments.design or table.design
     if arguments.conclusions and design is None:
         raise UserError(
@@ -120,6 +123,37 @@ def run(arguments: argparse.Namespace) -> int:
         return _status(columns)
     impossible = _answer(table, columns, design, arguments)
     return max(_status(columns), ANSWER_IS_NO if impossible else DONE)
+
+
+def _answer_intervals(table: PublishedTable, arguments: argparse.Namespace) -> int:
+    """Answer for columns of continuous values: nothing to count, list or draw."""
+    import json  # noqa: PLC0415
+
+    from slipscale.analysis.reconstruction import report  # noqa: PLC0415
+    from slipscale.analysis.reconstruction.inference.interval_tests import answer  # noqa: PLC0415
+
+    for name in ("sample", "variants", "conclusions", "html"):
+        if getattr(arguments, name):
+            raise UserError(
+                f"--{name} needs a finite number of data sets; {arguments.table} has continuous "
+                "values or logarithms, of which any number is possible: leave it out"
+            )
+    tests = [answer(test, table.intervals) for test in table.tests]
+    with _output(arguments.out) as file:
+        if arguments.json:
+            written = {
+                "title": table.title,
+                "intervals": [report.interval_json(column) for column in table.intervals],
+                "tests": report.printed_tests_json(tests),
+            }
+            print(json.dumps(written, indent=2), file=file)
+        else:
+            lines = [table.title or "published table", "", *report.printed_test_lines(tests)]
+            for column in table.intervals:
+                lines += [*report.interval_lines(column), ""]
+            print("\n".join(lines), file=file)
+    wrong = any(column.reason for column in table.intervals)
+    return ANSWER_IS_NO if wrong or any(t.verdict == "impossible" for t in tests) else DONE
 
 
 # Shorter waits are not announced.

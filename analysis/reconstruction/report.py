@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
     from slipscale.analysis.reconstruction.inference.distributions import Distribution
     from slipscale.analysis.reconstruction.inference.printed_test_answers import PrintedTestAnswer
+    from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn
 
 # Different ratings of a data set that are shown.
 SHOWN_VALUES = 20
@@ -139,6 +140,33 @@ def printed_test_details(one: PrintedTestAnswer) -> Iterator[str]:
         )
     if one.example:
         yield f"printed by {ratings(one.labels, one.example)}"
+
+
+def interval_json(column: IntervalColumn) -> Json:
+    """Return a column of continuous values for JSON."""
+    return {
+        "label": column.label,
+        "printed": column.printed,
+        "consistent": not column.reason,
+        "reason": column.reason,
+        "logarithms": column.logarithms,
+        "mean": [_finite_or_none(end) for end in column.mean],
+        "sd": list(column.sd),
+        "assumptions": list(column.assumptions()),
+    }
+
+
+def interval_lines(column: IntervalColumn) -> Iterator[str]:
+    """Yield what is known of a column of continuous values."""
+    yield column.label
+    yield f"  printed: {column.printed}"
+    yield f"  assumed: {'; '.join(column.assumptions())}"
+    if column.reason:
+        yield f"  inconsistent: {column.reason}"
+        return
+    of = "natural logarithms" if column.logarithms else "the values"
+    mean, sd = (_join(*(f"{end:.5g}" for end in ends)) for ends in (column.mean, column.sd))
+    yield f"  mean of {of} {mean}, SD {sd}"
 
 
 def _finite(entry: Json) -> Json:

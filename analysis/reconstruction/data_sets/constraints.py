@@ -210,7 +210,7 @@ def variances(column: Column, mean: Fraction) -> Interval:
         half = below.meet(above)
         if half.high < 0 or half.low > half.high:
             return Interval(Fraction(1), Fraction(0))
-        factor = n / Fraction(quantile(column)) ** 2
+        factor = n / Fraction(column.quantile) ** 2
         squared = half.squared()
         found = found.meet(
             Interval(
@@ -219,14 +219,6 @@ def variances(column: Column, mean: Fraction) -> Interval:
             )
         )
     return found
-
-
-def quantile(column: Column) -> float:
-    """Return how many standard errors the confidence interval reaches to either side."""
-    from scipy.special import ndtri, stdtrit  # noqa: PLC0415 - SciPy takes longer than the counts
-
-    p = 0.5 + column.ci_percent / 200
-    return float(stdtrit(column.n - 1, p) if column.ci_quantile == "t" else ndtri(p))
 
 
 def _steps(column: Column, values: Interval) -> Interval:

@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.reconstruction.counts.partition import partition
-from slipscale.analysis.reconstruction.data_sets.constraints import quantile
 from slipscale.analysis.reconstruction.table.quartiles import are_met
 
 if TYPE_CHECKING:
@@ -107,7 +106,7 @@ def _prints_interval(column: Column, mean: Fraction, variance: Fraction) -> bool
     """Whether the confidence interval is printed so, to what floating point tells."""
     if column.ci_low is None or column.ci_high is None:
         return True
-    half = Fraction(quantile(column) * sqrt(variance / column.n))
+    half = Fraction(column.quantile * sqrt(variance / column.n))
     slack = half / 10**9
     return all(
         end.values(column.rounding).low - slack <= value <= end.values(column.rounding).high + slack

@@ -158,9 +158,11 @@ def range_of_f(groups: Sequence[Group]) -> tuple[float, float]:
         sum((group.n - 1) * pick(group.variance) for group in groups) / (n - k)
         for pick in (np.max, np.min)
     ]
+    ends = np.array([(group.mean.min(), group.mean.max()) for group in groups])
+    weights = np.array([group.n for group in groups], dtype=np.float64)
+    between = [value / (k - 1) for _, value in extreme_between(ends, weights)]
     low, high = (
-        float(_ratio(np.array(b), np.array(w)))
-        for b, w in zip(_between(groups, k), within, strict=True)
+        float(_ratio(np.array(b), np.array(w))) for b, w in zip(between, within, strict=True)
     )
     return low, high
 
@@ -198,26 +200,41 @@ def _one_way_f(groups: Sequence[Group]) -> Conclusion:
     )  # fmt: skip
 
 
-def _between(groups: Sequence[Group], k: int) -> tuple[float, float]:
-    """Return the least and the largest mean square between groups whose means have ranges.
+def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], tuple[Array, float]]:
+    """Return the means with the least and the largest weighted sum of squares about their centre.
 
     The sum of squares is a sum of distances to a common centre, convex in the means: largest at
-    ends of the ranges, and least where every mean is as near to the best centre as it can be.
+    ends of their ranges, and least where every mean is as near to the best centre as it can be.
+
+    Parameters
+    ----------
+    ends : ndarray, shape (groups, 2)
+        The range of each mean.
+    weights : ndarray, shape (groups,)
+        Of each group: its n.
+
+    Returns
+    -------
+    tuple of (ndarray, float)
+        The means, and their sum of squares, at either extreme.
     """
-    weights = np.array([group.n for group in groups], dtype=np.float64)
-    ends = np.array([(group.mean.min(), group.mean.max()) for group in groups])
-    corners = np.array(np.meshgrid(*ends, indexing="ij")).reshape(k, -1)
+    corners = np.array(np.meshgrid(*ends, indexing="ij")).reshape(len(ends), -1)
     centres = weights @ corners / weights.sum()
-    largest = float((weights @ (corners - centres) ** 2).max())
+    sums = weights @ (corners - centres) ** 2
+    at = int(sums.argmax())
+
+    def nearest(centre: float) -> Array:
+        found: Array = np.clip(centre, ends[:, 0], ends[:, 1])
+        return found
 
     def least_at(centre: float) -> float:
-        return float(weights @ (np.clip(centre, ends[:, 0], ends[:, 1]) - centre) ** 2)
+        return float(weights @ (nearest(centre) - centre) ** 2)
 
     low, high = float(ends.min()), float(ends.max())
     while high - low > 1e-12 * max(abs(high), 1.0):
         first, second = low + (high - low) / 3, high - (high - low) / 3
         low, high = (low, second) if least_at(first) <= least_at(second) else (first, high)
-    return least_at(low) / (k - 1), largest / (k - 1)
+    return (nearest(low), least_at(low)), (corners[:, at], float(sums[at]))
 
 
 def _ratio(top: Array, bottom: Array) -> Array:

@@ -358,12 +358,12 @@ def _independent(case: _Case) -> PrintedTestAnswer:
     rows = [ColumnRows(solutions, sums_first=True) for solutions in case.columns]
     places, complete = cross_products.every_place([len(row.moments) for row in rows])
     means, variances, n = moments_of_groups(rows, places)
-    values, p = _of_groups(case.test, means, variances, n)
+    values, p = of_groups(case.test, means, variances, n)
     defined = ~np.isnan(values)
     extent = nan, nan
     if defined.any():
         extent = float(values[defined].min()), float(values[defined].max())
-    left = defined & _prints(case.test, values, p, n)
+    left = defined & prints(case.test, values, p, n)
     if not complete:
         shown = _shown(rows, places[left]) if left.any() else ()
         return case.said("possible", SHOWN, example=shown) if shown else _outside(case, rows)
@@ -424,7 +424,7 @@ def _shown(rows: Sequence[ColumnRows], places: Array) -> tuple[Array, ...]:
     return ()
 
 
-def _of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> tuple[Array, Array]:
+def of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> tuple[Array, Array]:
     """Return the statistic and its two-sided (for F upper) p for every choice of moments."""
     from scipy.stats import f as fisher  # noqa: PLC0415 - SciPy takes longer than the counts
     from scipy.stats import t as student  # noqa: PLC0415
@@ -448,7 +448,7 @@ def _of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> t
     return values, 2 * student.sf(np.abs(values), degrees)
 
 
-def _prints(test: PrintedTest, values: Array, p: Array, n: Array) -> Array:
+def prints(test: PrintedTest, values: Array, p: Array, n: Array) -> Array:
     """Whether each statistic with its p is printed so."""
     low, high = p_between(test)
     left = fits(p * test.sides / 2 if test.kind != "one_way_f" else p, (low, high))
@@ -511,4 +511,4 @@ def _prints_by_definition(
         return defined & fits(np.abs(values), window)
     means = np.stack([x.mean(axis=1) for x in columns], axis=1)
     variances = np.stack([x.var(axis=1, ddof=1) for x in columns], axis=1)
-    return defined & _prints(test, values, _of_groups(test, means, variances, n)[1], n)
+    return defined & prints(test, values, of_groups(test, means, variances, n)[1], n)

@@ -8,12 +8,11 @@ it.
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
 from fractions import Fraction
 from math import ceil, floor, isqrt, sqrt
 from typing import TYPE_CHECKING, Annotated, Literal, get_args
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from slipscale.analysis.reconstruction.table.printed_fields import (
     AsPrinted,
@@ -28,7 +27,6 @@ from slipscale.analysis.reconstruction.table.printed_fields import (
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
     from slipscale.analysis.reconstruction.table.rounding import Printed
 
 Convention = Literal["sample", "population"]
@@ -46,7 +44,8 @@ class OpenScale(Record):
     """A scale as it is printed, perhaps not at all: without ends, or with one.
 
     With ``items`` a rating is the mean of so many answers; ``step`` is told of an answer, and held
-    as a rating's.
+    as a rating's. With ``continuous`` any value between the ends is possible, and nothing is
+    counted.
 
     Raises
     ------
@@ -58,6 +57,7 @@ class OpenScale(Record):
     maximum: Exact | None = None
     step: Exact = Fraction(1)
     items: Annotated[int, Field(ge=1, le=1000)] = 1
+    continuous: bool = False
 
     @model_validator(mode="before")
     @classmethod
@@ -71,6 +71,8 @@ class OpenScale(Record):
 
     @model_validator(mode="after")
     def _whole_steps(self) -> OpenScale:
+        if self.continuous and {"step", "items"} & self.model_fields_set:
+            raise ValueError("continuous values have no step: leave out step and items")
         if self.step <= 0:
             raise ValueError(f"step is {self.step}, expected a number above 0")
         if self.maximum is None:
@@ -78,7 +80,7 @@ class OpenScale(Record):
         low = self.minimum or Fraction(0)
         if self.maximum <= low:
             raise ValueError(f"maximum {self.maximum} is not above minimum {low}")
-        if (self.maximum - low) % self.step:
+        if not self.continuous and (self.maximum - low) % self.step:
             raise ValueError(
                 f"step {self.step} does not divide the scale from {low} to "
                 f"{self.maximum}; expected a whole number of steps"
@@ -126,6 +128,10 @@ class Summary(Record):
         Decimals count.
     sd, se : Printed, optional
         Standard deviation, and standard error of the mean (SD over the root of n).
+    geometric_mean, log_sd : Printed, optional
+        The geometric mean and the SD of logarithms, in place of the mean and SD.
+    log_base : {"10", "2", "e"}
+        Of these logarithms.
     ci_low, ci_high : Printed, optional
         Ends of the confidence interval of the mean.
     ci_percent : float
@@ -161,6 +167,9 @@ class Summary(Record):
     sum: AsPrinted | None = None
     sd: AsPrinted | None = None
     se: AsPrinted | None = None
+    geometric_mean: AsPrinted | None = None
+    log_sd: AsPrinted | None = None
+    log_base: Annotated[Literal["10", "2", "e"], BeforeValidator(str)] = "10"
     ci_low: AsPrinted | None = None
     ci_high: AsPrinted | None = None
     ci_percent: Annotated[float, Field(gt=0, lt=100, allow_inf_nan=False)] = 95.0
@@ -179,7 +188,7 @@ class Summary(Record):
     percentages: Shares = ()
     amplitude_um_pp: Annotated[float, Field(ge=0, allow_inf_nan=False)] | None = None
 
-    @field_validator("sd", "se", "maximum_deviation")
+    @field_validator("sd", "se", "log_sd", "maximum_deviation")
     @classmethod
     def _not_negative(cls, printed: Printed | None) -> Printed | None:
         if printed and printed.value < 0:
@@ -188,8 +197,14 @@ class Summary(Record):
 
     @model_validator(mode="after")
     def _enough(self) -> Summary:
-        if not (self.mean or self.mean_percent or self.sum):
-            raise ValueError("expected a mean, a mean_percent or a sum")
+        if bool(self.geometric_mean) != bool(self.log_sd):
+            raise ValueError("expected both geometric_mean and log_sd, or neither")
+        if not (self.mean or self.mean_percent or self.sum or self.geometric_mean):
+            raise ValueError("expected a mean, a mean_percent, a sum or a geometric_mean")
+        if self.geometric_mean and (self.mean or self.mean_percent or self.sum or self.sd):
+            raise ValueError(
+                "geometric_mean and log_sd describe logarithms: leave out mean, sum and sd"
+            )
         if bool(self.ci_low) != bool(self.ci_high):
             raise ValueError("expected both ends of the confidence interval, or none")
         told = [value for value, _ in (*self.frequencies, *self.percentages)]
@@ -198,6 +213,14 @@ class Summary(Record):
             if times > 1:
                 raise ValueError(f"the rating {value} is told of {times} times")
         return self
+
+    @property
+    def quantile(self) -> float:
+        """How many standard errors the confidence interval reaches to either side."""
+        from scipy.special import ndtri, stdtrit  # noqa: PLC0415 - SciPy takes longer than the counts
+
+        p = 0.5 + self.ci_percent / 200
+        return float(stdtrit(self.n - 1, p) if self.ci_quantile == "t" else ndtri(p))
 
     def means(self) -> Iterator[tuple[Printed, Fraction]]:
         """Yield every number printed for the mean, and what a mean times this is there."""
@@ -241,16 +264,6 @@ class Column(Summary):
                     f"from {self.scale.minimum}"
                 )
         return self
-
-
-@dataclass(frozen=True)
-class PublishedTable:
-    """A title, the columns under it, whose ratings they are, and tests printed beside them."""
-
-    title: str
-    columns: tuple[Column, ...]
-    design: Design | None = None
-    tests: tuple[PrintedTest, ...] = ()
 
 
 def close(summary: Summary, scale: OpenScale) -> Column:

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field, ValidationError, model_validator
 
+from slipscale.analysis.reconstruction.table.interval_column import interval_column
 from slipscale.analysis.reconstruction.table.printed_fields import Record
 from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest  # noqa: TC001 - a field
 from slipscale.analysis.reconstruction.table.published_table import (
     Column,
     Design,
     OpenScale,
-    PublishedTable,
     Summary,
     close,
     on_one_scale,
@@ -30,12 +30,27 @@ from slipscale.faults.validation import complaint, faults_in, in_words, refuse, 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn
     from slipscale.faults.toml_lines import Place
     from slipscale.faults.validation import Fault
 
 SHIPPED = Path(__file__).parents[2] / "published"
 # Names of a CSV header that begin so are keys of the scale.
 SCALE = "scale_"
+
+
+@dataclass(frozen=True)
+class PublishedTable:
+    """A title, the columns under it, whose ratings they are, and tests printed beside them.
+
+    A table has `columns` of whole ratings, or `intervals`: columns of continuous values.
+    """
+
+    title: str
+    columns: tuple[Column, ...]
+    design: Design | None = None
+    tests: tuple[PrintedTest, ...] = ()
+    intervals: tuple[IntervalColumn, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -76,9 +91,13 @@ class _File(Record):
 
     def _faults(self) -> Iterator[Fault]:
         """Yield what is wrong between tables that are right by themselves."""
+        kinds = {self.continuous(entry) for entry in self.column}
+        if len(kinds) > 1:
+            words = "whole ratings and continuous values (or logarithms) need a file each"
+            yield ("column",), {"msg": words}
         for place, entry in enumerate(self.column):
             try:
-                close(entry, self.scale)
+                (interval_column if self.continuous(entry) else close)(entry, self.scale)
             except ValueError as error:
                 yield ("column", place), {"msg": said(error)}
         labels = self.labels()
@@ -96,8 +115,22 @@ class _File(Record):
         """Return the columns' labels, given or not."""
         return [entry.label or f"column {n}" for n, entry in enumerate(self.column, 1)]
 
+    def continuous(self, entry: Summary) -> bool:
+        """Whether a column is of continuous values, not of whole ratings."""
+        return self.scale.continuous or entry.geometric_mean is not None
+
+    def intervals(self) -> tuple[IntervalColumn, ...]:
+        """Return the columns of continuous values."""
+        return tuple(
+            interval_column(entry.model_copy(update={"label": label}), self.scale)
+            for entry, label in zip(self.column, self.labels(), strict=True)
+            if self.continuous(entry)
+        )
+
     def columns(self) -> tuple[Column, ...]:
-        """Return the columns on their scale."""
+        """Return the columns of whole ratings on their scale."""
+        if self.intervals():
+            return ()
         closed = tuple(
             close(entry.model_copy(update={"label": label}), self.scale)
             for entry, label in zip(self.column, self.labels(), strict=True)
@@ -164,7 +197,9 @@ def from_toml(text: str, source: str = "the table") -> PublishedTable:
     """Read a table from TOML text: ``[scale]``, a ``[[column]]`` each and ``[[test]]``."""
     # A bare number keeps its printed decimals: 12.50 stays "12.50".
     file = parse_toml(text, source, _File, parse_float=str)
-    return PublishedTable(file.title, file.columns(), file.design, file.test)
+    return PublishedTable(
+        file.title, file.columns(), file.design, file.test, intervals=file.intervals()
+    )
 
 
 def from_csv(text: str, source: str = "the table", title: str = "") -> PublishedTable:
@@ -250,6 +285,8 @@ def _from_row(entry: Mapping[str, str], place: int) -> Column:
     own = {name: cell for name, cell in entry.items() if name in Summary.model_fields}
     scale = {name: entry[SCALE + name] for name in OpenScale.model_fields if SCALE + name in entry}
     line = _Line.model_validate({"label": f"column {place}", **own, "scale": scale})
+    if line.scale.continuous or line.geometric_mean is not None:
+        raise ValueError("continuous values and geometric means are read from TOML files only")
     summary = Summary.model_construct(
         line.model_fields_set - {"scale"},
         **{name: getattr(line, name) for name in Summary.model_fields},

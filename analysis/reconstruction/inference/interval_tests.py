@@ -1,0 +1,247 @@
+"""Printed tests on columns of continuous values: decided by intervals, shown by an example.
+
+Each statistic is continuous in means, SDs and, for pairs, correlations. So it takes every value
+between its extremes over the intervals, and a test outside them is impossible. The example is on a
+path from values with the smallest to values with the largest statistic, and is checked by the
+definition; without one, a test that the extremes allow is not decided.
+"""
+
+from __future__ import annotations
+
+from math import inf, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.inference.definitions import STATISTICS
+from slipscale.analysis.reconstruction.inference.independent import extreme_between
+from slipscale.analysis.reconstruction.inference.printed_test_answers import (
+    PAIRED,
+    SHOWN,
+    UNFOUND,
+    PrintedTestAnswer,
+    Verdict,
+    in_words,
+    of_groups,
+    prints,
+)
+from slipscale.analysis.reconstruction.inference.printed_windows import (
+    SLACK,
+    f_window,
+    fits,
+    r_windows,
+    size_of,
+    t_window,
+)
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn
+    from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
+
+# Places on a path, halvings between two of them, and paths.
+PLACES = 60
+HALVINGS = 60
+PATHS = 10
+
+
+def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestAnswer:
+    """Return whether continuous values print a test.
+
+    Raises
+    ------
+    UserError
+        The test compares two columns and there are more, or pairs differ in n.
+    """
+    chosen = [c for c in columns if not test.columns or c.label in test.columns]
+    if test.columns:
+        chosen.sort(key=lambda c: test.columns.index(c.label))
+    if test.of_two and len(chosen) != 2:  # noqa: PLR2004 - a pair
+        raise UserError(f"test '{test.kind}': expected the labels of its two columns")
+    if test.kind in PAIRED and len({c.n for c in chosen}) > 1:
+        raise UserError(f"test '{test.kind}': its columns differ in n; pairs need the same n")
+    if wrong := next((c for c in chosen if c.reason), None):
+        return _said(test, chosen, "impossible", f"column '{wrong.label}': {wrong.reason}")
+    extent = _extent(test, chosen)
+    windows = _windows(test, chosen)
+    if not any(
+        low <= extent[1] * (1 + SLACK) + SLACK and high >= extent[0] * (1 - SLACK) - SLACK
+        for low, high in windows
+    ):
+        reason = "no mean, SD and correlation that are printed so give it"
+        return _said(test, chosen, "impossible", reason, extent=extent)
+    for seed in range(PATHS):
+        for window in windows:
+            shown = _example(test, chosen, window, np.random.default_rng(seed))
+            if shown:
+                return _said(test, chosen, "possible", SHOWN, extent=extent, example=shown)
+    return _said(test, chosen, "not decided", UNFOUND, extent=extent)
+
+
+def _said(
+    test: PrintedTest,
+    columns: Sequence[IntervalColumn],
+    verdict: Verdict,
+    reason: str,
+    *,
+    extent: tuple[float, float] = (-inf, inf),
+    example: Sequence[Array] = (),
+) -> PrintedTestAnswer:
+    return PrintedTestAnswer(
+        kind=test.kind,
+        labels=tuple(c.label for c in columns),
+        printed=in_words(test),
+        verdict=verdict,
+        reason=reason,
+        low=extent[0],
+        high=extent[1],
+        example=tuple(
+            tuple((np.exp(row) if column.logarithms else row).tolist())
+            for column, row in zip(columns, example, strict=False)
+        ),
+    )
+
+
+def _windows(test: PrintedTest, columns: Sequence[IntervalColumn]) -> list[tuple[float, float]]:
+    """Return the intervals of |t|, F or r that are printed so; of Welch's t by its size alone."""
+    n, k = [c.n for c in columns], len(columns)
+    if test.kind == "correlation":
+        return r_windows(test, n[0])
+    if test.kind == "paired_t":
+        found = t_window(test, n[0] - 1, sqrt(n[0]))
+    elif test.kind == "independent_t":
+        found = t_window(test, sum(n) - 2, 1 / sqrt(sum(1 / m for m in n)))
+    elif test.kind == "welch_t":
+        found = size_of(test.statistic, test.rounding)
+    else:
+        error = (k - 1) * (n[0] - 1) if test.kind == "rm_f" else sum(n) - k
+        found = f_window(test, (k - 1, error))
+    return [found] if found[0] <= found[1] else []
+
+
+def _extent(test: PrintedTest, columns: Sequence[IntervalColumn]) -> tuple[float, float]:
+    """Return bounds of |t|, F or r over all means, SDs and correlations."""
+    if test.kind == "correlation":
+        return -1.0, 1.0
+    n = np.array([c.n for c in columns], dtype=float)
+    k = len(n)
+    means = np.array([c.mean for c in columns])
+    (_, least), (_, most) = extreme_between(means, n)
+    low, high = np.array([c.sd for c in columns]).T
+    if test.kind in PAIRED:
+        # The error over n - 1: columns as alike as their SDs allow, and as opposite.
+        (_, small), _ = extreme_between(np.stack([low, high], axis=1), np.ones(k))
+        rest = high.sum() - high.max()
+        large = float((high**2).sum()) - max(0.0, float(high.max() - rest)) ** 2 / k
+    elif test.kind == "welch_t":
+        # The difference has n1 n2 / (n1 + n2) of its square between the groups.
+        share = n.prod() / n.sum()
+        small, large = (float((sd**2 / n).sum() * share) for sd in (low, high))
+    else:
+        # The error, as many times as there are degrees of freedom between groups.
+        share = (k - 1) / (n.sum() - k)
+        small, large = (float(((n - 1) * sd**2).sum() * share) for sd in (low, high))
+    ends = [
+        0.0 if top <= 0 else inf if bottom <= 0 else top / bottom
+        for top, bottom in ((least, large), (most, small))
+    ]
+    return (sqrt(ends[0]), sqrt(ends[1])) if test.of_two else (ends[0], ends[1])
+
+
+def _example(
+    test: PrintedTest,
+    columns: Sequence[IntervalColumn],
+    window: tuple[float, float],
+    generator: np.random.Generator,
+) -> tuple[Array, ...]:
+    """Return values that print a test, on a path from the least to the largest statistic."""
+    path = _Path(test, columns, generator)
+    grid = np.linspace(0, 1, PLACES)
+    values = np.array([path.value(at) for at in grid])
+    middle = window[0] if window[1] == inf else (max(window[0], -inf) + window[1]) / 2
+    candidates = [at for at, value in zip(grid, values, strict=True) if path.prints(at, value)]
+    for first in np.flatnonzero((values[:-1] - middle) * (values[1:] - middle) <= 0):
+        low, high = grid[first], grid[first + 1]
+        for _ in range(HALVINGS):
+            at = (low + high) / 2
+            same = (path.value(at) - middle) * (path.value(low) - middle) > 0
+            low, high = (at, high) if same else (low, at)
+        if path.prints(high, path.value(high)):
+            candidates.append(high)
+    for at in candidates:
+        rows = path.rows(at)
+        if all(
+            row.min() >= c.scale[0] and row.max() <= c.scale[1]
+            for row, c in zip(rows, columns, strict=True)
+        ):
+            return tuple(rows)
+    return ()
+
+
+class _Path:
+    """Columns that change from the smallest to the largest statistic as `at` goes from 0 to 1."""
+
+    def __init__(
+        self, test: PrintedTest, columns: Sequence[IntervalColumn], generator: np.random.Generator
+    ) -> None:
+        self.test, self.columns = test, columns
+        self.n = np.array([c.n for c in columns])
+        k = len(columns)
+        means = np.array([c.mean for c in columns])
+        (near, _), (far, _) = extreme_between(means, self.n.astype(float))
+        self.means = near, far
+        low, high = np.array([c.sd for c in columns]).T
+        alike, _ = extreme_between(np.stack([low, high], axis=1), np.ones(k))
+        paired = test.kind in PAIRED
+        self.sds = high, alike[0] if paired else low
+        shapes = [_unit(generator.normal(size=(k + 1, n))) for n in self.n]
+        simplex = np.eye(k) - 1 / k
+        # Opposite to each other at first, the same at last; independent groups do not care.
+        first = [simplex[j] @ shapes[0 if paired else j][1:] for j in range(k)]
+        last = [shapes[0 if paired else j][0] for j in range(k)]
+        self.shapes = first, last
+
+    def rows(self, at: float) -> list[Array]:
+        """Return the columns at a place."""
+        means = self.means[0] + at * (self.means[1] - self.means[0])
+        sds = self.sds[0] + at * (self.sds[1] - self.sds[0])
+        found = []
+        for j, n in enumerate(self.n):
+            shape = (1 - at) * self.shapes[0][j] + at * self.shapes[1][j]
+            shape = shape / np.sqrt((shape**2).sum() / (n - 1))
+            found.append(means[j] + sds[j] * shape)
+        return found
+
+    def value(self, at: float) -> float:
+        """Return |t|, F or r at a place; infinite if it is not defined."""
+        (value,) = STATISTICS[self.test.kind]([row[None] for row in self.rows(at)])
+        if np.isnan(value):
+            return inf
+        return float(value if self.test.kind == "correlation" else abs(value))
+
+    def prints(self, at: float, value: float) -> bool:
+        """Whether the columns at a place print the test."""
+        if not np.isfinite(value):
+            return False
+        if self.test.kind in PAIRED:
+            return any(
+                bool(fits(np.array([value]), window)[0])
+                for window in _windows(self.test, self.columns)
+            )
+        rows = self.rows(at)
+        means = np.array([[row.mean() for row in rows]])
+        variances = np.array([[row.var(ddof=1) for row in rows]])
+        values, p = of_groups(self.test, means, variances, self.n)
+        return bool(prints(self.test, values, p, self.n)[0])
+
+
+def _unit(rows: Array) -> Array:
+    """Return orthogonal rows with a mean of 0, as far as there are dimensions for them."""
+    centred = rows - rows.mean(axis=1, keepdims=True)
+    if rows.shape[1] > rows.shape[0]:
+        centred = np.linalg.qr(centred.T)[0].T
+    found: Array = centred - centred.mean(axis=1, keepdims=True)
+    return found

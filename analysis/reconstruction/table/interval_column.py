@@ -1,0 +1,168 @@
+"""A printed column of continuous values: the intervals that its mean and SD lie in.
+
+Continuous values have no finite number of data sets, so nothing is counted. Every mean and SD in
+the intervals belongs to some data set, unless the scale has ends: then the SD has a maximum
+(Bhatia and Davis, 2000). A geometric mean and the SD of logarithms are treated as the mean and SD
+of natural logarithms.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, log, sqrt
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from slipscale.analysis.reconstruction.table.published_table import OpenScale, Summary
+
+Ends = tuple[float, float]
+# What a summary of continuous values may have.
+KNOWN = {
+    "label", "n", "mean", "sum", "sd", "se", "ci_low", "ci_high", "ci_percent", "ci_quantile",
+    "geometric_mean", "log_sd", "log_base", "sd_convention", "rounding", "amplitude_um_pp",
+}  # fmt: skip
+LOG_OF_BASE = {"10": log(10), "2": log(2), "e": 1.0}
+
+
+@dataclass(frozen=True, kw_only=True)
+class IntervalColumn:
+    """The mean and SD (n - 1) of one column.
+
+    Parameters
+    ----------
+    label : str
+        Its heading.
+    n : int
+        Number of values.
+    mean, sd : tuple of (float, float)
+        Intervals that the printed numbers allow; of natural logarithms if `logarithms`.
+    scale : tuple of (float, float)
+        Ends of the scale in the same unit; infinite if it has none.
+    logarithms : bool
+        Whether these are of logarithms.
+    printed : str
+        What is printed, in words.
+    reason : str
+        Why no values have this mean and SD; empty if some have.
+    """
+
+    label: str
+    n: int
+    mean: Ends
+    sd: Ends
+    scale: Ends
+    logarithms: bool
+    printed: str
+    reason: str = ""
+
+    def assumptions(self) -> Iterator[str]:
+        """Yield what every answer on the column assumes."""
+        kind = "logarithms of positive values" if self.logarithms else "continuous values"
+        yield f"{kind}, any number between two others is possible"
+        yield f"n = {self.n} counts no missing values"
+
+
+def interval_column(summary: Summary, scale: OpenScale) -> IntervalColumn:
+    """Return the intervals of a column of continuous values.
+
+    Raises
+    ------
+    ValueError
+        It has entries that need whole ratings, or neither SD nor SE nor confidence interval.
+    """
+    if more := sorted(summary.model_fields_set - KNOWN):
+        raise ValueError(f"leave out {', '.join(more)}: continuous values have only a mean and SD")
+    if summary.geometric_mean is not None and summary.log_sd is not None:
+        return _of_logarithms(summary, scale)
+    mean = inf, -inf
+    for printed, factor in summary.means():
+        values = printed.values(summary.rounding).scaled(1 / factor)
+        mean = float(values.low), float(values.high)
+    sd = _sd(summary)
+    ends = (
+        -inf if scale.minimum is None else float(scale.minimum),
+        inf if scale.maximum is None else float(scale.maximum),
+    )
+    return _column(summary, mean, sd, ends, logarithms=False)
+
+
+def _of_logarithms(summary: Summary, scale: OpenScale) -> IntervalColumn:
+    if summary.geometric_mean is None or summary.log_sd is None:
+        raise ValueError("expected both geometric_mean and log_sd")
+    values = summary.geometric_mean.values(summary.rounding)
+    if values.high <= 0:
+        raise ValueError("geometric_mean: expected a number above 0")
+    spread = summary.log_sd.values(summary.rounding)
+    unit = LOG_OF_BASE[summary.log_base] * _to_sample(summary)
+    sd = max(float(spread.low), 0.0) * unit, float(spread.high) * unit
+    low = log(values.low) if values.low > 0 else -inf
+    ends = (
+        log(scale.minimum) if scale.minimum else -inf,
+        log(scale.maximum) if scale.maximum else inf,
+    )
+    return _column(summary, (low, log(values.high)), sd, ends, logarithms=True)
+
+
+def _to_sample(summary: Summary) -> float:
+    """Return what an SD of the column's convention times this is with n - 1."""
+    return sqrt(summary.n / (summary.n - 1)) if summary.sd_convention == "population" else 1.0
+
+
+def _sd(summary: Summary) -> Ends:
+    """Return the SDs (n - 1) that every printed SD, SE and confidence interval allow."""
+    found = []
+    for printed, factor in ((summary.sd, 1.0), (summary.se, sqrt(summary.n))):
+        if printed is not None:
+            values = printed.values(summary.rounding)
+            unit = factor * _to_sample(summary)
+            found.append((max(float(values.low), 0.0) * unit, float(values.high) * unit))
+    if summary.ci_low is not None and summary.ci_high is not None:
+        low, high = (end.values(summary.rounding) for end in (summary.ci_low, summary.ci_high))
+        unit = sqrt(summary.n) / (2 * summary.quantile)
+        found.append(
+            (max(float(high.low - low.high), 0.0) * unit, float(high.high - low.low) * unit)
+        )
+    if not found:
+        raise ValueError("expected an sd, an se or a confidence interval")
+    return max(low for low, _ in found), min(high for _, high in found)
+
+
+def _column(
+    summary: Summary, mean: Ends, sd: Ends, scale: Ends, *, logarithms: bool
+) -> IntervalColumn:
+    names = ("mean", "sum", "sd", "se", "ci_low", "ci_high", "geometric_mean", "log_sd")
+    said = [
+        f"{name.replace('_', ' ')} {printed.text}"
+        for name in names
+        if (printed := getattr(summary, name)) is not None
+    ]
+    if logarithms:
+        said.append(f"logarithms to base {summary.log_base}")
+    inside = max(mean[0], scale[0]), min(mean[1], scale[1])
+    reason = ""
+    if sd[0] > sd[1]:
+        reason = "the printed SD, SE and confidence interval contradict each other"
+    elif inside[0] > inside[1]:
+        reason = "the mean lies outside the scale"
+    elif sd[0] > (most := _largest_sd(inside, scale, summary.n)) * (1 + 1e-9):
+        reason = f"on this scale the SD beside this mean is at most {most:.4g}"
+    return IntervalColumn(
+        label=summary.label,
+        n=summary.n,
+        mean=inside if not reason else mean,
+        sd=sd,
+        scale=scale,
+        logarithms=logarithms,
+        printed=f"n {summary.n}, {', '.join(said)}",
+        reason=reason,
+    )
+
+
+def _largest_sd(mean: Ends, scale: Ends, n: int) -> float:
+    """Return the largest SD (n - 1) of values on a scale (Bhatia and Davis, 2000)."""
+    if inf in scale or -inf in scale:
+        return inf
+    centre = min(max(sum(scale) / 2, mean[0]), mean[1])
+    return sqrt((centre - scale[0]) * (scale[1] - centre) * n / (n - 1))
