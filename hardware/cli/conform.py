@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -11,6 +11,10 @@ from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
+    from collections.abc import Iterable, Iterator
+
+    from slipscale.hardware.conformance.bench import Bench
+    from slipscale.hardware.conformance.table import Verdict
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -19,47 +23,94 @@ def add_arguments(parser: ArgumentParser) -> None:
         "plate",
         metavar="SPEC",
         nargs="?",
-        help="serial:PORT; the plate will vibrate (default: the laboratory folder's)",
+        help="serial:PORT, or any other backend's SPEC; the plate will vibrate (default: the "
+        "laboratory folder's)",
+    )
+    parser.add_argument(
+        "--guided",
+        action="store_true",
+        help="a board: go on with a loaded plate and a second instrument, step by step",
+    )
+    parser.add_argument(
+        "--long",
+        action="store_true",
+        help="a board: check the longest on-time too, which takes that long (600 s)",
     )
     parser.add_argument("--json", action="store_true", help="for programs")
-    # The port alone: a calibration and limits are nothing to the protocol.
-    parser.set_defaults(of_folder=lambda spec: spec.partition(",")[0])
+    parser.set_defaults(of_folder=str)
 
 
 def run(arguments: Namespace) -> int:
-    """Check the board against every rule of its protocol; print what it makes of each."""
+    """Check a board against its protocol, another backend against the driver's contract."""
     spec = arguments.plate or ""
-    backend, _, port = spec.partition(":")
-    if backend != "serial" or not port or "," in port:
-        raise UserError(
-            f"plate conform: '{spec}', expected serial:PORT; slipscale plate list shows ports"
-        )
+    backend, _, address = spec.partition(":")
+    if not backend:
+        raise UserError("plate conform: expected a SPEC; slipscale plate list shows ports")
+    if backend == "serial":
+        port = address.partition(",")[0]  # calibration and limits are not the protocol's
+        if not port:
+            raise UserError("plate conform: expected serial:PORT; slipscale plate list shows ports")
+        with _bench(port, long=arguments.long) as bench:
+            return _told(_board(bench, guided=arguments.guided), as_json=arguments.json)
+    if arguments.guided or arguments.long:
+        raise UserError("plate conform: --guided and --long are for driver boards, serial:PORT")
+    return _told(_backend(spec), as_json=arguments.json)
+
+
+@contextmanager
+def _bench(port: str, *, long: bool) -> Iterator[Bench]:
     from slipscale.hardware.backends.serial_board import protocol as wire  # noqa: PLC0415 - loads pyserial
     from slipscale.hardware.backends.serial_board.serial_line import SerialLine  # noqa: PLC0415
     from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
     from slipscale.hardware.conformance.bench import Bench  # noqa: PLC0415
-    from slipscale.hardware.conformance.table import examine  # noqa: PLC0415
     from slipscale.hardware.errors import PlateFault  # noqa: PLC0415
     from slipscale.hardware.signals import signals_raise  # noqa: PLC0415
 
     line = SerialLine(port)
-    verdicts = []
     try:
         with signals_raise():
-            for verdict in examine(Bench(line, SystemClock())):
-                verdicts.append(verdict)
-                if not arguments.json:
-                    detail = f": {verdict.detail}" if verdict.detail else ""
-                    print(f"{verdict.outcome:<15} {verdict.rule}{detail}", flush=True)
+            yield Bench(line, SystemClock(), long=long)
     finally:
         with suppress(PlateFault):
             line.write(wire.STOP)
         line.close()
-    if arguments.json:
-        print(json.dumps([asdict(each) for each in verdicts], indent=2))
-    departs = sum(each.outcome == "departs" for each in verdicts)
-    if not arguments.json:
-        print(f"{len(verdicts)} rules, the board departs from {departs}")
+
+
+def _board(bench: Bench, *, guided: bool) -> Iterator[Verdict]:
+    from slipscale.hardware.conformance.guided import Terminal, guide  # noqa: PLC0415
+    from slipscale.hardware.conformance.table import examine  # noqa: PLC0415
+
+    yield from examine(bench)
+    if guided:
+        yield from guide(bench, Terminal(bench))
+
+
+def _backend(spec: str) -> Iterator[Verdict]:
+    from slipscale.hardware.address import without_session_watchdog  # noqa: PLC0415
+    from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
+    from slipscale.hardware.conformance.contract import Rig, examine_backend  # noqa: PLC0415
+    from slipscale.hardware.registry import open_plate  # noqa: PLC0415
+    from slipscale.hardware.signals import silent_on_signals  # noqa: PLC0415
+
+    clock = SystemClock()
+    plate = open_plate(without_session_watchdog(spec), clock=clock)
+    with silent_on_signals(plate):
+        yield from examine_backend(Rig(plate, clock))
+
+
+def _told(verdicts: Iterable[Verdict], *, as_json: bool) -> int:
+    """Print what becomes of each rule; return the exit status."""
+    told = []
+    for verdict in verdicts:
+        told.append(verdict)
+        if not as_json:
+            detail = f": {verdict.detail}" if verdict.detail else ""
+            print(f"{verdict.outcome:<15} {verdict.rule}{detail}", flush=True)
+    departs = sum(each.outcome == "departs" for each in told)
+    if as_json:
+        print(json.dumps([asdict(each) for each in told], indent=2))
+    else:
+        print(f"{len(told)} rules, {departs} not kept")
     return ANSWER_IS_NO if departs else DONE
 
 

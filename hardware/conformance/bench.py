@@ -42,9 +42,12 @@ class Bench:
         An open line.
     clock : Clock
         The line's time.
+    long : bool
+        Whether rules that take minutes are checked too.
     """
 
-    def __init__(self, line: Line, clock: Clock) -> None:
+    def __init__(self, line: Line, clock: Clock, *, long: bool = False) -> None:
+        self.long = long
         self._line = line
         self._clock = clock
         self._buffer = b""
@@ -92,6 +95,11 @@ class Bench:
         end_s = self._clock.now() + SETTLING_S
         while self.answers_to(b"") and self._clock.now() < end_s:
             pass
+
+    def silence(self) -> None:
+        """Switch the plate off between two rules."""
+        self.answers_to(wire.STOP + b"\n" + self.frame("OUTP OFF"), at_most=1)
+        self.drain()
 
     def send(self, data: bytes) -> None:
         """Send bytes that get no answer, and wait for none."""

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
-from slipscale.hardware.backends.serial_board import protocol as wire
-from slipscale.hardware.conformance import command_rules, line_rules, plate_rules
+from slipscale.hardware.conformance import command_rules, line_rules, plate_rules, truth_rules
 from slipscale.hardware.conformance.bench import Departure, NotApplicable
 
 if TYPE_CHECKING:
@@ -14,7 +13,7 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.conformance.bench import Bench
 
-RULES = (*line_rules.RULES, *command_rules.RULES, *plate_rules.RULES)
+RULES = (*line_rules.RULES, *command_rules.RULES, *plate_rules.RULES, *truth_rules.RULES)
 
 Outcome = Literal["conforms", "departs", "not applicable"]
 
@@ -51,5 +50,4 @@ def examine(bench: Bench) -> Iterator[Verdict]:
             yield Verdict(rule=rule, outcome="not applicable", detail=str(reason))
         else:
             yield Verdict(rule=rule, outcome="conforms")
-        bench.answers_to(wire.STOP + b"\n" + bench.frame("OUTP OFF"), at_most=1)
-        bench.drain()
+        bench.silence()

@@ -1,54 +1,32 @@
-"""The conformance checks on boards that follow the protocol, and on boards that do not."""
+"""The conformance checks on boards and backends that are right, and on those that are not."""
 
 import json
-import math
+import os
 import threading
 import time
+from dataclasses import replace
 
 import pytest
 
 from slipscale import commands
-from slipscale.hardware.backends.serial_board import protocol as wire
-from slipscale.hardware.clock import VirtualClock
-from slipscale.hardware.conformance.bench import Bench
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.backends.serial_board.serial_line import SerialLine
+from slipscale.hardware.clock import SystemClock, VirtualClock
+from slipscale.hardware.conformance.bench import Bench, Departure
+from slipscale.hardware.conformance.contract import RULES as CONTRACT
+from slipscale.hardware.conformance.contract import Rig, examine_backend
+from slipscale.hardware.conformance.guided import STEPS, Terminal
 from slipscale.hardware.conformance.table import RULES, examine
 from slipscale.hardware.emulator import compiled
 from slipscale.hardware.emulator.firmware import Board
+from slipscale.hardware.errors import ConnectionLost
 from slipscale.hardware.plate.dynamics import FingerLoad
 from slipscale.hardware.plate.twin import Twin
-
-
-class VirtualLine:
-    """A board at the end of a line, in time that passes only while somebody waits."""
-
-    port = "virtual"
-
-    def __init__(self, board):
-        self.board = board
-        self.clock = VirtualClock()
-        self.told = b""
-
-    def now(self):
-        return self.clock.now()
-
-    def sleep(self, duration_s):
-        for _ in range(math.ceil(duration_s * 1000)):
-            self.clock.sleep(0.001)
-            self.board.tick(self.clock.now())
-
-    def write(self, data):
-        for _, reply in self.board.receive(data, self.clock.now()):
-            self.told += reply
-
-    def read(self):
-        if not self.told:
-            self.sleep(0.001)
-        data, self.told = self.told, b""
-        return data
+from tools import wrong_boards
 
 
 def departures(board):
-    line = VirtualLine(board)
+    line = wrong_boards.VirtualLine(board)
     return {each.rule: each.detail for each in examine(Bench(line, line))
             if each.outcome == "departs"}  # fmt: skip
 
@@ -78,7 +56,7 @@ def test_the_compiled_firmware_conforms(code, plate):
 
 
 def test_a_board_without_lists_conforms_and_is_told_what_does_not_apply():
-    line = VirtualLine(Board(Twin(), boot=1, lists=False))
+    line = wrong_boards.VirtualLine(Board(Twin(), boot=1, lists=False))
     outcomes = {each.outcome for each in examine(Bench(line, line))}
     assert outcomes == {"conforms", "not applicable"}
 
@@ -96,7 +74,7 @@ def test_a_board_on_a_real_port_conforms(emulate, options, capsys):
         with Lateness() as machine:
             status = commands.main(["plate", "conform", f"serial:{board.port}", "--json"])
         verdicts = json.loads(capsys.readouterr().out)
-        found = {v["rule"]: v["detail"] for v in verdicts if v["outcome"] != "conforms"}
+        found = {v["rule"]: v["detail"] for v in verdicts if v["outcome"] == "departs"}
         assert status == bool(found)
         assert not board.state()["vibrates"]
         if not found:
@@ -137,78 +115,173 @@ def test_a_board_that_departs_is_a_no(emulate, capsys):
     assert "departs         the board answers and tells its limits" in capsys.readouterr().out
 
 
-class ForgetsNotAtStop(Board):
-    """What firmware 1.1 did: the stop byte is taken out of its line."""
-
-    def receive(self, data, now_s):
-        before, stop, after = data.partition(wire.STOP)
-        if not stop:
-            return super().receive(data, now_s)
-        answers = super().receive(before, now_s)
-        self.silence(now_s)
-        return answers + self.receive(after, now_s)
-
-
-class HoldsTooEarly(Board):
-    """What firmware 1.1 did: HOLD follows the ramp, whatever is measured."""
-
-    def _settled(self, *_args, **_options):
-        return "HOLD"
-
-
-class ForgetsItsAnswer(Board):
-    """What firmware 1.1 did: plain ``*IDN?`` takes the place of the answer that was kept."""
-
-    def _line(self, line, now_s):
-        if line == b"*IDN?":
-            self._last = None
-        return super()._line(line, now_s)
-
-
-class CutsLines(Board):
-    """What firmware 1.1 did: what is too long is cut, and the rest is run."""
-
-    def receive(self, data, now_s):
-        *lines, rest = data.split(b"\n")
-        whole = [line[: wire.LONGEST_LINE] + b"\n" for line in lines]
-        return super().receive(b"".join(whole) + rest, now_s)
-
-
-class AnswersTwice(Board):
-    """A line that echoes, or a board with two handlers."""
-
-    def receive(self, data, now_s):
-        return [each for each in super().receive(data, now_s) for _ in range(2)]
-
-
-class NeverForgotten(Board):
-    """Its watchdog is content with anything that comes."""
-
-    def receive(self, data, now_s):
-        self._heard_s = now_s
-        return super().receive(data, now_s)
-
-
-BROKEN = {
-    "a correct frame gets one answer": (AnswersTwice, {}),
-    "a frame with ! inside is not run": (ForgetsNotAtStop, {}),
-    "AMPL settles within 2 s, and HOLD is true": (
-        HoldsTooEarly,
-        {"finger": FingerLoad(loss=1 / 300)},
-    ),
-    "no-frames and plain *IDN? do not part a repetition": (ForgetsItsAnswer, {}),
-    "lines have 96 bytes at most": (CutsLines, {}),
-    "the watchdog silences when no correct frame comes": (NeverForgotten, {}),
+# Of each kind of wrong board a rule that finds it; `python -m tools.wrong_boards` runs all on all.
+FOUND_BY = {
+    "AnswersTwice": "a correct frame gets one answer",
+    "ContentWatchdog": "the watchdog silences when no correct frame comes",
+    "CutList": "a list reaches its largest amplitude",
+    "CutsLines": "lines have 96 bytes at most",
+    "DeafToStopInOpen": "! ends open loop",
+    "DoubledDrive": "DRIV puts the volts on the plate that it reports",
+    "EchoedReadback": "DRIV puts the volts on the plate that it reports",
+    "FakedReadback": "a list reaches its largest amplitude",
+    "FakesSilence": "OFF is silent",
+    "FakesSilenceAfterStop": "! leaves the plate silent",
+    "FakesSilenceAfterWatchdog": "WDOG is silent",
+    "FakesSilenceAndReading": "a vibrometer reads nothing when the board is off",
+    "FlatList": "a list keeps its time and its order",
+    "ForgetsItsAnswer": "no-frames and plain *IDN? do not part a repetition",
+    "ForgetsNotAtStop": "a frame with ! inside is not run",
+    "FrozenReadback": "the mean in HOLD lies within 2.5 % of TARGET",
+    "InvertedList": "a list keeps its time and its order",
+    "NoLimits": "what lies outside the board's limits is -222",
+    "NoOnTimeLimit": "the longest on-time silences",
+    "NoWatchdog": "WDOG is silent",
+    "NoWatchdogInList": "the watchdog watches a list",
+    "NoWatchdogInOpen": "the watchdog watches open loop",
+    "SlowList": "a list keeps its time and its order",
+    "StepsInsteadOfRamp": "a ramp is no step",
+    "FalseHold": "HOLD is true with a loaded plate",
+    "NoSaturation": "a loaded plate at the largest amplitude is held, or SAT",
+    "WideHold": "HOLD is true with a loaded plate",
 }
+KINDS = {each.__name__: each for each in wrong_boards.WRONG}
 
 
-@pytest.mark.parametrize("rule", BROKEN)
-def test_a_board_that_breaks_a_rule_is_told_which(rule):
-    board, plate = BROKEN[rule]
-    assert rule in departures(board(Twin(**plate), boot=1))
+def on_a_bench(kind, **limits):
+    board = kind(Twin(), boot=1)
+    board.limits = replace(board.limits, **limits)
+    line = wrong_boards.VirtualLine(board)
+    bench = Bench(line, line, long=True)
+    bench.greet()
+    return line, bench
 
 
-@pytest.mark.parametrize("spec", ["mock", "serial:", "scpi:COM3", "serial:COM3,attention=1"])
-def test_only_a_driver_board_can_be_examined(spec, capsys):
-    assert commands.main(["plate", "conform", spec]) == 2
-    assert "expected serial:PORT" in capsys.readouterr().err
+def check(rule, line, bench):
+    if rule in dict(RULES):
+        dict(RULES)[rule](bench)
+    else:
+        dict(STEPS)[rule](bench, wrong_boards.Operator(line, bench))
+
+
+def test_the_campaign_has_27_kinds_of_wrong_board():
+    assert set(FOUND_BY) == set(KINDS)
+    assert len(KINDS) == 27
+    guided = {name for name, rule in FOUND_BY.items() if rule in dict(STEPS)}
+    assert guided == {each.__name__ for each in wrong_boards.GUIDED_ONLY}
+
+
+@pytest.mark.parametrize("name", FOUND_BY)
+def test_every_kind_of_wrong_board_departs_from_a_rule_that_a_correct_one_keeps(name):
+    on_time = {"on_time_s": 3.0} if name == "NoOnTimeLimit" else {}
+    check(FOUND_BY[name], *on_a_bench(Board, **on_time))
+    with pytest.raises(Departure):
+        check(FOUND_BY[name], *on_a_bench(KINDS[name], **on_time))
+
+
+def test_every_step_of_the_guided_part_is_kept_by_the_correct_board():
+    assert wrong_boards.guided_departures(Board) == {}
+
+
+def test_the_guided_part_asks_at_the_terminal_and_keeps_the_board_alive(emulate, monkeypatch):
+    """The operator takes longer than the watchdog for each reading; nothing else speaks."""
+    board = emulate("--noise", "0")
+    read, write = os.pipe()
+
+    def slowly(keyboard):
+        for reading in ("a lot", "1,02"):
+            time.sleep(0.8)
+            print(reading, file=keyboard, flush=True)
+
+    line = SerialLine(board.port)
+    bench = Bench(line, SystemClock())
+    try:
+        with os.fdopen(read) as stdin, os.fdopen(write, "w") as keyboard:
+            monkeypatch.setattr("sys.stdin", stdin)
+            bench.greet()
+            bench.settle(1.0)
+            threading.Thread(target=slowly, args=(keyboard,)).start()
+            assert Terminal(bench).amplitude_um_pp() == 1.02
+        bench.expect_state("HOLD")
+    finally:
+        line.close()
+
+
+def test_the_shipped_backends_keep_the_drivers_contract(capsys):
+    assert commands.main(["plate", "conform", "mock", "--json"]) == 0
+    verdicts = json.loads(capsys.readouterr().out)
+    assert [each["rule"] for each in verdicts] == [rule for rule, _ in CONTRACT]
+    assert {each["outcome"] for each in verdicts} == {"conforms"}
+
+
+class Forgetful(MockPlate):
+    """A plug-in that is wrong in one way."""
+
+    def __init__(self, wrong):
+        super().__init__(clock=VirtualClock())
+        self.wrong = wrong
+
+    def _drive(self, amplitude_um_pp):
+        if self.wrong == "stays at the first" and self.log[-1].name == "present":
+            amplitude_um_pp = self.log[-1].amplitude_um_pp
+        if self.wrong == "another error":
+            raise KeyError("amplitude")
+        made = super()._drive(amplitude_um_pp)
+        if self.wrong == "commanded only":
+            return replace(made, readback=replace(made.readback, kind="commanded"))
+        if self.wrong == "another commanded":
+            return replace(made, commanded_um_pp=made.commanded_um_pp * 2)
+        return made
+
+    def _silence(self):
+        if self.wrong == "no silence before connect" and not self._connected:
+            raise ConnectionLost("not connected")
+        if self.wrong != "never silent":
+            super()._silence()
+
+    def _connect(self):
+        identity = super()._connect()
+        return replace(identity, model="") if self.wrong == "nameless" else identity
+
+    def _read_back(self):
+        if self.wrong == "reads when closed" and not self._connected:
+            return self._measure()
+        return super()._read_back()
+
+
+@pytest.mark.parametrize(
+    "wrong, rule",
+    [
+        ("another error", "an amplitude settles, and stays"),
+        ("another commanded", "an amplitude settles, and stays"),
+        ("never silent", "silence may be called at any time, and more than once"),
+        ("no silence before connect", "it connects with its output off"),
+        ("nameless", "it connects with its output off"),
+        ("reads when closed", "a plate that is not connected raises a PlateFault"),
+    ],
+)
+def test_a_backend_that_breaks_the_contract_is_told_which_rule(wrong, rule):
+    plate = Forgetful(wrong)
+    departs = {v.rule for v in examine_backend(Rig(plate, plate.clock)) if v.outcome == "departs"}
+    assert rule in departs
+
+
+def test_a_backend_that_only_echoes_is_told_that_this_proves_nothing():
+    plate = Forgetful("commanded only")
+    told = {each.rule: each for each in examine_backend(Rig(plate, plate.clock))}
+    verdict = told["its readback can show a wrong amplitude"]
+    assert verdict.outcome == "not applicable"
+    assert "measure with a vibrometer" in verdict.detail
+
+
+@pytest.mark.parametrize(
+    "arguments, said",
+    [
+        (["serial:"], "expected serial:PORT"),
+        (["mock", "--guided"], "for driver boards"),
+        (["nowhere:COM3"], "no backend 'nowhere'"),
+    ],
+)
+def test_what_cannot_be_examined_is_refused(arguments, said, capsys):
+    assert commands.main(["plate", "conform", *arguments]) == 2
+    assert said in capsys.readouterr().err

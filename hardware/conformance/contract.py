@@ -1,0 +1,231 @@
+"""The driver's contract: what `slipscale.hardware.driver` promises, tried on any backend.
+
+For plug-ins: `slipscale plate conform SPEC`. The plate vibrates. What a readback of the kind
+"commanded" or "none" reports is no evidence; such a backend is told which rules prove nothing.
+"""
+
+from __future__ import annotations
+
+import math
+from contextlib import contextmanager
+from statistics import median
+from typing import TYPE_CHECKING, get_args
+
+from slipscale.faults import UserError
+from slipscale.hardware.conformance.bench import Departure, NotApplicable, differs
+from slipscale.hardware.conformance.table import Verdict
+from slipscale.hardware.driver import PROVING
+from slipscale.hardware.errors import OverLimit, PlateFault
+from slipscale.hardware.records import Output, Readback, ReadbackKind
+from slipscale.stimuli.surface import VirtualSurface
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.driver import PlateDriver
+
+CHECKS = 50
+CHEAP_S = 0.008  # half of a frame at 60 Hz
+STEADY_S = 0.2
+SHARES = (0.2, 0.5, 0.35)  # of the largest amplitude
+
+
+class Rig:
+    """A plate under examination.
+
+    Parameters
+    ----------
+    plate : PlateDriver
+        Not connected.
+    clock : Clock
+        The machine's.
+    """
+
+    def __init__(self, plate: PlateDriver, clock: Clock) -> None:
+        self.plate = plate
+        self.clock = clock
+
+    def surface(self, share: float) -> VirtualSurface:
+        """Return a surface with a share of the largest amplitude."""
+        return VirtualSurface(amplitude_um_pp=round(share * self.plate.limits.amplitude_um_pp, 4))
+
+
+def _connects_off(rig: Rig) -> None:
+    rig.plate.silence()  # before anything is connected
+    with rig.plate as plate:
+        identity = plate.identity
+        if identity is None or not (identity.manufacturer and identity.model):
+            differs("an identity with manufacturer and model", str(identity))
+        _expect_output(plate, Output.OFF, "connect")
+        _expect_off(plate.read_back(), "connect")
+
+
+def _presents(rig: Rig) -> None:
+    with rig.plate as plate:
+        for share in SHARES:
+            surface = rig.surface(share)
+            made = plate.present(surface)
+            if made.commanded_um_pp != surface.amplitude_um_pp:
+                differs(f"commanded {surface.amplitude_um_pp:g}", f"{made.commanded_um_pp:g}")
+            if made.readback.kind not in get_args(ReadbackKind):
+                differs(f"a readback of kind {get_args(ReadbackKind)}", made.readback.kind)
+            _expect_output(plate, Output.MAY_BE_ON, "present")
+            rig.clock.sleep(STEADY_S)
+            told = plate.read_back()
+            plate.confirm(surface.amplitude_um_pp, told)  # still, and so it had settled
+
+
+def _readback_proves(rig: Rig) -> None:
+    with rig.plate as plate:
+        told = plate.present(rig.surface(0.5)).readback
+        if told.kind not in PROVING or told.amplitude_um_pp is None:
+            raise NotApplicable(
+                f"its readback is '{told.kind}', which shows no wrong amplitude; measure with a "
+                "vibrometer"
+            )
+
+
+def _zero_is_off(rig: Rig) -> None:
+    with rig.plate as plate:
+        plate.present(rig.surface(0.5))
+        made = plate.present(rig.surface(0))
+        _expect_output(plate, Output.OFF, "0 µm")
+        _expect_off(made.readback, "0 µm")
+
+
+def _limits_leave_it(rig: Rig) -> None:
+    with rig.plate as plate:
+        plate.present(rig.surface(0.5))
+        before = plate.read_back()
+        for wrong in (1.01 * plate.limits.amplitude_um_pp, math.inf):
+            try:
+                plate.present(VirtualSurface(amplitude_um_pp=wrong))
+            except (OverLimit, UserError):
+                pass
+            else:
+                differs(f"{wrong:g} µm p-p to be refused", "a presentation")
+        _expect_output(plate, Output.MAY_BE_ON, "a refused command")
+        if before.kind in PROVING:
+            plate.confirm(rig.surface(0.5).amplitude_um_pp, plate.read_back())
+
+
+def _silence_repeats(rig: Rig) -> None:
+    with rig.plate as plate:
+        plate.present(rig.surface(0.5))
+        for _ in range(3):
+            plate.silence()
+            _expect_output(plate, Output.OFF, "silence")
+        _expect_off(plate.read_back(), "silence")
+    rig.plate.silence()  # after it was closed
+    rig.plate.close()
+
+
+class _Ends(Exception):
+    """A caller's own exception."""
+
+
+def _exception_ends_off(rig: Rig) -> None:
+    try:
+        with rig.plate as plate:
+            plate.present(rig.surface(0.5))
+            raise _Ends  # noqa: TRY301 - it is about the way out
+    except _Ends:
+        pass
+    _expect_output(rig.plate, Output.OFF, "an exception of the caller")
+
+
+def _closed_is_told(rig: Rig) -> None:
+    with rig.plate:
+        pass
+    for name, command in (
+        ("present", lambda: rig.plate.present(rig.surface(0.5))),
+        ("read_back", rig.plate.read_back),
+    ):
+        try:
+            command()
+        except PlateFault:
+            continue
+        differs(f"{name} of a plate that is not connected to raise a PlateFault", "none")
+
+
+def _reconnects(rig: Rig) -> None:
+    for _ in range(2):
+        with rig.plate as plate:
+            plate.present(rig.surface(0.5))
+
+
+def _check_is_cheap(rig: Rig) -> None:
+    with rig.plate as plate:
+        plate.present(rig.surface(0.5))
+        took_s = []
+        for _ in range(CHECKS):
+            begun_s = rig.clock.now()
+            plate.check()
+            took_s.append(rig.clock.now() - begun_s)
+        if median(took_s) > CHEAP_S:
+            differs(f"check() within {1000 * CHEAP_S:g} ms", f"{1000 * median(took_s):.1f} ms")
+
+
+def _follows(rig: Rig) -> None:
+    if rig.plate.follow_lag_s is None:
+        raise NotApplicable("it has no follow_lag_s")
+    with rig.plate as plate:
+        plate.present(rig.surface(0.5))
+        plate.follow(rig.surface(0.3).amplitude_um_pp)
+        rig.clock.sleep(STEADY_S)
+        told = plate.read_back()
+        if told.kind in PROVING:
+            plate.confirm(rig.surface(0.3).amplitude_um_pp, told)
+
+
+def _expect_output(plate: PlateDriver, due: Output, after: str) -> None:
+    if plate.output is not due:
+        differs(f"an output that is {due} after {after}", str(plate.output))
+
+
+def _expect_off(told: Readback, after: str) -> None:
+    if told.voltage_v_peak:
+        differs(f"0 V after {after}", f"{told.voltage_v_peak:g} V")
+    if told.kind == "applied" and told.amplitude_um_pp:
+        differs(f"an applied amplitude of 0 after {after}", f"{told.amplitude_um_pp:g}")
+
+
+RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (
+    ("it connects with its output off", _connects_off),
+    ("an amplitude settles, and stays", _presents),
+    ("its readback can show a wrong amplitude", _readback_proves),
+    ("0 µm is output off", _zero_is_off),
+    ("a command outside the limits leaves the plate as it was", _limits_leave_it),
+    ("silence may be called at any time, and more than once", _silence_repeats),
+    ("an exception of the caller ends silent", _exception_ends_off),
+    ("a plate that is not connected raises a PlateFault", _closed_is_told),
+    ("it can be closed and connected again", _reconnects),
+    ("check() is cheap", _check_is_cheap),
+    ("follow reaches the amplitude", _follows),
+)
+
+
+def examine_backend(rig: Rig) -> Iterator[Verdict]:
+    """Try a backend against each rule; the plate is closed after each."""
+    for rule, check in RULES:
+        try:
+            with _closed(rig):
+                check(rig)
+        except NotApplicable as reason:
+            yield Verdict(rule=rule, outcome="not applicable", detail=str(reason))
+        except (Departure, PlateFault, UserError) as departure:
+            yield Verdict(rule=rule, outcome="departs", detail=str(departure))
+        except Exception as error:  # noqa: BLE001 - a plug-in may raise anything, which departs
+            detail = f"expected a PlateFault or a UserError; got {type(error).__name__}: {error}"
+            yield Verdict(rule=rule, outcome="departs", detail=detail)
+        else:
+            yield Verdict(rule=rule, outcome="conforms")
+
+
+@contextmanager
+def _closed(rig: Rig) -> Iterator[None]:
+    try:
+        yield
+    finally:
+        rig.plate.close()

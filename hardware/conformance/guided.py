@@ -1,0 +1,175 @@
+"""The guided part: what a board could fake on the wire, seen with a load and a second instrument.
+
+A person loads the plate and reads a vibrometer and an oscilloscope; `Assistant` is who does. The
+plate vibrates, so the load is no finger: a soft pad that lowers the reading by some 10 to 20 %.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Protocol
+
+from slipscale.faults import UserError
+from slipscale.hardware.conformance.bench import Departure, NotApplicable, differs
+from slipscale.hardware.conformance.table import Verdict
+from slipscale.hardware.conformance.truth_rules import LIST_SHARES, expect_held, play
+from slipscale.hardware.keep_alive import typed
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from slipscale.hardware.conformance.bench import Bench
+
+SEEN, SEEN_UM = 0.1, 0.05  # agreement with a second instrument: it may have its own calibration
+SWING_S = 2.0
+LIMIT_SHARE = 0.95  # of the largest voltage
+STEP_MS = 200.0
+
+
+class Assistant(Protocol):
+    """Who handles the load and reads the second instruments; time may pass meanwhile."""
+
+    def load(self, *, on: bool) -> None:
+        """Put the load on the plate, or take it away."""
+
+    def amplitude_um_pp(self) -> float:
+        """Return a vibrometer's reading at the plate's antinode, µm peak to peak."""
+
+    def swing_um_pp(self, duration_s: float) -> tuple[float, float]:
+        """Return the smallest and the largest reading within a time."""
+
+    def volts_peak(self) -> float:
+        """Return an oscilloscope's reading at the plate, V peak."""
+
+
+class Terminal:
+    """An assistant at the terminal; the board is kept alive while a person acts and types."""
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench = bench
+
+    def load(self, *, on: bool) -> None:
+        """Ask for the load, or for its removal."""
+        act = "put the soft load on the plate" if on else "take the load off the plate"
+        self._typed(f"{act}, then press Enter: ")
+
+    def amplitude_um_pp(self) -> float:
+        """Ask for the vibrometer's reading."""
+        return self._number("the vibrometer's reading in µm peak to peak: ")
+
+    def swing_um_pp(self, duration_s: float) -> tuple[float, float]:
+        """Ask for the smallest and the largest amplitude of the vibrometer's envelope."""
+        watch = f"a texture plays; watch the vibrometer's envelope for {duration_s:g} s"
+        return (
+            self._number(f"{watch}. Its smallest amplitude in µm peak to peak: "),
+            self._number("its largest amplitude in µm peak to peak: "),
+        )
+
+    def volts_peak(self) -> float:
+        """Ask for the oscilloscope's reading."""
+        return self._number("the oscilloscope's reading at the plate in V peak: ")
+
+    def _number(self, question: str) -> float:
+        while True:
+            try:
+                value = float(self._typed(question).replace(",", "."))
+            except ValueError:
+                value = math.nan
+            if math.isfinite(value) and value >= 0:
+                return value
+            print("expected a number, 0 or more")
+
+    def _typed(self, question: str) -> str:
+        try:
+            return typed(question, self._bench.status)
+        except EOFError:
+            raise UserError("plate conform --guided: standard input has ended") from None
+
+
+def _amplitude(bench: Bench, assistant: Assistant) -> None:
+    for amplitude_um_pp in (bench.some_um_pp, bench.some_um_pp / 2):
+        bench.settle(amplitude_um_pp)
+        _expect_seen(amplitude_um_pp, assistant.amplitude_um_pp(), "µm p-p", SEEN_UM)
+
+
+def _volts(bench: Bench, assistant: Assistant) -> None:
+    status = bench.settle(bench.some_um_pp)
+    _expect_seen(status.voltage_v, assistant.volts_peak(), "V peak at the plate", 0.1)
+
+
+def _silence(bench: Bench, assistant: Assistant) -> None:
+    for body in ("OUTP OFF", "*RST"):
+        bench.settle(bench.some_um_pp)
+        bench.ask(body)
+        bench.wait(0.3)
+        _expect_seen(0, assistant.amplitude_um_pp(), f"µm p-p after {body}", SEEN_UM)
+
+
+def _loaded(bench: Bench, assistant: Assistant) -> None:
+    assistant.load(on=True)
+    try:
+        for amplitude_um_pp in (bench.some_um_pp, bench.some_um_pp / 2):
+            bench.settle(amplitude_um_pp)
+            expect_held(bench, amplitude_um_pp)
+            bench.settle(0)
+        bench.settle(bench.some_um_pp)
+        _expect_seen(bench.some_um_pp, assistant.amplitude_um_pp(), "µm p-p with the load", SEEN_UM)
+    finally:
+        assistant.load(on=False)
+
+
+def _saturates(bench: Bench, assistant: Assistant) -> None:
+    """At the largest amplitude a loaded plate is held, or SAT is reported."""
+    largest_um_pp = bench.limits.amplitude_um_pp
+    assistant.load(on=True)
+    try:
+        bench.ask(f"AMPL {largest_um_pp:.4f}")
+        bench.wait(1.0)
+        status = bench.expect_state("HOLD", "SAT")
+        if status.state == "HOLD":
+            expect_held(bench, largest_um_pp)
+    finally:
+        assistant.load(on=False)
+
+
+def _texture(bench: Bench, assistant: Assistant) -> None:
+    play(bench, LIST_SHARES, step_ms=STEP_MS)
+    smallest, largest = assistant.swing_um_pp(SWING_S)
+    _expect_seen(min(LIST_SHARES) * bench.some_um_pp, smallest, "µm p-p at least", 2 * SEEN_UM)
+    _expect_seen(max(LIST_SHARES) * bench.some_um_pp, largest, "µm p-p at most", 2 * SEEN_UM)
+
+
+def _expect_seen(due: float, seen: float, what: str, noise: float) -> None:
+    if abs(seen - due) > max(SEEN * due, noise):
+        differs(f"{due:g} {what}, by the second instrument", f"{seen:g}")
+
+
+STEPS: tuple[tuple[str, Callable[[Bench, Assistant], None]], ...] = (
+    ("a vibrometer reads what is commanded", _amplitude),
+    ("an oscilloscope reads the voltage that is reported", _volts),
+    ("a vibrometer reads nothing when the board is off", _silence),
+    ("HOLD is true with a loaded plate", _loaded),
+    ("a loaded plate at the largest amplitude is held, or SAT", _saturates),
+    ("a vibrometer sees a list's smallest and largest amplitude", _texture),
+)
+
+
+def guide(bench: Bench, assistant: Assistant) -> Iterator[Verdict]:
+    """Go through the steps with an assistant, from silence to silence.
+
+    Raises
+    ------
+    PlateFault
+        The line broke.
+    """
+    bench.greet()
+    for rule, step in STEPS:
+        try:
+            step(bench, assistant)
+        except Departure as departure:
+            yield Verdict(rule=rule, outcome="departs", detail=str(departure))
+        except NotApplicable as reason:
+            yield Verdict(rule=rule, outcome="not applicable", detail=str(reason))
+        else:
+            yield Verdict(rule=rule, outcome="conforms")
+        bench.silence()

@@ -1,0 +1,237 @@
+"""Rules of what is true: ramps, silence, drive and lists are what the board reports. It vibrates.
+
+They compare two of the board's own reports with each other: the sensor's amplitude with the drive
+voltage, and both with what was commanded. A board without a vibration sensor is held to those that
+need the voltage only. What a board can fake in all of its reports at once is left to the guided
+part (`slipscale.hardware.conformance.guided`).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.conformance.bench import NotApplicable, differs
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from slipscale.hardware.conformance.bench import Bench
+
+READINGS = 12
+RANG_DOWN_S = 0.25  # 7 time constants of a plate with Q = 3,400 at 30.5 kHz
+SILENT_SHARE = 0.05  # of the amplitude that was commanded, or 0.05 µm: what a sensor's noise may be
+SILENT_UM = 0.05
+AGREES = 0.1  # as a fraction: two drives that should give the same amplitude
+BAND, BAND_UM = 0.025, 0.025  # of the mean of many readings in HOLD, as in docs/board-protocol.md
+RAMP_SHARE = 0.8  # of the settled voltage: less is on the plate while a ramp has just begun
+STEP_MS = 200.0
+PROBES_S = (0.1, 0.3, 0.5, 0.7)  # the middles of a list's points
+LIST_SHARES = (1.6, 0.4, 1.0, 1.0)  # of the mean: not the same upside down, nor cut, nor flat
+PROBE_AGREES = 0.25
+LONG_LATE_S = 2.0
+
+
+def mean_amplitude_um_pp(bench: Bench) -> float:
+    """Return the mean of some readings. Raises NotApplicable without a sensor."""
+    readings = [bench.status().amplitude_um_pp for _ in range(READINGS)]
+    known = [each for each in readings if each is not None]
+    if len(known) < len(readings):
+        raise NotApplicable("the board has no vibration sensor")
+    return sum(known) / len(known)
+
+
+def expect_silent(bench: Bench, after: str) -> None:
+    """Require that voltage and amplitude are gone once the plate has rung down."""
+    bench.wait(RANG_DOWN_S)
+    status = bench.status()
+    if status.voltage_v:
+        differs(f"VOLTAGE 0 after {after}", f"{status.voltage_v:g}")
+    if status.amplitude_um_pp is None:
+        return
+    left_um_pp = mean_amplitude_um_pp(bench)
+    if left_um_pp > max(SILENT_SHARE * bench.some_um_pp, SILENT_UM):
+        differs(f"a plate at rest after {after}", f"{left_um_pp:.3f} µm p-p")
+
+
+def expect_held(bench: Bench, amplitude_um_pp: float) -> None:
+    """Require that the mean of many readings in HOLD lies within the band of settling."""
+    mean_um_pp = mean_amplitude_um_pp(bench)
+    if abs(mean_um_pp - amplitude_um_pp) > max(BAND * amplitude_um_pp, BAND_UM):
+        differs(f"a mean of {amplitude_um_pp:g} µm p-p in HOLD, within 2.5 %", f"{mean_um_pp:.3f}")
+
+
+def _hold_is_true(bench: Bench) -> None:
+    for amplitude_um_pp in (bench.some_um_pp, bench.some_um_pp / 2):
+        bench.settle(amplitude_um_pp)
+        expect_held(bench, amplitude_um_pp)
+
+
+def _off_is_silent(bench: Bench) -> None:
+    for body in ("OUTP OFF", "*RST", "AMPL 0"):
+        bench.settle(bench.some_um_pp)
+        if body == "AMPL 0":
+            bench.settle(0)
+        else:
+            bench.ask(body)
+        expect_silent(bench, body)
+
+
+def _stop_is_silent(bench: Bench) -> None:
+    bench.settle(bench.some_um_pp)
+    bench.send(wire.STOP)
+    expect_silent(bench, "!")
+
+
+def _stop_ends_open_loop(bench: Bench) -> None:
+    _open_loop(bench)
+    bench.send(wire.STOP)
+    bench.expect_state("OFF")
+    expect_silent(bench, "! in open loop")
+
+
+def _watchdog_is_silent(bench: Bench) -> None:
+    bench.settle(bench.some_um_pp)
+    _unheard(bench)
+    expect_silent(bench, "the watchdog")
+
+
+def _watchdog_in_open_loop(bench: Bench) -> None:
+    _open_loop(bench)
+    _unheard(bench)
+    expect_silent(bench, "the watchdog in open loop")
+
+
+def _watchdog_in_a_list(bench: Bench) -> None:
+    play(bench, [1.2, 0.8])
+    _unheard(bench)
+    expect_silent(bench, "the watchdog in a list")
+
+
+def _watchdog_on_a_ramp(bench: Bench) -> None:
+    """Fall silent directly after AMPL: the ramp ends, and then the watchdog comes."""
+    bench.ask(f"AMPL {bench.some_um_pp:.4f}")
+    _unheard(bench)
+
+
+def _ramps(bench: Bench) -> None:
+    settled_v = bench.settle(bench.some_um_pp).voltage_v
+    bench.settle(0)
+    bench.ask(f"AMPL {bench.some_um_pp:.4f}")
+    rising_v = bench.status().voltage_v
+    if rising_v > RAMP_SHARE * settled_v:
+        differs(
+            f"less than {RAMP_SHARE:.0%} of the settled {settled_v:.3f} V directly after AMPL",
+            f"{rising_v:.3f} V: a step",
+        )
+    bench.wait_for("HOLD")
+    bench.ask("AMPL 0")
+    if not bench.status().voltage_v:
+        differs("a voltage above 0 directly after AMPL 0", "0: a step")
+    bench.wait_for("OFF")
+
+
+def _open_loop_is_true(bench: Bench) -> None:
+    held = bench.settle(bench.some_um_pp)
+    _drive(bench, held.frequency_hz, held.voltage_v)
+    same_um_pp = mean_amplitude_um_pp(bench)
+    if abs(same_um_pp - bench.some_um_pp) > max(AGREES * bench.some_um_pp, SILENT_UM):
+        differs(
+            f"{bench.some_um_pp:g} µm p-p with the frequency and voltage at which it was held",
+            f"{same_um_pp:.3f}",
+        )
+    _drive(bench, held.frequency_hz, held.voltage_v / 2)
+    half_um_pp = mean_amplitude_um_pp(bench)
+    if abs(half_um_pp - same_um_pp / 2) > max(AGREES * same_um_pp, SILENT_UM):
+        differs(f"{same_um_pp / 2:.3f} µm p-p with half of the voltage", f"{half_um_pp:.3f}")
+    away_hz = bench.limits.frequency_max_hz
+    _drive(bench, away_hz, held.voltage_v / 2)
+    away_um_pp = mean_amplitude_um_pp(bench)
+    if away_um_pp > half_um_pp / 2:
+        differs(f"less than half as much at {away_hz:g} Hz", f"{away_um_pp:.3f}")
+
+
+def _list_reaches_its_largest(bench: Bench) -> None:
+    """Each point, at its place in a list that is longer than one command holds."""
+    for shares in ([1.6, *[0.4] * 2, 1.6], [*[0.6] * 12, *[1.8] * 6]):
+        held = bench.settle(bench.some_um_pp)
+        play(bench, shares)
+        bench.wait(4 * len(shares) * bench.lists().step_ms * 5 / 1000)
+        due_v = held.voltage_v * max(shares)
+        got_v = bench.expect_state("LIST").voltage_v
+        if abs(got_v - due_v) > AGREES * due_v:
+            differs(f"{due_v:.3f} V at the list's largest amplitude", f"{got_v:.3f} V")
+
+
+def _list_keeps_time(bench: Bench) -> None:
+    """End a list in the middle of each point: the ramp begins at the amplitude that is due."""
+    for share, probe_s in zip(LIST_SHARES, PROBES_S, strict=True):
+        held = bench.settle(bench.some_um_pp)
+        due_um_pp = share * bench.some_um_pp
+        play(bench, LIST_SHARES, step_ms=STEP_MS)
+        bench.wait(probe_s)
+        bench.ask(f"AMPL {due_um_pp:.4f}")
+        got_v, due_v = bench.status().voltage_v, held.voltage_v * share
+        if abs(got_v - due_v) > PROBE_AGREES * held.voltage_v:
+            differs(f"{due_v:.3f} V {probe_s * 1000:.0f} ms after LIST:PLAY", f"{got_v:.3f} V")
+
+
+def _on_time(bench: Bench) -> None:
+    if not bench.long:
+        raise NotApplicable(
+            f"it takes {bench.limits.on_time_s:g} s: slipscale plate conform SPEC --long"
+        )
+    bench.settle(bench.some_um_pp)
+    bench.wait(bench.limits.on_time_s + LONG_LATE_S)
+    bench.expect_state("LONG")
+    expect_silent(bench, "the longest on-time")
+
+
+def _unheard(bench: Bench) -> None:
+    """Let the watchdog's time pass without a correct frame."""
+    bench.wait(bench.limits.watchdog_ms / 1000 + 0.15, lambda: bench.answers_to(b"*IDN?\n"))
+    bench.expect_state("WDOG")
+
+
+def _drive(bench: Bench, frequency_hz: float, voltage_v: float) -> None:
+    bench.ask(f"DRIV {frequency_hz:.1f},{voltage_v:.3f}")
+    bench.wait(RANG_DOWN_S)
+
+
+def _open_loop(bench: Bench) -> None:
+    held = bench.settle(bench.some_um_pp)
+    _drive(bench, held.frequency_hz, held.voltage_v)
+    bench.expect_state("OPEN")
+
+
+def play(
+    bench: Bench, shares: list[float] | tuple[float, ...], *, step_ms: float | None = None
+) -> None:
+    """Settle at a list's mean, and play it: shares of the amplitude of the checks."""
+    lists = bench.lists()
+    mean_um_pp = bench.some_um_pp * sum(shares) / len(shares)
+    points = [f"{share * bench.some_um_pp:.4f}" for share in shares]
+    bench.ask("*RST")
+    bench.settle(round(mean_um_pp, 4))
+    for first in range(0, len(points), wire.POINTS_A_LINE):
+        words = ",".join(points[first : first + wire.POINTS_A_LINE])
+        bench.ask(f"LIST:AMPL {first + 1},{words}")
+    step_ms = step_ms or max(5 * lists.step_ms, lists.edge_ms)
+    bench.ask(f"LIST:PLAY {len(points)},{step_ms:.3f},{lists.edge_ms:.3f}")
+
+
+RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
+    ("the mean in HOLD lies within 2.5 % of TARGET", _hold_is_true),
+    ("a ramp is no step", _ramps),
+    ("OFF is silent", _off_is_silent),
+    ("! leaves the plate silent", _stop_is_silent),
+    ("! ends open loop", _stop_ends_open_loop),
+    ("WDOG is silent", _watchdog_is_silent),
+    ("the watchdog watches open loop", _watchdog_in_open_loop),
+    ("the watchdog watches a list", _watchdog_in_a_list),
+    ("the watchdog watches a ramp", _watchdog_on_a_ramp),
+    ("DRIV puts the volts on the plate that it reports", _open_loop_is_true),
+    ("a list reaches its largest amplitude", _list_reaches_its_largest),
+    ("a list keeps its time and its order", _list_keeps_time),
+    ("the longest on-time silences", _on_time),
+)

@@ -1,0 +1,465 @@
+"""Hold the conformance kit against boards that are wrong on purpose.
+
+Use: ``python -m tools.wrong_boards`` (some minutes). Prints, for each kind of wrong board, which
+rules of the wire and which steps of the guided part find it. Exit status 1 if a kind is found by
+neither, or if the correct board departs from a rule.
+
+Each kind is a variant of the emulated board, in virtual time.
+"""
+
+# ruff: noqa: D102 - the variants override methods of Board
+
+from __future__ import annotations
+
+import math
+import sys
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.conformance.bench import Bench
+from slipscale.hardware.conformance.guided import guide
+from slipscale.hardware.conformance.table import examine
+from slipscale.hardware.emulator import firmware
+from slipscale.hardware.emulator.firmware import Board
+from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
+from slipscale.hardware.plate.twin import Twin
+
+if TYPE_CHECKING:
+    from slipscale.hardware.backends.serial_board.protocol import BoardStatus
+
+TICK_S = 0.001
+ALIVE_TICKS = 100
+LOAD = FingerLoad(loss=1 / 300)  # Q from 60 to 50
+
+
+class VirtualLine:
+    """A board at the end of a line, in time that passes only while somebody waits."""
+
+    port = "virtual"
+
+    def __init__(self, board: Board) -> None:
+        self.board = board
+        self.clock = VirtualClock()
+        self.told = b""
+
+    def now(self) -> float:
+        """Return the virtual time in seconds."""
+        return self.clock.now()
+
+    def sleep(self, duration_s: float) -> None:
+        """Let time pass, a tick of the board after the other."""
+        for _ in range(math.ceil(duration_s / TICK_S)):
+            self.clock.sleep(TICK_S)
+            self.board.tick(self.clock.now())
+
+    def write(self, data: bytes) -> None:
+        """Send bytes to the board."""
+        for _, reply in self.board.receive(data, self.clock.now()):
+            self.told += reply
+
+    def read(self) -> bytes:
+        """Return what the board has sent."""
+        if not self.told:
+            self.sleep(TICK_S)
+        data, self.told = self.told, b""
+        return data
+
+
+class Operator:
+    """Does what the guided part asks for, with a second instrument that is right."""
+
+    def __init__(self, line: VirtualLine, bench: Bench) -> None:
+        self._line, self._bench = line, bench
+        self._twin = line.board.twin
+
+    def load(self, *, on: bool) -> None:
+        """Put the load on the plate, or take it away."""
+        self._twin.amplitude_um_pp(self._line.now())
+        self._twin.finger = LOAD if on else NO_FINGER
+
+    def amplitude_um_pp(self) -> float:
+        """Return the true amplitude."""
+        return self._twin.amplitude_um_pp(self._line.now())
+
+    def swing_um_pp(self, duration_s: float) -> tuple[float, float]:
+        """Return the smallest and the largest true amplitude while time passes."""
+        seen = []
+        for tick in range(math.ceil(duration_s / TICK_S)):
+            self._line.sleep(TICK_S)
+            if tick % ALIVE_TICKS == 0:
+                self._bench.status()
+            seen.append(self.amplitude_um_pp())
+        return min(seen), max(seen)
+
+    def volts_peak(self) -> float:
+        """Return the true voltage at the plate."""
+        return self._twin.voltage_v(self._line.now())
+
+
+class Variant(Board):
+    """A board whose commands are its own methods."""
+
+    def __init__(self, twin: Twin, *, boot: int) -> None:
+        super().__init__(twin, boot=boot)
+        self._commands = {
+            header: (fewest, most, getattr(type(self), run.__name__, run))
+            for header, (fewest, most, run) in self._commands.items()
+        }
+
+
+class NoWatchdog(Variant):
+    """No watchdog at all."""
+
+    unwatched: tuple[str, ...] = wire.VIBRATING
+
+    def tick(self, now_s: float) -> None:
+        if self.state in self.unwatched:
+            self._heard_s = now_s
+        super().tick(now_s)
+
+
+class NoWatchdogInList(NoWatchdog):
+    """No watchdog while a list is played."""
+
+    unwatched = ("LIST",)
+
+
+class NoWatchdogInOpen(NoWatchdog):
+    """No watchdog in open loop."""
+
+    unwatched = ("OPEN",)
+
+
+class ContentWatchdog(Variant):
+    """A watchdog that is content with any byte."""
+
+    def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
+        self._heard_s = now_s
+        return super().receive(data, now_s)
+
+
+class FakesSilence(Variant):
+    """Reports silence after a cause, and goes on to drive."""
+
+    cause = "OUTP"
+    faked = False
+
+    def silence(self, now_s: float, state: str = "OFF") -> None:
+        drive = self.twin.drive
+        super().silence(now_s, state)
+        self.faked = self._is_cause(state)
+        if self.faked:
+            self.twin.set_drive(drive, now_s)
+
+    def _is_cause(self, state: str) -> bool:
+        return self.cause == state or (state == "OFF" and self._doing == self.cause)
+
+    _doing = ""
+
+    def _run(self, body: str, now_s: float) -> str:
+        self._doing = body.partition(" ")[0]
+        try:
+            return super()._run(body, now_s)
+        finally:
+            self._doing = ""
+
+    def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
+        answers = []
+        for byte in data:
+            self._doing = "!" if byte == wire.STOP[0] else ""
+            answers += super().receive(bytes([byte]), now_s)
+        return answers
+
+    def status(self, now_s: float) -> BoardStatus:
+        status = super().status(now_s)
+        return replace(status, voltage_v=0.0) if self.state not in wire.VIBRATING else status
+
+
+class FakesSilenceAfterStop(FakesSilence):
+    """Fakes silence after !."""
+
+    cause = "!"
+
+
+class FakesSilenceAfterWatchdog(FakesSilence):
+    """Fakes silence after the watchdog."""
+
+    cause = "WDOG"
+
+
+class FakesSilenceAndReading(FakesSilence):
+    """Fakes silence after OFF, and the sensor's reading too."""
+
+    def status(self, now_s: float) -> BoardStatus:
+        status = super().status(now_s)
+        return replace(status, amplitude_um_pp=0.0) if self.faked else status
+
+
+class DeafToStopInOpen(Variant):
+    """Ignores ! in open loop."""
+
+    def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
+        if self.state == "OPEN":
+            data = data.replace(wire.STOP, b"")
+        return super().receive(data, now_s)
+
+
+class FalseHold(Variant):
+    """HOLD follows the ramp, whatever is measured."""
+
+    def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
+        super()._settled(measured_um_pp, was_limited=was_limited)
+        return "HOLD"
+
+
+class WideHold(Variant):
+    """HOLD within 10 %, where it stops to correct."""
+
+    def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
+        if abs(measured_um_pp - self.target_um_pp) <= 0.1 * self.target_um_pp:
+            return "HOLD"
+        return super()._settled(measured_um_pp, was_limited=was_limited)
+
+    def _correct(self, measured_um_pp: float, largest_um_pp: float) -> bool:
+        if abs(measured_um_pp - self.target_um_pp) <= 0.1 * self.target_um_pp:
+            return True
+        return super()._correct(measured_um_pp, largest_um_pp)
+
+
+class NoSaturation(Variant):
+    """Reports HOLD where the voltage does not suffice."""
+
+    def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
+        state = super()._settled(measured_um_pp, was_limited=was_limited)
+        return "HOLD" if state == "SAT" or was_limited else state
+
+
+class FrozenReadback(Variant):
+    """The sensor's reading is the first that was ever above 0.1 µm."""
+
+    _frozen: float | None = None
+
+    def status(self, now_s: float) -> BoardStatus:
+        status = super().status(now_s)
+        reading = status.amplitude_um_pp or 0.0
+        if self._frozen is None and self.state == "HOLD" and reading > 0.1:  # noqa: PLR2004
+            self._frozen = reading
+        return replace(status, amplitude_um_pp=self._frozen or reading)
+
+
+class EchoedReadback(Variant):
+    """The sensor's reading is the target."""
+
+    def status(self, now_s: float) -> BoardStatus:
+        status = super().status(now_s)
+        return replace(status, amplitude_um_pp=status.target_um_pp)
+
+
+class FakedReadback(EchoedReadback):
+    """The reading is computed from the drive, for half of the true amplitude."""
+
+    def __init__(self, twin: Twin, *, boot: int) -> None:
+        super().__init__(twin, boot=boot)
+        self._nominal_volts_per_um *= 2
+        self._volts_per_um = self._nominal_volts_per_um
+
+    def _settled(self, measured_um_pp: float, *, was_limited: bool) -> str:
+        return super()._settled(self.target_um_pp + 0 * measured_um_pp, was_limited=was_limited)
+
+    def _correct(self, measured_um_pp: float, largest_um_pp: float) -> bool:  # noqa: ARG002
+        return True
+
+    def status(self, now_s: float) -> BoardStatus:
+        status = super().status(now_s)
+        um_pp = status.voltage_v / self._nominal_volts_per_um
+        off_hz = abs(status.frequency_hz - self.twin.conditions(now_s).resonance_hz)
+        return replace(status, amplitude_um_pp=um_pp if off_hz < 100 else um_pp / 20)  # noqa: PLR2004
+
+
+class StepsInsteadOfRamp(Variant):
+    """Goes to an amplitude at once, up and down."""
+
+    def _ramp(self, now_s: float) -> None:
+        self._commanded_s -= firmware.RAMP_S
+        super()._ramp(now_s)
+        self._commanded_s += firmware.RAMP_S
+        if self.target_um_pp == 0:
+            self.silence(now_s)
+
+    def _amplitude(self, arguments: list[str], now_s: float) -> str:
+        value = super()._amplitude(arguments, now_s)
+        if self.state == "RAMP":
+            self._ramp(now_s)
+        return value
+
+
+class NoOnTimeLimit(Variant):
+    """No longest on-time."""
+
+    def tick(self, now_s: float) -> None:
+        if not self.played and self.state != "RAMP":
+            self._commanded_s = now_s
+        super().tick(now_s)
+
+
+class SlowList(Variant):
+    """Plays a list twice too slow."""
+
+    def _list_play(self, arguments: list[str], now_s: float) -> str:
+        value = super()._list_play(arguments, now_s)
+        if self.played:
+            self.played = replace(self.played, step_s=2 * self.played.step_s)
+            self._apply(now_s)
+        return value
+
+
+class ChangedList(Variant):
+    """Plays another list than it was sent."""
+
+    def _list_play(self, arguments: list[str], now_s: float) -> str:
+        value = super()._list_play(arguments, now_s)
+        if self.played:
+            points = self.change(self.played.amplitudes_um_pp)
+            self.played = replace(self.played, amplitudes_um_pp=points)
+            self._apply(now_s)
+        return value
+
+    def change(self, points: tuple[float, ...]) -> tuple[float, ...]:
+        """Return what is played."""
+        return points
+
+
+class FlatList(ChangedList):
+    """Plays a list's mean."""
+
+    def change(self, points: tuple[float, ...]) -> tuple[float, ...]:
+        return (sum(points) / len(points),) * len(points)
+
+
+class InvertedList(ChangedList):
+    """Plays a list upside down about its mean."""
+
+    def change(self, points: tuple[float, ...]) -> tuple[float, ...]:
+        mean = sum(points) / len(points)
+        return tuple(max(2 * mean - each, 0.0) for each in points)
+
+
+class CutList(ChangedList):
+    """Plays a list's first eight points only."""
+
+    def change(self, points: tuple[float, ...]) -> tuple[float, ...]:
+        return points[: wire.POINTS_A_LINE]
+
+
+class DoubledDrive(Variant):
+    """DRIV puts twice the volts on the plate, and reports the commanded ones."""
+
+    def _open_loop(self, arguments: list[str], now_s: float) -> str:
+        value = super()._open_loop(arguments, now_s)
+        doubled = replace(self.twin.drive, voltage_v=2 * self.twin.drive.voltage_v)
+        self.twin.set_drive(doubled, now_s)
+        return value
+
+    def status(self, now_s: float) -> BoardStatus:
+        status = super().status(now_s)
+        return replace(status, voltage_v=status.voltage_v / 2) if self.state == "OPEN" else status
+
+
+class ForgetsNotAtStop(Variant):
+    """Takes ! out of its line, so that a frame with ! inside is run."""
+
+    def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
+        before, stop, after = data.partition(wire.STOP)
+        if not stop:
+            return super().receive(data, now_s)
+        answers = super().receive(before, now_s)
+        self.silence(now_s)
+        return answers + self.receive(after, now_s)
+
+
+class ForgetsItsAnswer(Variant):
+    """Plain ``*IDN?`` takes the place of the answer that was kept."""
+
+    def _line(self, line: bytes, now_s: float) -> tuple[str, bytes] | None:
+        if line == b"*IDN?":
+            self._last = None
+        return super()._line(line, now_s)
+
+
+class CutsLines(Variant):
+    """Cuts what is too long, and runs the rest."""
+
+    def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
+        *lines, rest = data.split(b"\n")
+        whole = [line[: wire.LONGEST_LINE] + b"\n" for line in lines]
+        return super().receive(b"".join(whole) + rest, now_s)
+
+
+class AnswersTwice(Variant):
+    """Answers twice."""
+
+    def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
+        return [each for each in super().receive(data, now_s) for _ in range(2)]
+
+
+class NoLimits(Variant):
+    """Does not hold to its own limits."""
+
+    def _amplitude(self, arguments: list[str], now_s: float) -> str:
+        kept, self.limits = self.limits, replace(self.limits, amplitude_um_pp=1e9)
+        try:
+            return super()._amplitude(arguments, now_s)
+        finally:
+            self.limits = kept
+
+
+WRONG: tuple[type[Board], ...] = (
+    NoWatchdog, NoWatchdogInList, NoWatchdogInOpen, ContentWatchdog,
+    FakesSilence, FakesSilenceAfterStop, FakesSilenceAfterWatchdog, FakesSilenceAndReading,
+    DeafToStopInOpen, FalseHold, WideHold, NoSaturation,
+    FrozenReadback, EchoedReadback, FakedReadback, StepsInsteadOfRamp, NoOnTimeLimit,
+    SlowList, FlatList, InvertedList, CutList, DoubledDrive,
+    ForgetsNotAtStop, ForgetsItsAnswer, CutsLines, AnswersTwice, NoLimits,
+)  # fmt: skip
+# The wire alone need not show them: the reports of a plate without a load agree.
+GUIDED_ONLY = (FakesSilenceAndReading, FalseHold, WideHold, NoSaturation)
+
+
+def departures(kind: type[Board], *, long: bool = False) -> dict[str, str]:
+    """Return the rules of the wire that a kind of board departs from, and how."""
+    line = VirtualLine(kind(Twin(), boot=1))
+    verdicts = examine(Bench(line, line, long=long))
+    return {each.rule: each.detail for each in verdicts if each.outcome == "departs"}
+
+
+def guided_departures(kind: type[Board]) -> dict[str, str]:
+    """Return the steps of the guided part that a kind of board fails, and how."""
+    line = VirtualLine(kind(Twin(), boot=1))
+    bench = Bench(line, line)
+    verdicts = guide(bench, Operator(line, bench))
+    return {each.rule: each.detail for each in verdicts if each.outcome == "departs"}
+
+
+def main() -> int:
+    """Run the campaign."""
+    unfound = 0
+    kinds: tuple[type[Board], ...] = (Board, *WRONG)
+    for kind in kinds:
+        by_wire = departures(kind, long=kind in {Board, NoOnTimeLimit})
+        by_guide = guided_departures(kind)
+        found = bool(by_wire or by_guide)
+        wrong = found == (kind is Board)
+        unfound += wrong
+        what = (kind.__doc__ or "").splitlines()[0] if kind is not Board else "The correct board."
+        print(f"{'WRONG ' if wrong else ''}{kind.__name__}: {what}")
+        for part, rules in (("wire", by_wire), ("guided", by_guide)):
+            for rule, detail in list(rules.items())[:3]:
+                print(f"    {part:<7} {rule}: {detail[:110]}")
+    print(f"{len(WRONG)} kinds of wrong board, {unfound} wrong verdicts")
+    return int(unfound > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
