@@ -209,15 +209,16 @@ def fit(model: Model, counts: Counts, bounds: Bounds | None = None) -> Fits:
     """
     bounds = search_bounds(model, counts.u) if bounds is None else bounds
     # Two starts: a lapse rate takes the blame for errors at high levels, or none; the likelihood
-    # can have a peak for each.
-    one, other = (
-        _climb(model, counts, _start(model, counts, bounds, lapse), bounds)
-        for lapse in (0.0, model.largest_lapse)
-    )
-    better = (other.log_likelihood > one.log_likelihood)[:, None]
+    # can have a peak for each. Both climb in one pass.
+    lapses = (0.0, model.largest_lapse)
+    start = np.concatenate([_start(model, counts, bounds, lapse) for lapse in lapses])
+    twice = np.tile(np.arange(len(counts.u)), 2)
+    found = _climb(model, counts[twice], start, bounds[twice])
+    one, other = np.split(found.log_likelihood, 2)
+    better = other > one
     return Fits(
-        theta=np.where(better, other.theta, one.theta),
-        log_likelihood=np.maximum(one.log_likelihood, other.log_likelihood),
+        theta=np.where(better[:, None], *np.split(found.theta, 2)[::-1]),
+        log_likelihood=np.where(better, other, one),
         bounds=bounds,
     )
 
@@ -239,7 +240,9 @@ def profile(
     tuple of arrays, each of shape (sets,)
         Lower and upper end; infinite where it does not fall so far within the bounds.
     """
-    sets = np.arange(len(fits.theta))
+    # Each set twice: its lower end, then its upper one.
+    sets = np.tile(np.arange(len(fits.theta)), 2)
+    rows = np.arange(len(sets))
 
     def fallen(values: Array) -> npt.NDArray[np.bool_]:
         which = np.repeat(sets, values.shape[1])
@@ -249,20 +252,20 @@ def profile(
         fall = fits.log_likelihood[which] - refitted.log_likelihood
         return np.asarray(fall > drop).reshape(values.shape)
 
-    ends = []
     part = np.arange(1, SECTIONS + 1) / SECTIONS
-    for edge, sign in ((fits.bounds.low, -1.0), (fits.bounds.high, 1.0)):
-        inside, outside = fits.theta[:, parameter], edge[:, parameter]
-        closed = np.zeros(len(sets), dtype=bool)
-        for _ in range(ROUNDS):
-            values = inside[:, None] + (outside - inside)[:, None] * part
-            beyond = fallen(values)
-            closed |= beyond.any(axis=1)
-            first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), SECTIONS - 1)
-            outside = values[sets, first]
-            inside = np.where(first > 0, values[sets, first - 1], inside)
-        ends.append(np.where(closed, (inside + outside) / 2, sign * np.inf))
-    return ends[0], ends[1]
+    inside = fits.theta[sets, parameter]
+    outside = np.concatenate([fits.bounds.low, fits.bounds.high])[:, parameter]
+    closed = np.zeros(len(sets), dtype=bool)
+    for _ in range(ROUNDS):
+        values = inside[:, None] + (outside - inside)[:, None] * part
+        beyond = fallen(values)
+        closed |= beyond.any(axis=1)
+        first = np.where(beyond.any(axis=1), beyond.argmax(axis=1), SECTIONS - 1)
+        outside = values[rows, first]
+        inside = np.where(first > 0, values[rows, first - 1], inside)
+    never = np.repeat([-np.inf, np.inf], len(fits.theta))
+    low, high = np.split(np.where(closed, (inside + outside) / 2, never), 2)
+    return low, high
 
 
 def _start(model: Model, counts: Counts, bounds: Bounds, lapse: float) -> Array:
@@ -274,11 +277,11 @@ def _start(model: Model, counts: Counts, bounds: Bounds, lapse: float) -> Array:
     sets = len(counts.u)
     seen = np.where(counts.u > FAR_BELOW, counts.u, np.nan)
     bottom, span = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1) - np.nanmin(seen, axis=1)
-    held = bool(np.all(bounds.low[:, THRESHOLD] >= bounds.high[:, THRESHOLD]))
+    threshold_held, slope_held = np.all(bounds.low >= bounds.high, axis=0)[[THRESHOLD, LOG_SLOPE]]
     best, best_value = np.empty((sets, 4)), np.full(sets, -np.inf)
     guess = (bounds.low + bounds.high)[:, GUESS] / 2
-    for place in [0.0] if held else np.linspace(-0.1, 1.1, 13):
-        for width in (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.1):
+    for place in [0.0] if threshold_held else np.linspace(-0.1, 1.1, 13):
+        for width in [1.0] if slope_held else (8.0, 4.0, 2.0, 1.0, 0.5, 0.25, 0.1):
             theta = np.stack(
                 [
                     bottom + span * place,
