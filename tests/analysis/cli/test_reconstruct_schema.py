@@ -10,12 +10,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from jsonschema import Draft202012Validator, ValidationError
 
 from slipscale import commands
 
 DOCS = Path(__file__).parents[3] / "docs"
-SCHEMA = Draft202012Validator(json.loads((DOCS / "reconstruct.schema.json").read_text("utf-8")))
 HEADER = "label,n,mean,sd,scale_maximum\n"
 TABLES = {
     "paired": HEADER + "a,5,2.40,1.14,9\nb,5,6.40,1.14,9\n",
@@ -24,20 +22,26 @@ TABLES = {
 }
 
 
+@pytest.fixture(scope="module")
+def schema():
+    from jsonschema import Draft202012Validator  # noqa: PLC0415 - seconds, in one process only
+
+    return Draft202012Validator(json.loads((DOCS / "reconstruct.schema.json").read_text("utf-8")))
+
+
 @pytest.mark.parametrize("design", ["paired", "independent"])
 @pytest.mark.parametrize("name", TABLES)
-def test_every_answer_is_what_the_schema_says(name, design, tmp_path, capsys):
+def test_every_answer_is_what_the_schema_says(schema, name, design, tmp_path, capsys):
     (tmp_path / "t.csv").write_text(TABLES[name])
     words = ["reconstruct", str(tmp_path / "t.csv"), "--json", "--conclusions", "--design", design]
     commands.main([*words, *(["--variants"] if name == "paired" else [])])
     answer = json.loads(capsys.readouterr().out)
-    SCHEMA.validate(answer)
+    schema.validate(answer)
     answer["columns"][0]["multisets"] = 7
-    with pytest.raises(ValidationError, match="7 is not of type"):
-        SCHEMA.validate(answer)
+    assert any("7 is not of type" in fault.message for fault in schema.iter_errors(answer))
 
 
-def test_printed_tests_are_what_the_schema_says(tmp_path, capsys):
+def test_printed_tests_are_what_the_schema_says(schema, tmp_path, capsys):
     (tmp_path / "t.toml").write_text(
         """
 [[column]]
@@ -61,7 +65,7 @@ statistic = 4.71
     )
     commands.main(["reconstruct", str(tmp_path / "t.toml"), "--json"])
     found = json.loads(capsys.readouterr().out)
-    SCHEMA.validate(found)
+    schema.validate(found)
     assert [test["verdict"] for test in found["tests"]] == ["possible", "impossible", "possible"]
     assert found["columns"][0]["scale_is_printed"] is False
 

@@ -2,6 +2,7 @@
 
 import math
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -143,16 +144,18 @@ def test_without_guesses_and_lapses_it_is_the_probit_model():
         assert 2 * (held - best) == pytest.approx(stats.chi2.ppf(0.95, 1), rel=2e-3)
 
 
+@cache
+def fitted(curve):
+    return fit_threshold(EXAMPLE, curve=curve)
+
+
 @FAMILIES
 @given(share=st.floats(0.05, 0.95))
 def test_level_and_proportion_are_each_others_inverse(curve, share):
-    found = FITTED[curve]
+    found = fitted(curve)
     proportion = found.guess + (1 - found.guess - found.lapse) * share
     level = found.level_um_pp(proportion)
     assert found.proportion(np.array([level]))[0] == pytest.approx(proportion)
-
-
-FITTED = {curve: fit_threshold(EXAMPLE, curve=curve) for curve in CURVES}
 
 
 @FAMILIES
@@ -162,12 +165,12 @@ def test_the_threshold_is_where_the_proportion_says(curve):
     at = found.level_um_pp(proportion)
     assert at == pytest.approx(found.threshold_um_pp.value)
     # The same curve, told of at another place.
-    assert FITTED[curve].level_um_pp(proportion) == pytest.approx(at, rel=1e-4)
+    assert fitted(curve).level_um_pp(proportion) == pytest.approx(at, rel=1e-4)
 
 
 def test_a_level_beyond_the_asymptotes_is_refused():
     with pytest.raises(UserError, match=r"proportion is 0.4, expected between the asymptotes 0.5"):
-        FITTED["weibull"].level_um_pp(0.4)
+        fitted("weibull").level_um_pp(0.4)
 
 
 RUNS = 200
@@ -228,7 +231,7 @@ def test_answers_that_no_curve_gives_are_found_out():
     wavy = answers([0.1, 0.2, 0.3, 0.4, 0.5, 0.6], [10, 18, 9, 17, 12, 20])
     found = fit_threshold(wavy)
     assert goodness_of_fit(found, wavy).p < 0.01
-    assert goodness_of_fit(FITTED["weibull"], EXAMPLE).p > 0.5
+    assert goodness_of_fit(fitted("weibull"), EXAMPLE).p > 0.5
 
 
 def test_single_answers_a_level_tell_nothing_of_the_fit():
@@ -321,8 +324,8 @@ def test_a_negative_level_has_no_logarithm():
 
 
 def test_a_difference_thresholds_weber_fraction_is_its_part_of_the_standard():
-    found = weber_fraction(FITTED["weibull"], 0.05)
-    threshold = FITTED["weibull"].threshold_um_pp
+    found = weber_fraction(fitted("weibull"), 0.05)
+    threshold = fitted("weibull").threshold_um_pp
     assert found.value == pytest.approx(threshold.value / 0.05)
     assert tuple(found.interval) == pytest.approx(tuple(x / 0.05 for x in threshold.interval))
 
@@ -339,7 +342,7 @@ def test_a_comparisons_weber_fraction_is_half_the_distance_between_its_quartiles
 
 def test_what_has_no_weber_fraction_says_so():
     with pytest.raises(UserError, match="standard_um_pp is 0, expected above 0"):
-        weber_fraction(FITTED["weibull"], 0.0)
+        weber_fraction(fitted("weibull"), 0.0)
     with pytest.raises(UserError, match="yes_no asks for none"):
         weber_fraction(fit_threshold(EXAMPLE, method="yes_no"), 1.0)
     with pytest.raises(UserError, match="needs a curve of the amplitude itself"):
@@ -364,7 +367,7 @@ def test_a_population_is_the_mean_of_its_participants_logarithms():
 
 
 def test_a_population_needs_three_thresholds_of_one_kind():
-    few = population_threshold([FITTED["weibull"]] * 2)
+    few = population_threshold([fitted("weibull")] * 2)
     assert few == NotComputed("participants with a threshold: 2 (at least 3 are needed)")
     with pytest.raises(UserError, match="one curve, method and share"):
-        population_threshold([FITTED["weibull"], FITTED["normal"], FITTED["normal"]])
+        population_threshold([fitted("weibull"), fitted("normal"), fitted("normal")])
