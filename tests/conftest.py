@@ -95,3 +95,34 @@ def shipped_pilot(tmp_path_factory):
             return folder, pickle.loads(kept.read_bytes())  # noqa: S301 - written here
 
     return made
+
+
+@pytest.fixture(scope="module")
+def without_figures():
+    """Leave out the figures of reports, for modules whose tests are about something else."""
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            "slipscale.analysis.reporting.files.draw", lambda _: {"fig15": Figure((1, 1))}
+        )
+        yield
+
+
+@pytest.fixture(scope="module")
+def without_models():
+    """Leave out growth functions and the mixed model, most of the time of a small analysis.
+
+    For modules whose tests are about something else: `pytest.mark.usefixtures`.
+    """
+    from slipscale.analysis.statistics.not_computed import NotComputed  # noqa: PLC0415
+    from slipscale.analysis.tasks.table import KINDS  # noqa: PLC0415
+
+    every = [statistic for kind in KINDS for statistic in kind.statistics]
+    slow = {each: each.compute for each in every if each.key in ("growth", "mixed_model")}
+    assert len(slow) == 2
+    for each in slow:  # frozen, as all that modules share
+        object.__setattr__(each, "compute", lambda _: NotComputed("left out of this test"))
+    yield
+    for each, compute in slow.items():
+        object.__setattr__(each, "compute", compute)

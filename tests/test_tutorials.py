@@ -14,6 +14,8 @@ from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.study.file import study_text
 from tools.tutorial_pictures import TUTORIALS, picture_name
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 DOCS = Path(__file__).parents[1] / "docs"
 BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
 MOST_BYTES = 150_000

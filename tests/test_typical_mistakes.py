@@ -10,6 +10,8 @@ from slipscale import commands
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.running import pilot
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 STUDY = """name = "small"
 title = "Small"
 amplitudes_um_pp = [0.0, 0.5, 1.0]

@@ -12,6 +12,7 @@ from slipscale.analysis.reconstruction_page.page import Source, render
 from slipscale.analysis.reproduction.attained_bounds import known
 
 SEED = 1
+PAGE = "reconstruct-table3.html"
 
 
 def pages() -> dict[str, str]:
@@ -33,4 +34,4 @@ def pages() -> dict[str, str]:
         measure="multisets",
         seed=SEED,
     )
-    return {"reconstruct-table3.html": render(source)}
+    return {PAGE: render(source)}

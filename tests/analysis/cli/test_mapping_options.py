@@ -4,6 +4,8 @@ import pytest
 
 from slipscale import commands
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 #: Four people's loudness, with noise.
 ESTIMATES = {
     "a": (6.1, 31.2, 84.9, 402.0),

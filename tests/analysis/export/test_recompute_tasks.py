@@ -57,7 +57,7 @@ NAMED = re.compile(
 
 
 @pytest.fixture(scope="module")
-def exported(tmp_path_factory):
+def exported(tmp_path_factory, without_figures):
     data = tmp_path_factory.mktemp("every")
     write_dataset(data, STUDY, people=4, seed=5, population=Population(noise=5.0))
     out = tmp_path_factory.mktemp("out")

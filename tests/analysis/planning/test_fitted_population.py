@@ -15,6 +15,8 @@ from slipscale.experiments.participants.simulated_people.population import (
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 CHOICES = AnalysisChoices(tests=("order",))
 
 

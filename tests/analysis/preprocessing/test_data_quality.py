@@ -14,6 +14,8 @@ from slipscale.analysis.tasks.table import STATISTICS
 from slipscale.experiments.study.analysis_choices import QualityFlag, Test, Thresholds, ZeroRule
 from slipscale.faults import UserError
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 
 def flags_of(dataset, label="02", **kwargs):
     data = load(dataset(**kwargs))

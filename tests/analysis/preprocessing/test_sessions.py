@@ -8,6 +8,8 @@ from slipscale.analysis.preprocessing.sessions import only_session, sessions_of
 from slipscale.commands import main
 from slipscale.faults import UserError
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 ROWS = "".join(
     f"{person},{session},{amplitude},{10 + factor * amplitude + person}\n"
     for person in (1, 2, 3)

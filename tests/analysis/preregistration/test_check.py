@@ -20,6 +20,8 @@ from slipscale.experiments.participants.simulated_people.population import Popul
 from slipscale.experiments.running.bare_dataset import write_simulated
 from slipscale.experiments.running.pilot import pilot_plans
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 
 def analysed(root, *options, plan="plan"):
     """Analyse a copy's data against a plan; return the exit status and the deviations by kind."""

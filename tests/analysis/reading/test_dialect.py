@@ -9,6 +9,8 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.dialect import decimal_of, in_points
 from slipscale.faults import UserError
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 AMPLITUDES = ("0", "0,5", "1,2", "2,3")
 HEADER = ("participant_id", "amplitude_um_pp", "estimate")
 

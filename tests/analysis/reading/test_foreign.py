@@ -15,6 +15,8 @@ from slipscale.analysis.reading.units import factor
 from slipscale.analysis.tasks.difference.yes_no import step_sizes
 from slipscale.faults import UserError
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 LEVELS = (20.0, 200.0, 2000.0, 20_000.0)
 
 

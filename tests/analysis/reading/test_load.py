@@ -15,6 +15,8 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.faults import UserError
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 TIDY = "participant_id,amplitude_um_pp,estimate\n"
 
 

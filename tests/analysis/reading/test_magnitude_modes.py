@@ -14,6 +14,8 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.participants.simulated_people.population import Population, curves
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 STUDY = """
 name = "modes"
 title = "Modes"

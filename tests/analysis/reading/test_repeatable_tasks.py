@@ -9,6 +9,8 @@ from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.faults import UserError
 from tools.board_sessions import STUDY
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 LABELLED = STUDY.replace("[[tasks]]", '[[tasks]]\nlabel = "slipperiness"')
 AGAIN = LABELLED.partition("[[tasks]]")[2].replace("slipperiness", "roughness")
 STEPS = """

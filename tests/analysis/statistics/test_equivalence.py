@@ -23,6 +23,8 @@ from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 HERE = Path(__file__).parents[2] / "data" / "r_reference"
 R = json.loads((HERE / "comparisons.json").read_text())
 

@@ -20,6 +20,8 @@ from slipscale.commands import main
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 DATA = Path(__file__).parents[2] / "data"
 R = json.loads((DATA / "r_reference" / "comparisons.json").read_text())["orthodont"]
 COLUMNS = {"participant": "Subject", "stimulus": "age", "response": "distance", "group": "Sex"}

@@ -12,6 +12,8 @@ from slipscale.analysis.reporting.files import write_analysis
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.individuals import individuals
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 
 def test_every_participant_has_an_exponent_and_a_d_prime_of_their_own(dataset, page, tmp_path):
     row = dataset.difference_row

@@ -16,6 +16,8 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.friction.section import sentence
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 COEFFICIENTS = [0.8, 0.75, 0.6, 0.4, 0.78, 0.62]
 AMPLITUDES = [0.0, 0.5, 1.2, 2.3, 0.5, 1.2]
 

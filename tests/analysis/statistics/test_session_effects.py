@@ -23,6 +23,8 @@ from slipscale.experiments.running.bare_dataset import why_sessions, write_simul
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.study.file import study_text
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 DATA = Path(__file__).parents[2] / "data" / "r_reference"
 R = json.loads((DATA / "sessions.json").read_text())
 #: Four repetitions, taken as four sessions.

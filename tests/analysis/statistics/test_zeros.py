@@ -13,6 +13,8 @@ from slipscale.analysis.tasks.estimation import primary
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 AMPLITUDES = (0.0, 0.5, 1.2, 2.3)
 
 

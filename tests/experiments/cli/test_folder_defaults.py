@@ -13,6 +13,8 @@ from slipscale.experiments.running import lab_session, preflight
 from slipscale.faults import DONE
 from slipscale.hardware.cli import plate
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 LAB = """
 study = "gone.toml"
 plate = "serial:/dev/nowhere,calibration=gone-too.toml"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -116,6 +117,7 @@ def _individual(data: Prepared) -> IndividualGrowth | NotComputed:
     )
 
 
+@lru_cache(maxsize=1000)
 def predicted_reduction(amplitude_um_pp: float) -> float:
     """Return the reduction of friction, 1 - µ'/µ, that the film predicts for an amplitude.
 

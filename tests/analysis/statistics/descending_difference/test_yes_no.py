@@ -15,6 +15,8 @@ from slipscale.analysis.tasks.difference.verbal_reports import CategoryCount
 from slipscale.analysis.tasks.difference.yes_no import CatchAnswers, analyse_differences, d_prime
 from slipscale.faults import UserError
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 BOOK = load_codebook()
 
 

@@ -20,6 +20,8 @@ from slipscale.analysis.tasks.outside import guard
 from slipscale.analysis.tasks.outside.short_form import OwnResult, own_analysis
 from slipscale.faults import UserError
 
+pytestmark = pytest.mark.usefixtures("without_models")
+
 
 class Point:
     """An entry point of a package that is called ourlab."""
