@@ -13,7 +13,7 @@ from slipscale import commands
 from tools.site import command_reference, decisions, reconstruction_example
 from tools.site.hooks import SOURCES
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
 DECISIONS = sorted((ROOT / "docs" / "decisions").glob("*.md"))
 # Options of other programs that the pages name.
@@ -47,7 +47,7 @@ def parser_of(words):
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_every_link_leads_somewhere(page):
     targets = re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8"))
-    # The site has pages that no folder holds; tests/test_site.py follows the links to them.
+    # The site has pages that no folder holds; tests/docs/test_site.py follows the links to them.
     missing = [
         target
         for target in targets

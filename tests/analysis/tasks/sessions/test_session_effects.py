@@ -25,7 +25,7 @@ from slipscale.experiments.study.file import study_text
 
 pytestmark = pytest.mark.usefixtures("without_models")
 
-DATA = Path(__file__).parents[2] / "data" / "r_reference"
+DATA = Path(__file__).parents[3] / "data" / "r_reference"
 R = json.loads((DATA / "sessions.json").read_text())
 #: Four repetitions, taken as four sessions.
 COLUMNS = {"participant": "participant", "stimulus": "amp", "response": "est", "session": "rep"}

@@ -22,7 +22,7 @@ from slipscale.faults import UserError
 
 pytestmark = pytest.mark.usefixtures("without_models")
 
-DATA = Path(__file__).parents[2] / "data"
+DATA = Path(__file__).parents[3] / "data"
 R = json.loads((DATA / "r_reference" / "comparisons.json").read_text())["orthodont"]
 COLUMNS = {"participant": "Subject", "stimulus": "age", "response": "distance", "group": "Sex"}
 

@@ -11,7 +11,7 @@ import yaml
 import slipscale
 from tools import setup
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 PAPER = (ROOT / "paper.md").read_text(encoding="utf-8")
 RECIPE = yaml.safe_load((ROOT / "recipe/meta.yaml").read_text(encoding="utf-8"))

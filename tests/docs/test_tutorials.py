@@ -16,7 +16,7 @@ from tools.tutorial_pictures import TUTORIALS, picture_name
 
 pytestmark = pytest.mark.usefixtures("without_models")
 
-DOCS = Path(__file__).parents[1] / "docs"
+DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
 MOST_BYTES = 150_000
 

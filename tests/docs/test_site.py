@@ -13,7 +13,7 @@ import pytest
 from slipscale.experiments.study.schema import study_schema
 from tools.site import command_reference, hooks, study_reference
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 # What a browser fetches by itself, and where the address stands.
 FETCHED = {
     ("script", "src"),

@@ -20,7 +20,7 @@ from packaging.requirements import Requirement
 from slipscale.faults.extras import EXTRA_OF, how_to_install
 from tools import setup
 
-ROOT = Path(__file__).parent.parent
+ROOT = Path(__file__).parents[2]
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PROJECT = PYPROJECT["project"]
 LEFT_OUT = set(PYPROJECT["tool"]["uv"]["exclude-dependencies"])
