@@ -1,13 +1,16 @@
 """Questions at the terminal while a plate vibrates: something keeps it alive while a person types.
 
-A board silences itself when it hears nothing for its watchdog's time. While `typed` waits, a thread
-asks the board again and again; nobody else may use the line meanwhile.
+A board silences itself when it hears nothing for its watchdog's time, so `typed` calls a function
+again and again while it waits. It also waits in short steps: a signal that arrives in the instant a
+piped question appears would otherwise be noticed only after the next line was typed.
 """
 
 from __future__ import annotations
 
+import io
+import os
 import sys
-from threading import Event, Thread
+from threading import Thread
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -16,38 +19,40 @@ if TYPE_CHECKING:
 ALIVE_S = 0.1
 
 
-def typed(question: str, alive: Callable[[], object], *, every_s: float = ALIVE_S) -> str:
+def typed(question: str, alive: Callable[[], object]) -> str:
     """Return the line that a person types; call ``alive`` every 0.1 s until then.
-
-    The question is printed before the first call, so that whoever waits for it can answer at once.
 
     Raises
     ------
     EOFError
         Standard input has ended.
     Exception
-        The first that ``alive`` raised, once the person has typed.
+        What ``alive`` raises, at once.
     """
-    over, faults = Event(), list[Exception]()
-
-    def keep() -> None:
-        while not over.wait(every_s):
-            try:
-                alive()
-            except Exception as fault:  # noqa: BLE001 - raised below, in the caller's thread
-                faults.append(fault)
-                return
-
-    keeper = Thread(target=keep, name="keep alive", daemon=True)
-    keeper.start()
+    print(question, end="", flush=True)
     try:
-        print(question, end="", flush=True)
-        line = sys.stdin.readline()
-    finally:
-        over.set()
-        keeper.join()
-    if faults:
-        raise faults[0]
+        descriptor = sys.stdin.fileno()
+    except (io.UnsupportedOperation, ValueError):  # not a file: it does not block
+        return _whole(sys.stdin.readline().encode())
+    read = bytearray()
+    reader = Thread(target=_read_line, args=(descriptor, read), name="typed line", daemon=True)
+    reader.start()
+    while reader.is_alive():
+        reader.join(ALIVE_S)
+        alive()
+    return _whole(bytes(read))
+
+
+def _read_line(descriptor: int, read: bytearray) -> None:
+    """Read up to a line feed, and not a byte more: the next question's answer may wait there."""
+    while not read.endswith(b"\n"):
+        byte = os.read(descriptor, 1)
+        if not byte:
+            return
+        read += byte
+
+
+def _whole(line: bytes) -> str:
     if not line:
         raise EOFError
-    return line.rstrip("\n")
+    return line.decode("utf-8", "replace").rstrip("\r\n")

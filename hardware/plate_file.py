@@ -97,7 +97,7 @@ class LimitsTable(PlateTable):
 
 LOWER_BOUNDS = ("frequency_min_hz",)
 # Table, entry and default of what older files do not have.
-ADDED_LATER = (("limits", "voltage_band", SHIPPED.voltage_band),)
+ADDED_LATER = (("limits", "voltage_band", SHIPPED.voltage_band), ("acknowledgement", CHECKSUM, ""))
 
 
 class Expected(PlateTable):
@@ -134,6 +134,12 @@ class Acknowledgement(PlateTable):
     by: Annotated[str, Field(min_length=1)]
     date: date
     limits: dict[str, float]
+    sha256: str = ""
+
+    def checksum(self) -> str:
+        """Return the SHA-256 of name, date and limits: it is written by ``--by`` alone."""
+        content = json.dumps(self.model_dump(mode="json", exclude={CHECKSUM}), sort_keys=True)
+        return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
 
 class PlateFile(PlateTable):
@@ -162,6 +168,11 @@ class PlateFile(PlateTable):
             for name, value in self.limits.beyond_shipped().items()
             if known.get(name) != value
         }
+
+    def acknowledged_by_command(self) -> bool:
+        """Return whether the acknowledgement is as ``plate sign --by`` wrote it."""
+        known = self.acknowledgement
+        return known is not None and known.sha256 == known.checksum()
 
     def implausible(self, calibration: Calibration) -> list[str]:
         """Return what a calibration says that does not fit this plate."""
@@ -205,7 +216,7 @@ def checksum(plate: PlateFile) -> str:
     """
     table = plate.model_dump(mode="json", exclude={CHECKSUM})
     for part, name, default in ADDED_LATER:
-        if table[part].get(name) == default:
+        if table[part] is not None and table[part].get(name) == default:
             del table[part][name]
     content = json.dumps(table, sort_keys=True)
     return hashlib.sha256(content.encode("utf-8")).hexdigest()
@@ -321,11 +332,16 @@ def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
     if not beyond:
         document.pop("acknowledgement", None)
     elif beyond_by:
-        document["acknowledgement"] = {"by": beyond_by, "date": today, "limits": beyond}
-    elif plate.unacknowledged():
+        known = Acknowledgement(by=beyond_by, date=today, limits=beyond)
+        document["acknowledgement"] = {
+            **known.model_dump(exclude={CHECKSUM}),
+            CHECKSUM: known.checksum(),
+        }
+    elif plate.unacknowledged() or not plate.acknowledged_by_command():
         raise UserError(
-            f"{path}: {_listed(plate.unacknowledged())} is beyond the shipped limits; expected "
-            "--beyond-shipped-limits and --by NAME, who answers for it"
+            f"{path}: {_listed(plate.unacknowledged() or beyond)} is beyond the shipped limits; "
+            "expected --beyond-shipped-limits and --by NAME, who answers for it; an "
+            "acknowledgement that was written by hand does not count"
         )
     signed = PlateFile.model_validate(
         {key: value for key, value in document.unwrap().items() if key != CHECKSUM}

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from slipscale.faults import UserError
-from slipscale.hardware.errors import PlateRefused
+from slipscale.hardware.errors import OffCalibration, PlateRefused
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 SWEEP_UM_PP = 0.3  # the amplitude at resonance that is swept with: hardly felt
 POINTS = (-0.5, 0.0, 0.5)  # in half widths of the resonance
+AGREES = 0.15  # of the swept amplitude: how far the peak may lie from what the calibration predicts
 LARGEST_SHIFT = 1.0  # from the calibrated resonance, in half widths: more asks for a calibration
 
 
@@ -55,8 +56,8 @@ def half_width_hz(resonance: Resonance) -> float:
     return resonance.frequency_hz / (2 * resonance.quality_factor)
 
 
-def vertex_hz(points: Sequence[tuple[float, float]]) -> float:
-    """Return the resonance that three points of frequency and amplitude lie on.
+def vertex(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
+    """Return frequency and amplitude of the resonance on which three points lie.
 
     Raises
     ------
@@ -64,9 +65,10 @@ def vertex_hz(points: Sequence[tuple[float, float]]) -> float:
         They lie on no resonance: an amplitude is 0, or the one in the middle of a valley.
 
     >>> import math
-    >>> resonance = lambda f: 1 / math.sqrt(1 + 4 * 60**2 * (f - 30_480) ** 2 / 30_480**2)
-    >>> round(vertex_hz([(f, resonance(f)) for f in (30_373, 30_500, 30_627)]), 6)
-    30480.0
+    >>> resonance = lambda f: 0.3 / math.sqrt(1 + 4 * 60**2 * (f - 30_480) ** 2 / 30_480**2)
+    >>> found = vertex([(f, resonance(f)) for f in (30_373, 30_500, 30_627)])
+    >>> round(found[0], 6), round(found[1], 6)
+    (30480.0, 0.3)
     """
     if any(not (math.isfinite(a) and a > 0) for _, a in points):
         raise UserError("an amplitude of 0 was measured")
@@ -75,7 +77,11 @@ def vertex_hz(points: Sequence[tuple[float, float]]) -> float:
     curvature = (second - first) / (f2 - f0)
     if curvature <= 0:
         raise UserError("the amplitudes have no maximum")
-    return (f0 + f1) / 2 - first / (2 * curvature)
+    top_hz = (f0 + f1) / 2 - first / (2 * curvature)
+    top = y1 - curvature * (f1 - top_hz) ** 2
+    if top <= 0:
+        raise UserError("the amplitudes are too far apart for one resonance")
+    return top_hz, 1 / math.sqrt(top)
 
 
 def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
@@ -92,6 +98,9 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
     ------
     PlateRefused
         The plate follows its resonance by itself, or is not calibrated.
+    OffCalibration
+        At its resonance the plate makes another amplitude than the calibration predicts: the
+        amplifier, the plate or the instrument has changed.
     PlateFault
         The rig failed; the plate was silenced.
     """
@@ -100,7 +109,8 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
     resonance = plate.calibration.resonance
     before_hz = plate.tracked_hz or resonance.frequency_hz
     half_hz = half_width_hz(resonance)
-    voltage_v = plate.calibration.voltage_v_peak(min(SWEEP_UM_PP, plate.limits.amplitude_um_pp))
+    swept_um_pp = min(SWEEP_UM_PP, plate.limits.amplitude_um_pp)
+    voltage_v = plate.calibration.voltage_v_peak(swept_um_pp)
     points: list[tuple[float, float]] = []
     try:
         for place in POINTS:
@@ -109,11 +119,16 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
             points.append((frequency_hz, measure_um_pp()))
     finally:
         plate.silence()
-    now_hz, refused = before_hz, ""
+    now_hz, top_um_pp, refused = before_hz, swept_um_pp, ""
     try:
-        now_hz = vertex_hz(points)
+        now_hz, top_um_pp = vertex(points)
     except UserError as error:
         refused = str(error)
+    if not abs(top_um_pp - swept_um_pp) <= AGREES * swept_um_pp:
+        raise OffCalibration(
+            f"at its resonance of {now_hz:.1f} Hz the plate makes {top_um_pp:.3f} µm p-p with "
+            f"{voltage_v:.2f} V peak, the calibration predicts {swept_um_pp:.3f} µm p-p"
+        )
     if abs(now_hz - resonance.frequency_hz) > LARGEST_SHIFT * half_hz:
         refused = (
             f"{now_hz:.1f} Hz is further than {half_hz:.0f} Hz from the calibrated "

@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 # interrupt what silences the plate. No longer: an exception can be lost in a library's callback,
 # and a session must never become unstoppable.
 IGNORED_S = 2.0
-ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGBREAK")  # the last two are Unix' and Windows' own
+# Also those that would stop or abort the program with a generator left on: SIGQUIT (Ctrl-\\) and
+# SIGTSTP (Ctrl-Z). SIGBREAK is Windows' own.
+ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGBREAK")
 
 
 class EndedBySignal(KeyboardInterrupt):

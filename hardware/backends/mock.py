@@ -110,6 +110,7 @@ class MockPlate(PlateDriver):
         self.log: list[Command] = []
         self._schedule = Schedule(injections)
         self._connected = False
+        self._lost = False  # the line; the board behind it has silenced the plate
 
     def inject(self, fault: str, *, phase: str = "", n: int = 1) -> None:
         """Order a fault at the ``n``-th command of a phase from now ("" counts all but check)."""
@@ -123,7 +124,7 @@ class MockPlate(PlateDriver):
 
     def _connect(self) -> PlateIdentity:
         self._note_command("connect")
-        self._connected = True
+        self._connected, self._lost = True, False
         self._set(OFF)
         return PlateIdentity(
             manufacturer="Slipscale", model="mock plate", serial="twin", firmware="1"
@@ -169,6 +170,8 @@ class MockPlate(PlateDriver):
         return self._measure()
 
     def _silence(self) -> None:
+        if self._lost:
+            raise ConnectionLost("mock plate: the line is lost")
         if self._connected:
             self._note_command("silence")
             self._set(OFF)
@@ -178,7 +181,7 @@ class MockPlate(PlateDriver):
         self._require_line()
 
     def _close(self) -> None:
-        self._connected = False
+        self._connected = self._lost = False
 
     def _note_command(self, name: str, amplitude_um_pp: float | None = None) -> None:
         self.log.append(Command(self.clock.now(), name, amplitude_um_pp))
@@ -190,7 +193,7 @@ class MockPlate(PlateDriver):
         for code in faults:
             if code == ConnectionLost.code:
                 self._set(OFF)
-                self._connected = False
+                self._connected, self._lost = False, True
             raise FAULTS[code](f"mock plate: fault '{code}', on order")
 
     def _require_line(self) -> None:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.faults import DONE, UserError
 from slipscale.hardware.address import positive_number
+from slipscale.hardware.keep_alive import typed
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
@@ -239,7 +240,8 @@ def _measure(
     def measure(frequency_hz: float, volts: float) -> float:
         readback = plate.excite(frequency_hz=frequency_hz, voltage_v=volts * drive.v_peak_per_volt)
         if arguments.prompt:
-            return prompted(f"{frequency_hz:.1f} Hz, {volts:.2f} {drive.voltage_convention}")
+            at = f"{frequency_hz:.1f} Hz, {volts:.2f} {drive.voltage_convention}"
+            return prompted(plate, at)
         return measured(plate, readback)
 
     with silent_on_signals(plate):
@@ -266,17 +268,30 @@ def measured(plate: PlateDriver, readback: Readback) -> float:
     return readback.amplitude_um_pp
 
 
-def prompted(drive: str) -> float:
-    """Ask the operator for the vibrometer's reading in µm p-p."""
+def prompted(plate: PlateDriver, drive: str) -> float:
+    """Ask the operator for the vibrometer's reading in µm p-p; the plate is kept alive meanwhile.
+
+    Raises
+    ------
+    UserError
+        Standard input has ended.
+    PlateFault
+        The plate has silenced itself, say.
+    """
+
+    def alive() -> None:
+        plate.check()
+        plate.read_back()
+
     while True:
         try:
-            typed = input(f"{drive}: type the vibrometer's reading in µm peak to peak: ")
+            line = typed(f"{drive}: type the vibrometer's reading in µm peak to peak: ", alive)
         except EOFError:
             raise UserError("--prompt: no more readings were typed; nothing was written") from None
-        reading = _reading(typed)
+        reading = _reading(line)
         if reading is not None:
             return reading
-        print(f"'{typed}' is no reading; expected a number of µm, 0 or more")
+        print(f"'{line}' is no reading; expected a number of µm, 0 or more")
 
 
 def _reading(text: str) -> float | None:

@@ -156,6 +156,22 @@ def test_limits_beyond_the_shipped_ones_need_an_acknowledgement_by_name(file, ca
         assert driver.describe()["limits"]["amplitude_um_pp"] == 4.0
 
 
+def test_an_acknowledgement_that_was_written_by_hand_is_not_signed(file, capsys):
+    edit(file, "amplitude_um_pp = 2.5", "amplitude_um_pp = 4.0")
+    assert sign(file, "--beyond-shipped-limits", "--by", "A. Name") == 0
+    for before, after in (
+        ('by = "A. Name"', 'by = "B. Else"'),
+        ("amplitude_um_pp = 4.0", "amplitude_um_pp = 5.0"),
+    ):
+        text = file.read_text(encoding="utf-8")
+        file.write_text(text.replace(before, after), "utf-8")
+        assert sign(file) == 2
+        assert "written by hand does not count" in capsys.readouterr().err
+    assert sign(file, "--beyond-shipped-limits", "--by", "B. Else") == 0
+    edit(file, 'by = "B. Else"', 'by = "B. Else"  # a comment is free')
+    assert sign(file) == 0
+
+
 def test_an_acknowledgement_holds_for_its_own_values_only(file):
     edit(file, "amplitude_um_pp = 2.5", "amplitude_um_pp = 4.0")
     assert sign(file, "--beyond-shipped-limits", "--by", "A") == 0

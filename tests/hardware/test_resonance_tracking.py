@@ -10,11 +10,11 @@ from slipscale.faults import UserError
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.calibration.record import Calibration
 from slipscale.hardware.clock import VirtualClock
-from slipscale.hardware.errors import ConnectionLost, PlateRefused
+from slipscale.hardware.errors import ConnectionLost, OffCalibration, PlateRefused
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.dynamics import Resonator
 from slipscale.hardware.plate.twin import OFF, Twin
-from slipscale.hardware.resonance_tracking import track, vertex_hz
+from slipscale.hardware.resonance_tracking import track, vertex
 
 CALIBRATED_HZ = 30_500.0
 
@@ -70,14 +70,15 @@ def test_three_points_of_a_resonance_give_it(resonance_hz, quality_factor, top_u
         return top_um_pp / math.hypot(1, (f - resonance_hz) / half)
 
     places = [resonance_hz + half * (off + each) for each in (-0.5, 0.0, 0.5)]
-    found = vertex_hz([(f, amplitude(f)) for f in places])
-    assert found == pytest.approx(resonance_hz, abs=1e-4 * half)
+    found_hz, found_um_pp = vertex([(f, amplitude(f)) for f in places])
+    assert found_hz == pytest.approx(resonance_hz, abs=1e-4 * half)
+    assert found_um_pp == pytest.approx(top_um_pp, rel=1e-4)
 
 
 @pytest.mark.parametrize("amplitudes", [(1, 0, 1), (1, 0.5, 1), (1, 1, 1), (1, float("nan"), 1)])
 def test_points_on_no_resonance_are_refused(amplitudes):
     with pytest.raises(UserError):
-        vertex_hz(list(zip((30_400, 30_500, 30_600), amplitudes, strict=True)))
+        vertex(list(zip((30_400, 30_500, 30_600), amplitudes, strict=True)))
 
 
 @pytest.mark.parametrize("moved_hz", [-80.0, -10.0, 0.0, 60.0])
@@ -139,3 +140,12 @@ def test_a_line_that_is_lost_in_the_sweep_is_a_fault():
 def test_a_plate_that_follows_by_itself_is_not_tracked():
     with MockPlate(clock=VirtualClock()) as plate, pytest.raises(PlateRefused):
         track(plate, lambda: 1.0)
+
+
+@pytest.mark.parametrize("gain", [0.5, 0.8, 1.3])
+def test_a_plate_whose_gain_has_changed_is_a_fault_and_no_session_goes_on(gain):
+    plate = generator(CALIBRATED_HZ + 20)
+    with pytest.raises(OffCalibration, match=r"the calibration predicts 0\.300 µm p-p"):
+        track(plate, lambda: gain * measured(plate)())
+    assert plate.tracked_hz is None
+    assert plate.twin.drive == OFF

@@ -151,6 +151,7 @@ class SoundCard(PlateDriver):
         self._stream: Any = None
         self._underflows = 0
         self._unattended = False
+        self._aborted = False  # stopped on our side, so that nothing is played any more
 
     def _connect(self) -> PlateIdentity:
         self._close()
@@ -161,7 +162,7 @@ class SoundCard(PlateDriver):
                 "plate 'sound': PortAudio is missing (Debian: apt-get install libportaudio2)"
             ) from error
         self._carrier = carrier = Carrier(self._carrier.rate_hz)
-        self._underflows, self._unattended = 0, False
+        self._underflows, self._unattended, self._aborted = 0, False, False
         self._attended_s = self._machine.now()
         device = None if self.device == "" else self.device
 
@@ -190,8 +191,12 @@ class SoundCard(PlateDriver):
                 f"sound device '{self.device}': it cannot be opened for {CHANNELS} channels at "
                 f"{carrier.rate_hz:g} Hz ({error})"
             ) from error
+        # Cards tell no serial number: another card, and the other channel, is another device.
         return PlateIdentity(
-            manufacturer="sound card", model=str(about["name"]), serial="", firmware=""
+            manufacturer="sound card",
+            model=str(about["name"]),
+            serial=f"{about['name']}, channel {self._channel}",
+            firmware="",
         )
 
     def _drive(self, amplitude_um_pp: float) -> Presentation:
@@ -281,7 +286,11 @@ class SoundCard(PlateDriver):
 
     def _silence(self) -> None:
         self._carrier.target = 0.0
-        if self._stream is None or not self._stream.active:
+        if self._stream is None:
+            return
+        if not self._stream.active:
+            if not self._aborted:
+                raise ConnectionLost(f"sound device '{self.device}': it went away")
             return
         try:
             self._until_ramped()
@@ -295,6 +304,7 @@ class SoundCard(PlateDriver):
 
         try:
             self._stream.abort()
+            self._aborted = True
         except sounddevice.PortAudioError as error:
             raise StillVibrating(
                 f"sound device '{self.device}': it could not be stopped ({error}), so the plate "

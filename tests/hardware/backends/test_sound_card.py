@@ -13,7 +13,11 @@ from slipscale.faults import UserError
 from slipscale.hardware.address import split_address
 from slipscale.hardware.backends.sound_card.carrier import RAMP_S, Carrier
 from slipscale.hardware.backends.sound_card.driver import OPTIONS
-from slipscale.hardware.calibration.record import Calibration, write_calibration
+from slipscale.hardware.calibration.record import (
+    Calibration,
+    read_calibration,
+    write_calibration,
+)
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import (
     ConnectionLost,
@@ -22,7 +26,9 @@ from slipscale.hardware.errors import (
     PlateNotFound,
     PlateTimeout,
     StillVibrating,
+    WrongDevice,
 )
+from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
@@ -133,7 +139,7 @@ def calibration(tmp_path):
     write_calibration(
         Calibration.model_validate(
             {
-                "device": {"backend": "sound"},
+                "device": {"backend": "sound", "serial": "Fake Audio 192, channel 1"},
                 "made": made,
                 "drive": {"amplifier_gain": FULL_SCALE_V},
                 "resonance": resonance,
@@ -172,6 +178,9 @@ def test_a_surface_has_the_calibrations_volts_and_frequency(card, plate):
 
 
 def test_the_other_channel_is_the_one_that_is_silent(card, calibration):
+    made = read_calibration(calibration)
+    device = made.device.model_copy(update={"serial": "Fake Audio 192, channel 2"})
+    write_calibration(made.model_copy(update={"device": device}), calibration)
     plate = open_plate(f"sound:3,channel=2,calibration={calibration}", clock=VirtualClock())
     plate._machine = CardClock(card)
     with plate:
@@ -332,3 +341,24 @@ def test_a_texture_is_refused(card, plate):
 
 def test_options_are_read():
     assert split_address("USB,full_scale=9,rate=96000", OPTIONS)[1]["rate"] == 96_000
+
+
+@pytest.mark.parametrize("name, channel", [("Other Audio", 1), ("Fake Audio 192", 2)])
+def test_a_calibration_of_another_card_or_channel_is_refused(card, calibration, name, channel):
+    card.query_devices = lambda *_, **__: {"name": name}
+    address = f"sound:3,calibration={calibration},channel={channel}"
+    plate = open_plate(address, clock=VirtualClock())
+    plate._machine = CardClock(card)
+    made_on, here = "Fake Audio 192, channel 1", f"{name}, channel {channel}"
+    with pytest.raises(WrongDevice, match=f"on device '{made_on}', this is '{here}'"):
+        plate.connect()
+    assert plate.output is not Output.MAY_BE_ON
+
+
+def test_a_card_that_went_away_while_it_played_is_not_confirmed_off(card, plate):
+    plate.connect()
+    plate.present(SURFACE)
+    card.active = False
+    with pytest.raises(ConnectionLost):
+        plate.check()
+    assert plate.output is Output.UNREACHABLE

@@ -29,6 +29,7 @@ from slipscale.hardware.calibration.record import (
     write_calibration,
 )
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
+from slipscale.hardware.cli import calibrate
 from slipscale.hardware.cli.calibrate import measured
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import OverLimit, WrongDevice
@@ -357,7 +358,7 @@ def test_the_command_writes_a_file_and_a_plot(tmp_path, capsys):
 def test_a_file_that_cannot_be_written_is_told_before_anything_is_measured(
     tmp_path, monkeypatch, capsys
 ):
-    monkeypatch.setattr("builtins.input", lambda _: pytest.fail("a reading was asked for"))
+    monkeypatch.setattr(calibrate, "typed", lambda *_: pytest.fail("a reading was asked for"))
     known = tmp_path / "plate.toml"
     known.write_text("data rest on it")
     for out, complaint in ((known, "exists already"), (tmp_path / "no" / "x.toml", "a folder")):
@@ -369,7 +370,8 @@ def test_a_file_that_cannot_be_written_is_told_before_anything_is_measured(
 def test_readings_typed_at_a_prompt_give_the_calibration(tmp_path, monkeypatch, capsys):
     truth = Twin(surroundings=STEADY, noise_um=0)
 
-    def type_it(prompt):
+    def type_it(prompt, alive):
+        alive()
         hz, volts = (float(word.split()[0]) for word in prompt.split(":")[0].split(","))
         answers = {"first": "two or so"} if not asked else {}
         asked.append(prompt)
@@ -377,7 +379,7 @@ def test_readings_typed_at_a_prompt_give_the_calibration(tmp_path, monkeypatch, 
         return answers.get("first", f"{amplitude:.3f}".replace(".", ","))
 
     asked = []
-    monkeypatch.setattr("builtins.input", type_it)
+    monkeypatch.setattr(calibrate, "typed", type_it)
     out = tmp_path / "plate.toml"
     assert commands.main([*WORDS, "--prompt", "--out", str(out)]) == 0
     assert "'two or so' is no reading" in capsys.readouterr().out
