@@ -89,8 +89,11 @@ class _Resume(_Shape):
     software: Text
 
 
-class _AnsweredAgain(_Shape):
+class _AskAgain(_Shape):
     what: Text
+
+
+class _AnsweredAgain(_AskAgain):
     answer: Text
 
 
@@ -174,6 +177,7 @@ RECORDS: dict[str, Any] = {
     "note": _Note,
     "resume": _Resume,
     "take_up": _TakeUp,
+    "ask_again": _AskAgain,
     "answered_again": _AnsweredAgain,
     "unfinished": _Unfinished,
     "markers": _Markers,
@@ -270,7 +274,7 @@ def _misshapen(record: Record) -> str:
     try:
         if shape:
             _fit(shape, record.data)
-        if record.kind in ("begin", "answered_again"):
+        if record.kind in ("begin", "ask_again", "answered_again"):
             _check_step(record.data["what"])
         if record.kind in ("done", "answered_again") and record.data["answer"] is not None:
             _check_answer(record.data["answer"])

@@ -6,8 +6,9 @@ have to be started again after a pause or once the rig works again.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from slipscale.experiments.journal.serialisation import same_step, step_record
 from slipscale.experiments.participants.base import StopRequested
 from slipscale.experiments.protocols.steps import Voided
 from slipscale.experiments.session.markers import Event
@@ -82,7 +83,7 @@ class Interruptions:
         self._answers = answers
         self._hold_text = hold_text
         self._voids = _pending_voids(journal.records)
-        self._questions: list[Ask] = []
+        self._questions = _pending_questions(journal.records)
 
     def attempt(self, action: Callable[[], Answer]) -> Answer:
         """Carry out an action, again and again until no fault and no pause interrupts it."""
@@ -136,8 +137,13 @@ class Interruptions:
 
     def take_questions(self) -> list[Ask]:
         """Return the questions to be asked again, and forget them."""
-        questions, self._questions = self._questions, []
-        return questions
+        wanted, self._questions = self._questions, []
+        return [
+            asked
+            for what in wanted
+            for asked in self._progress.asked
+            if same_step(what, step_record(asked))
+        ]
 
     def await_reason(self) -> None:
         """Have the participant wait while the operator types why a trial is to be voided."""
@@ -170,8 +176,9 @@ class Interruptions:
         question = request.question
         if question is None or not self._progress.was_asked(question):
             self._progress.say("there is no such question to ask again")
-        elif question not in self._questions:
-            self._questions.append(question)
+        elif (what := step_record(question)) not in self._questions:
+            self._journal.write("ask_again", what=what)
+            self._questions.append(what)
             self._progress.say(f"'{question.name}' will be asked again after the trial")
 
     def _note(self, request: Request) -> None:
@@ -244,6 +251,17 @@ class Interruptions:
 
         if not answered():
             self._participant.hold(self._hold_text, answered)
+
+
+def _pending_questions(records: list[Record]) -> list[dict[str, Any]]:
+    """Return the questions that were to be asked again and were not: their step records."""
+    waiting: list[dict[str, Any]] = []
+    for record in records:
+        if record.kind == "ask_again":
+            waiting.append(record.data["what"])
+        elif record.kind == "answered_again":
+            waiting = [what for what in waiting if not same_step(what, record.data["what"])]
+    return waiting
 
 
 def _pending_voids(records: list[Record]) -> list[int]:

@@ -85,6 +85,11 @@ class Progress:
         self._status = replace(self._status, unblinded=True)
         self.tell(self._status.state, amplitude_um_pp=self._surface.amplitude_um_pp)
 
+    @property
+    def asked(self) -> tuple[Ask, ...]:
+        """The questions so far that can be asked again."""
+        return self._status.asked
+
     def was_asked(self, question: Ask) -> bool:
         """Whether a question was asked, and can be asked again."""
         return question in self._status.asked

@@ -229,6 +229,7 @@ class Session:
             try:
                 step = self._steps.send(answer) if number else next(self._steps)
             except StopIteration:
+                self._ask_again()  # a kill came between the last step and the question
                 return
             if number < len(past):
                 answer = self._replay(step, past[number])
@@ -240,7 +241,8 @@ class Session:
             if isinstance(step, Instruct | EndBlock):
                 self._surface.part_over()
             number += 1
-            if step.trial is None or isinstance(step, EndTrial):
+            live = number > len(past)
+            if live and (step.trial is None or isinstance(step, EndTrial)):
                 self._ask_again()
 
     # From the journal -----------------------------------------------------------------------

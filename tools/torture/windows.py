@@ -294,9 +294,8 @@ def main(words: list[str] | None = None) -> int:
             counts[what] += 1
             if problem := process_case(chance, server=what == "servers"):
                 bad.append(f"{what} {number}: {problem}")
+                print(bad[-1], file=sys.stderr)
     print(", ".join(f"{count:,} {what}" for what, count in counts.items()) + f": {len(bad)} bad")
-    for sentence in bad:
-        print(sentence, file=sys.stderr)
     return 1 if bad else 0
 
 
@@ -318,6 +317,8 @@ def signals_elsewhere(count: int, seed: int) -> tuple[Counter[str], list[str]]:
         found = json.loads(done.stdout.splitlines()[-1])
         counts.update(found["counts"])
         bad += found["bad"]
+        for sentence in found["bad"]:
+            print(sentence, file=sys.stderr)
         print(f"{sum(counts.values()):,} of {count:,}: {len(bad)} bad", file=sys.stderr, flush=True)
     return counts, bad
 

@@ -517,6 +517,30 @@ def test_an_answer_about_the_run_can_be_asked_again_and_the_new_one_counts(
         assert told() == (scale_tops, people)
 
 
+def test_a_question_that_is_to_be_asked_again_is_asked_after_a_kill_too(laboratory, tmp_path, plan):
+    """Cut at each record from the operator's request to the second answer, and one at the end."""
+
+    def person(_plan):
+        return ScriptedParticipant(sensible, laboratory.clock)
+
+    def wish(status):
+        far = status.task == ESTIMATES and status.trial == 3 and status.state == "waiting"
+        return Request(what="ask_again", question=status.asked[0]) if far else None
+
+    whole = laboratory.folder = tmp_path / "whole"
+    laboratory.run(person=person, operator=Watching(wish))
+    (wanted,), (again,) = (laboratory.records(kind=k) for k in ("ask_again", "answered_again"))
+    lines = plan().journal_path(whole).read_bytes().splitlines(keepends=True)
+    for kept in range(wanted.number + 1, again.number + 2):
+        laboratory.folder = tmp_path / f"cut{kept}"
+        path = plan().journal_path(laboratory.folder)
+        path.parent.mkdir(parents=True)
+        path.write_bytes(b"".join(lines[:kept]))
+        assert laboratory.run(person=person) == "complete"
+        (answered,) = laboratory.records(kind="answered_again")
+        assert answered.data["what"] == wanted.data["what"]
+
+
 def test_a_question_is_asked_again_with_the_plate_silent_and_the_surface_before_felt_anew(
     laboratory,
 ):
