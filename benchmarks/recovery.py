@@ -16,13 +16,13 @@ import tempfile
 from dataclasses import asdict
 from pathlib import Path
 
-from benchmarks.bare_dataset import write_dataset
 from benchmarks.recovery_measures import (
     PEOPLE,
     SEED,
     STANDARD_UM_PP,
     Case,
     Row,
+    label,
     measure_matching,
     measure_scales,
     measure_thresholds,
@@ -30,6 +30,8 @@ from benchmarks.recovery_measures import (
 from slipscale.analysis.load import load
 from slipscale.experiments.participants.simulated_people.habits import Habits
 from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.running.bare_dataset import write_simulated
+from slipscale.experiments.study.run_plan import RunPlan
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "recovery.md"
 KEPT = PAGE.parents[1] / "build" / "recovery"
@@ -132,13 +134,18 @@ def cases() -> list[Case]:
 def measured(case: Case, runs: int) -> list[Row]:
     """Simulate a case and return its rows."""
     with tempfile.TemporaryDirectory() as folder:
-        write_dataset(
-            Path(folder),
-            case.study,
-            people=runs * case.each,
-            seed=SEED,
-            population=case.people,
-        )
+        plans = [
+            RunPlan(
+                study_name="simulated",
+                study_text=case.study,
+                participant=label(number),
+                seed=SEED,
+                language="en",
+                mode="pilot",
+            )
+            for number in range(1, runs * case.each + 1)
+        ]
+        write_simulated(Path(folder), plans, case.people, sessions=False)
         return case.measure(load(folder), case, runs)
 
 

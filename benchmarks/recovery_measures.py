@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks import simulated_truths as truths
-from benchmarks.bare_dataset import label
 from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
@@ -42,6 +41,11 @@ SEED = 15
 #: Participants of a study of which a population's interval is asked.
 PEOPLE = 8
 STANDARD_UM_PP = 1.2
+
+
+def label(number: int) -> str:
+    """Return the label of a participant, counted from 1."""
+    return f"{number:05d}"
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,11 @@ import sys
 import pandas as pd
 import pytest
 
-from benchmarks.bare_dataset import write_dataset
 from slipscale.analysis.export.files import write_export
 from slipscale.analysis.pipeline import analyse
 from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.running.bare_dataset import write_simulated
+from slipscale.experiments.running.pilot import pilot_plans
 
 STUDY = """
 name = "every"
@@ -58,8 +59,12 @@ NAMED = re.compile(
 
 @pytest.fixture(scope="module")
 def exported(tmp_path_factory, without_figures):
-    data = tmp_path_factory.mktemp("every")
-    write_dataset(data, STUDY, people=4, seed=5, population=Population(noise=5.0))
+    folder = tmp_path_factory.mktemp("every")
+    study, data = folder / "every.toml", folder / "data"
+    study.write_text(STUDY, encoding="utf-8")
+    people = Population(noise=5.0)
+    plans = pilot_plans(str(study), participants=4, seed=1, language=None, population=people)
+    write_simulated(data, plans, people, sessions=False)
     out = tmp_path_factory.mktemp("out")
     write_export(analyse(data, psignifit=False), out, ["scripts"])
     return out

@@ -4,13 +4,14 @@ import json
 
 import pytest
 
-from benchmarks.bare_dataset import write_dataset
 from slipscale.analysis import json_form
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting.files import draw
 from slipscale.analysis.reporting.page import results
 from slipscale.analysis.tasks.exponent_and_weber.section import exponent_and_weber
 from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.running.bare_dataset import write_simulated
+from slipscale.experiments.running.pilot import pilot_plans
 
 STUDY = """
 name = "both"
@@ -32,9 +33,15 @@ most_trials = 30
 """
 
 
-def analysed(folder, people):
-    write_dataset(folder, STUDY, people=people, seed=5, population=Population(noise=5.0))
-    return analyse(folder, psignifit=False)
+def analysed(folder, participants):
+    study = folder / "both.toml"
+    study.write_text(STUDY, encoding="utf-8")
+    people = Population(noise=5.0)
+    plans = pilot_plans(
+        str(study), participants=participants, seed=1, language=None, population=people
+    )
+    write_simulated(folder / "data", plans, people, sessions=False)
+    return analyse(folder / "data", psignifit=False)
 
 
 @pytest.fixture(scope="module")
@@ -61,7 +68,7 @@ def test_both_stand_on_one_page_with_a_figure_and_a_plain_sentence(analysis):
     assert "Exponent and Weber fraction" in said
     (written,) = json.loads(json_form.text(analysis.inference))["exponent_and_weber"]
     assert written["verdict"] == found.verdict
-    assert written["participants"][0]["participant"] == "sub-00001"
+    assert written["participants"][0]["participant"] == "sub-01"
 
 
 def test_two_people_are_too_few_and_the_section_says_so(tmp_path):
