@@ -1,13 +1,19 @@
 """A journal, read: what is whole of it, and what is damaged, by line.
 
 `read_records` is for whoever goes on with a run: it takes no damage. `read_whole` is for the data
-set: damage in one place costs that place only.
+set: damage in one place costs that place only. The rules:
+
+- A record's place is its number, not its line: lines that were moved are read in their order.
+- Of several records with one number the one counts whose hash its neighbours confirm.
+- Numbers that are missing leave one mark; a record that does not follow from the one before it is
+  replaced by a mark. Every line that is not as written is reported.
 """
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from slipscale.experiments.journal.record import FORMAT, Record, decode, follows
 from slipscale.faults import UserError
@@ -53,9 +59,8 @@ class Reading:
     length: int = 0
     torn: bool = False
 
-    def note(self, line: int, reason: str) -> None:
-        """Note damage, and leave its mark among the records."""
-        self.damage.append(Damage(line=line, reason=reason))
+    def mark(self) -> None:
+        """Leave a mark among the records, where one or more cannot be used."""
         if not self.records or self.records[-1].kind != DAMAGED:
             last = self.records[-1] if self.records else None
             self.records.append(
@@ -93,10 +98,10 @@ def read_whole(path: Path, most: int | None = None) -> Reading:
             lines = stream.readlines() if most is None else [stream.readline() for _ in range(most)]
     except OSError as error:
         raise UserError(f"journal {path}: {error.strerror}") from None
-    lines = [line for line in lines if line]
     reading = Reading()
-    expected = 0
-    before: str | None = ""  # the running hash; None after damage: it is not known
+    found: list[_Line] = []
+    wrong: list[int] = []  # lines that hold no record
+    lines = [line for line in lines if line]
     for place, line in enumerate(lines):
         try:
             record, covered = decode(line)
@@ -104,26 +109,96 @@ def read_whole(path: Path, most: int | None = None) -> Reading:
             if place == len(lines) - 1 and _is_torn(line):
                 reading.torn = True
                 break
-            reading.note(place + 1, str(error))
-            expected, before = expected + 1, None
-            reading.length += len(line)
-            continue
-        if place == 0 and record.number == 0:
-            _check_format(path, record)
-        reason = _misplaced(record, expected) or (
-            "it does not follow from the records before it: edited, or one of them was"
-            if before is not None and not follows(record, covered, before)
-            else ""
-        )
-        missing = record.number > expected
-        if reason:
-            reading.note(place + 1, reason)
-        if not reason or missing:
-            reading.records.append(record)
-        expected = max(expected, record.number + 1)
-        before = record.hash
+            wrong.append(place)
+            reading.damage.append(Damage(line=place + 1, reason=str(error)))
+        else:
+            if place == 0 and record.number == 0:
+                _check_format(path, record)
+            found.append(_Line(place, record, covered))
         reading.length += len(line)
+    chosen = _one_each(found, reading)
+    _report_moved(chosen, reading)
+    _put_in_order(chosen, wrong, reading)
+    reading.damage.sort(key=lambda damage: damage.line)
     return reading
+
+
+class _Line(NamedTuple):
+    """A line that is whole: its place in the file from 0, its record, the text its hash covers."""
+
+    place: int
+    record: Record
+    covered: str
+
+
+def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
+    """Return one line for each number, in the order of the file; report the others."""
+    of_number: dict[int, list[_Line]] = {}
+    for line in found:
+        of_number.setdefault(line.record.number, []).append(line)
+    at = {line.place: line.record.number for line in found}
+
+    def trust(line: _Line) -> tuple[int, int]:
+        """Return how many neighbours confirm a line: by their hashes, and by their places."""
+        number, place = line.record.number, line.place
+        before = of_number.get(number - 1, [])
+        after = of_number.get(number + 1, [])
+        linked = any(follows(line.record, line.covered, each.record.hash) for each in before)
+        leads = any(follows(each.record, each.covered, line.record.hash) for each in after)
+        beside = (at.get(place - 1) == number - 1) + (at.get(place + 1) == number + 1)
+        return linked + leads, beside
+
+    chosen = {
+        n: max(each, key=trust) if len(each) > 1 else each[0] for n, each in of_number.items()
+    }
+    for line in found:
+        if chosen[line.record.number] is not line:
+            reason = f"record {line.record.number} stands in line"
+            there = chosen[line.record.number].place + 1
+            reading.damage.append(
+                Damage(line=line.place + 1, reason=f"{reason} {there} too: repeated")
+            )
+    return [line for line in found if chosen[line.record.number] is line]
+
+
+def _report_moved(chosen: list[_Line], reading: Reading) -> None:
+    """Report the fewest lines whose removal leaves all others in the order of their numbers."""
+    ends: list[int] = []  # the lowest number that a rising row of each length can end with
+    lengths = []
+    for line in chosen:
+        length = bisect_left(ends, line.record.number)
+        ends[length : length + 1] = [line.record.number]
+        lengths.append(length)
+    wanted = len(ends) - 1
+    for line, length in zip(reversed(chosen), reversed(lengths), strict=True):
+        if length == wanted:
+            wanted -= 1
+        else:
+            reason = f"record {line.record.number} is not in its place: moved"
+            reading.damage.append(Damage(line=line.place + 1, reason=reason))
+
+
+def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> None:
+    """Put the records in the order of their numbers, with marks where something is missing."""
+    expected, place = 0, -1
+    before: str | None = ""  # the running hash; None after a gap: it is not known
+    for line in sorted(chosen, key=lambda line: line.record.number):
+        record = line.record
+        if missing := record.number - expected:
+            before = None
+            reading.mark()
+            if missing > sum(place < each < line.place for each in wrong):
+                reason = f"expected record {expected}, found {record.number}: one or more removed"
+                reading.damage.append(Damage(line=line.place + 1, reason=reason))
+        if before is None or follows(record, line.covered, before):
+            reading.records.append(record)
+        else:
+            reason = "it does not follow from the records before it: edited, or one of them was"
+            reading.damage.append(Damage(line=line.place + 1, reason=reason))
+            reading.mark()
+        expected, place, before = record.number + 1, line.place, record.hash
+    if any(each > place for each in wrong):
+        reading.mark()
 
 
 def read_records(path: Path) -> tuple[list[Record], int]:
@@ -159,14 +234,6 @@ def _is_torn(line: bytes) -> bool:
     record was not written, even when a later one was.
     """
     return not line.endswith(b"\n") or b"\0" in line
-
-
-def _misplaced(record: Record, expected: int) -> str:
-    if record.number == expected:
-        return ""
-    if record.number < expected:
-        return f"expected record {expected}, found {record.number}: repeated or moved"
-    return f"expected record {expected}, found {record.number}: one or more removed or moved"
 
 
 def _check_format(path: Path, first: Record) -> None:

@@ -34,6 +34,7 @@ from typing import TYPE_CHECKING, Any
 from unittest import mock
 
 from slipscale import commands
+from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import is_complete, read_plan
 from slipscale.experiments.journal.reading import read_whole
 from slipscale.experiments.participants.psychopy_window.display import import_visual
@@ -99,9 +100,9 @@ def judge(journal: Path, before: list[str], status: int | None, said: str) -> st
         return f"status {status}: {said[-400:]}"
     if _tracebacks(said):
         return said[-800:]
-    left = [path.name for path in journal.parent.glob("*.l*") if path != journal]
-    if left:
-        return f"left behind: {left}"
+    # A lock file of a dead process is no obstacle: the signal came as it was made.
+    if is_being_written(journal) or list(journal.parent.glob("*.live")):
+        return "another session would be kept out, or sees this one as running"
     return _lost(journal, before)
 
 

@@ -216,6 +216,15 @@ def test_removed_moved_and_repeated_records_are_found(dataset):
         assert any(problem.file == JOURNAL for problem in verify(dataset))
 
 
+def test_a_line_copied_to_an_earlier_place_is_named_and_costs_no_trial(dataset):
+    before = read_runs(dataset)[0][0].gathered
+    lines = lines_of(dataset)
+    put(dataset, [*lines[:30], lines[-20], *lines[30:]])
+    runs, (problem,) = read_runs(dataset)
+    assert problem.place == "line 31"
+    assert runs[0].gathered == before
+
+
 def test_a_cut_tail_is_found_and_building_keeps_the_tables(dataset):
     lines = lines_of(dataset)
     before = (dataset / TABLE).read_bytes()

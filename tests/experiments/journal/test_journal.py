@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from slipscale.experiments.journal import journal as module
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.locks import is_being_written
-from slipscale.experiments.journal.reading import has_begun, read_records
-from slipscale.experiments.journal.record import Record, decode, encode
+from slipscale.experiments.journal.reading import DAMAGED, has_begun, read_records, read_whole
+from slipscale.experiments.journal.record import Record, chained, decode, encode
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
 
@@ -100,15 +100,65 @@ def test_damage_in_the_middle_is_refused_with_its_line(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "order, line", [((0, 2, 1, 3), 2), ((0, 1, 1, 2), 3), ((0, 2, 3), 2), ((1, 2, 3), 1)]
+    "order, line, reason",
+    [
+        ((0, 2, 1, 3), 2, "record 2 is not in its place: moved"),
+        ((0, 1, 1, 2), 3, "record 1 stands in line 2 too: repeated"),
+        ((0, 2, 3), 2, "expected record 1, found 2: one or more removed"),
+        ((1, 2, 3), 1, "expected record 0, found 1: one or more removed"),
+    ],
 )
-def test_lines_in_another_order_missing_or_repeated_are_refused(tmp_path, order, line):
+def test_lines_in_another_order_missing_or_repeated_are_refused(tmp_path, order, line, reason):
     """Each line is whole by itself; only its number tells that it does not stand in its place."""
     path = written(tmp_path / "a.jsonl", "header", "begin", "done", "end")
     lines = path.read_bytes().splitlines(keepends=True)
     path.write_bytes(b"".join(lines[place] for place in order))
-    with pytest.raises(UserError, match=rf"line {line}: .*expected record {line - 1}, found"):
+    with pytest.raises(UserError, match=rf"line {line}: .*{reason}"):
         read_records(path)
+
+
+@pytest.fixture(scope="module")
+def long_journal(tmp_path_factory):
+    path = written(tmp_path_factory.mktemp("long") / "a.jsonl", "header", *["note"] * 60)
+    return path, path.read_bytes().splitlines(keepends=True), read_whole(path).records
+
+
+@given(data=st.data())
+def test_a_line_copied_or_moved_anywhere_costs_no_record(long_journal, data):
+    path, lines, whole = long_journal
+    line = data.draw(st.integers(0, 60), label="line")
+    place = data.draw(st.integers(0, 61), label="place")
+    copied = [*lines[:place], lines[line], *lines[place:]]
+    if data.draw(st.booleans(), label="moved"):
+        del copied[line + (place <= line)]
+    path.write_bytes(b"".join(copied))
+    reading = read_whole(path)
+    assert reading.records == whole
+    assert len(reading.damage) == (copied != lines)
+
+
+def test_of_two_records_with_one_number_the_one_counts_that_its_neighbours_confirm(long_journal):
+    """Another journal's line in place of ours, and ours elsewhere."""
+    path, lines, whole = long_journal
+    foreign = encode(chained(Record(number=30, time_s=1.0, kind="note", data={}), "0" * 32))
+    path.write_bytes(b"".join([*lines[:30], foreign, *lines[31:], lines[30]]))
+    reading = read_whole(path)
+    assert reading.records == whole
+    assert [each.line for each in reading.damage] == [31, 62]
+
+
+def test_two_edited_lines_cost_two_records(long_journal):
+    path, lines, whole = long_journal
+    changed = [
+        line.replace(b"glis", b"slip") if n in (20, 40) else line for n, line in enumerate(lines)
+    ]
+    path.write_bytes(b"".join(changed))
+    reading = read_whole(path)
+    assert [each.line for each in reading.damage] == [21, 41]
+    assert [r.kind for r in reading.records].count(DAMAGED) == 2
+    assert [r for r in reading.records if r.kind != DAMAGED] == [
+        r for r in whole if r.number not in (20, 40)
+    ]
 
 
 @pytest.mark.parametrize("damaged", [b"{}\n", b'{"n":2,"crc":"00000000"}\n'])
