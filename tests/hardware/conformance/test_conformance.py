@@ -4,6 +4,7 @@ import json
 import os
 import threading
 import time
+from contextlib import nullcontext
 from dataclasses import replace
 
 import pytest
@@ -177,6 +178,24 @@ def test_every_kind_of_wrong_board_departs_from_a_rule_that_a_correct_one_keeps(
     check(FOUND_BY[name], *on_a_bench(Board, **on_time))
     with pytest.raises(Departure):
         check(FOUND_BY[name], *on_a_bench(KINDS[name], **on_time))
+
+
+class OffFrequency(Board):
+    """Drives open loop beside the frequency that it was told."""
+
+    off_hz = 0.0
+
+    def status(self, now_s):
+        status = super().status(now_s)
+        off_hz = self.off_hz if self.state == "OPEN" else 0.0
+        return replace(status, frequency_hz=status.frequency_hz + off_hz)
+
+
+@pytest.mark.parametrize("off_hz, kept", [(0.5, True), (-0.5, True), (2.0, False), (-2.0, False)])
+def test_open_loop_keeps_its_frequency_within_a_hertz(monkeypatch, off_hz, kept):
+    monkeypatch.setattr(OffFrequency, "off_hz", off_hz)
+    with nullcontext() if kept else pytest.raises(Departure, match="Hz and"):
+        check("DRIV drives as told", *on_a_bench(OffFrequency))
 
 
 def test_every_step_of_the_guided_part_is_kept_by_the_correct_board():
