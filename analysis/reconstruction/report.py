@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import asdict
+from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from itertools import groupby
 from math import isfinite
 from typing import TYPE_CHECKING, Any
@@ -114,7 +115,7 @@ def verdict(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer])
         said += " They also print every test."
     if open_:
         said += f" {open_} of {len(tests)} printed tests were not decided."
-    return f"{said.strip()} This holds only under what is assumed above."
+    return said.strip()
 
 
 def _listed(noun: str, labels: Sequence[str]) -> str:
@@ -123,15 +124,17 @@ def _listed(noun: str, labels: Sequence[str]) -> str:
 
 def verdict_lines(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer]) -> list[str]:
     """Return the verdict for the terminal."""
-    return [f"Verdict: {verdict(columns, tests)}"]
+    return [f"Verdict: {verdict(columns, tests)} (under what is assumed above)"]
 
 
 def printed_test_details(one: PrintedTestAnswer) -> Iterator[str]:
     """Yield what is known of a printed test in addition to the verdict."""
     yield one.reason
     if isfinite(one.low):
-        extent = f"and {_number(one.high)}" if isfinite(one.high) else "and any larger value"
-        yield f"every data set and pairing gives a value between {_number(one.low)} {extent}"
+        high = outward(one.high, down=False)
+        extent = f"and {high}" if isfinite(one.high) else "and any larger value"
+        low = outward(one.low, down=True)
+        yield f"every data set and pairing gives a value between {low} {extent}"
     if one.pairs is not None:
         yield f"{one.pairs_left:,} of {one.pairs:,} choices of sums and sums of squares fit"
     if one.correlation_low is not None:
@@ -262,7 +265,7 @@ def ratings(labels: Sequence[str], table: Sequence[Sequence[float]]) -> str:
 
 def _bound(found: Conclusion) -> str:
     sharp = "" if found.sharp else " (bounds, perhaps not attained)"
-    extent = _join(_number(found.low), _number(found.high))
+    extent = _join(outward(found.low, down=True), outward(found.high, down=False))
     p = ""
     if found.p_low is not None and found.p_high is not None:
         p = ", p " + _join(f"{found.p_low:.2g}", f"{found.p_high:.2g}")
@@ -282,3 +285,20 @@ def _join(low: str, high: str) -> str:
 
 def _number(value: float) -> str:
     return f"{value:.4g}" if isfinite(value) else "infinite"
+
+
+def outward(value: float, *, down: bool) -> str:
+    """Return a bound with four digits, rounded so that it remains a bound.
+
+    >>> outward(80.99895, down=True), outward(4.1601, down=False), outward(-1.23451, down=True)
+    ('80.99', '4.161', '-1.235')
+    """
+    if not isfinite(value) or not value:
+        return _number(value)
+    exact = Decimal(value)
+    unit = Decimal(1).scaleb(exact.adjusted() - 3)
+    # What floating point leaves of a whole number is that number.
+    near = round(exact / unit)
+    rounding = ROUND_FLOOR if down else ROUND_CEILING
+    steps = Decimal(near) if abs(exact / unit - near) < Decimal("1e-6") else exact / unit
+    return f"{steps.to_integral_value(rounding) * unit:f}"

@@ -19,8 +19,11 @@ SIZE = (5.2, 2.5)
 
 
 @styled
-def histogram_figure(bands: Bands) -> Figure:
-    """Return how many ratings fall into each bar: mean, 95 % band, smallest and largest."""
+def histogram_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
+    """Return how many ratings fall into each bar: mean, 95 % band, smallest and largest.
+
+    ``ends`` are those of the axis: no rating lies beyond the scale.
+    """
     figure, axes = canvas(size=SIZE)
     middle, width = (bands.edges[1:] + bands.edges[:-1]) / 2, np.diff(bands.edges)
     axes.bar(middle, bands.mean, width=0.92 * width, color=BLUE, alpha=0.35, label="mean")
@@ -28,13 +31,13 @@ def histogram_figure(bands: Bands) -> Figure:
         middle, bands.least, bands.most, color=INK, linewidth=0.8, label="smallest to largest"
     )
     axes.vlines(middle, bands.low, bands.high, color=BLUE, linewidth=3.2, label="95 % of data sets")
-    axes.set(xlabel="Rating", ylabel="Participants", ylim=(0, None))
+    axes.set(xlabel="Rating", ylabel="Participants", xlim=ends, ylim=(0, None))
     axes.legend(loc="upper left", bbox_to_anchor=(0, 1.18), ncols=3, frameon=False)
     return figure
 
 
 @styled
-def cumulative_figure(bands: Bands) -> Figure:
+def cumulative_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
     """Return the share of ratings up to each value: mean, 95 % band, smallest and largest."""
     figure, axes = canvas(size=SIZE)
     at = bands.edges
@@ -51,6 +54,6 @@ def cumulative_figure(bands: Bands) -> Figure:
         linewidth=0, label="95 % of data sets",
     )  # fmt: skip
     axes.step(at, steps(bands.mean), where="post", color=BLUE, label="mean")
-    axes.set(xlabel="Rating", ylabel="Share up to the rating", ylim=(0, 1.02))
+    axes.set(xlabel="Rating", ylabel="Share up to the rating", xlim=ends, ylim=(0, 1.02))
     axes.legend(loc="upper left", bbox_to_anchor=(0, 1.18), ncols=3, frameon=False)
     return figure

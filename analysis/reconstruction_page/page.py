@@ -8,14 +8,19 @@ from base64 import b64encode
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
-from math import isfinite
 from typing import TYPE_CHECKING
 
 import numpy as np
 from markupsafe import Markup
 
 from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
-from slipscale.analysis.reconstruction.report import column_lines, printed_test_details, ratings
+from slipscale.analysis.reconstruction.report import (
+    column_lines,
+    outward,
+    printed_test_details,
+    ratings,
+    verdict,
+)
 from slipscale.analysis.reconstruction_page.distributions import cumulative, histogram
 from slipscale.analysis.reconstruction_page.figures import cumulative_figure, histogram_figure
 from slipscale.analysis.writing import html
@@ -73,7 +78,8 @@ def render(source: Source) -> str:
     css = (
         files("slipscale.analysis.reporting").joinpath("templates", "report.css").read_text("utf-8")
     )
-    sections = [_column(source, place) for place in range(len(source.columns))]
+    sections = [_verdict(source)]
+    sections += [_column(source, place) for place in range(len(source.columns))]
     if source.tests:
         sections.append(_printed_tests(source.tests))
     if source.across is not None:
@@ -126,22 +132,26 @@ def _column(source: Source, place: int) -> html.ReportSection:
     # The heading has the label, and a table the sorted ratings.
     said = (" ".join(line.split()) for line in list(column_lines(answer))[1:])
     convention = f"{answer.sd_convention} SD, rounding: {answer.rounding}"
-    facts = [convention, *(line for line in said if not line.startswith("sorted ratings"))]
+    facts = [
+        convention,
+        *(line for line in said if not line.startswith(("sorted ratings", "assumed"))),
+    ]
     section.blocks.append(html.bullets(facts))
     samples = _drawn(source, place, DRAWN)
     if samples is None:
         return section
     up_to = cumulative(solutions, samples, source.measure)
+    ends = _axis_ends(solutions, samples)
     over = "all data sets" if up_to.exact else f"{DRAWN:,} data sets drawn"
     section.blocks += [
         html.figure(
-            svg(histogram_figure(histogram(solutions, samples)), salt=f"histogram{place}"),
+            svg(histogram_figure(histogram(solutions, samples), ends), salt=f"histogram{place}"),
             f"How many of the {solutions.column.n} participants gave each rating, over {DRAWN:,} "
             "data sets drawn uniformly.",
             f"Histogram of the ratings at {answer.label} with bands",
         ),
         html.figure(
-            svg(cumulative_figure(up_to), salt=f"cumulative{place}"),
+            svg(cumulative_figure(up_to, ends), salt=f"cumulative{place}"),
             f"Share of the ratings up to a value, over {over}.",
             f"Cumulative distribution of the ratings at {answer.label} with bands",
         ),
@@ -162,6 +172,78 @@ def _column(source: Source, place: int) -> html.ReportSection:
                 "Sorted ratings over all data sets, exact; rank 1 is the smallest.",
             )
         )
+    return section
+
+
+def _axis_ends(solutions: Solutions, samples: Array) -> tuple[float, float]:
+    """Return half a step beyond the scale, or beyond the ratings if an end is not printed."""
+    column = solutions.column
+    scale = column.scale
+    first = int(samples.min()) if "minimum" in column.assumed else 0
+    last = int(samples.max()) if "maximum" in column.assumed else scale.steps
+    low, high = (
+        float(scale.minimum) + float(scale.step) * step for step in (first - 0.5, last + 0.5)
+    )
+    return low, high
+
+
+# What an editor can ask if no ratings print a table: the usual causes, the harmless ones first.
+ASK = (
+    "Is n the number of ratings behind each printed number, or are some missing?",
+    "In which steps could participants answer, and what are the ends of the scale?",
+    "Is the printed spread a sample SD, a population SD or a standard error?",
+    "Were numbers truncated, or rounded more than once?",
+    "Can the raw ratings be shared?",
+)
+MEANINGS = (
+    (
+        "GRIM",
+        (
+            "the mean of n whole ratings moves in steps of 1/n; a mean between two steps is "
+            "impossible (Brown and Heathers 2017)"
+        ),
+    ),
+    (
+        "GRIMMER",
+        (
+            "the sum of squares moves in whole steps, too; a printed SD between two steps is "
+            "impossible (Anaya 2016)"
+        ),
+    ),
+    (
+        "Multisets",
+        (
+            "the collections of ratings that print all numbers of a column; with none, the "
+            "column is impossible"
+        ),
+    ),
+)
+
+
+def _verdict(source: Source) -> html.ReportSection:
+    """Return the verdict, what it assumes and, if something is impossible, what to ask."""
+    answers = [answer for _, answer in source.columns]
+    section = html.ReportSection("Verdict", shown="always")
+    section.blocks.append(html.paragraph(verdict(answers, source.tests)))
+    section.blocks.append(html.heading("What is assumed"))
+    labels: dict[str, list[str]] = {}
+    for answer in answers:
+        for assumption in answer.assumptions:
+            labels.setdefault(assumption, []).append(answer.label)
+    section.blocks.append(
+        html.bullets(
+            text if len(of) == len(answers) else f"{', '.join(of)}: {text}"
+            for text, of in labels.items()
+        )
+    )
+    wrong = any(answer.consistent is False for answer in answers) or any(
+        one.verdict == "impossible" for one in source.tests
+    )
+    if wrong:
+        section.blocks += [html.heading("What to ask the authors"), html.bullets(ASK)]
+    section.blocks.append(
+        html.details("What the words mean", [html.labelled(*meaning) for meaning in MEANINGS])
+    )
     return section
 
 
@@ -243,8 +325,8 @@ def _row(bound: Conclusion) -> tuple[str, ...]:
     p = "" if bound.p_low is None else f"{bound.p_low:.2g} to {bound.p_high:.2g}"
     return (
         bound.question,
-        f"{bound.low:.4g}",
-        f"{bound.high:.4g}" if isfinite(bound.high) else "infinite",
+        outward(bound.low, down=True),
+        outward(bound.high, down=False),
         p,
         "yes" if bound.sharp else "perhaps not",
     )

@@ -62,6 +62,8 @@ class Outcome:
         Agreement shows nothing about the paper: ours was set to, or found from, what is published.
     exact : int, optional
         Ours as a whole number of any size, where ``ours`` may round it.
+    text : str, optional
+        How to print ours, if it must not be rounded to nearest: a bound.
     """
 
     published: str | None
@@ -72,6 +74,14 @@ class Outcome:
     must_agree: bool = False
     by_construction: bool = False
     exact: int | None = None
+    text: str | None = None
+
+    @property
+    def shown(self) -> str:
+        """Ours, as it is printed."""
+        if self.text is not None:
+            return self.text
+        return f"{self.ours:.5g}" if self.exact is None else f"{self.exact:,}"
 
     @property
     def agrees(self) -> bool | None:

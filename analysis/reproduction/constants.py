@@ -103,29 +103,6 @@ def harmonic_cross() -> Outcome:
     )
 
 
-def first_test_felt() -> Outcome:
-    """Return how many of the participants Table III, too, has above the still plate."""
-    from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS  # noqa: PLC0415
-    from slipscale.analysis.reproduction.attained_bounds import known  # noqa: PLC0415 - see ITEMS
-
-    least = [
-        one.low
-        for convention in CONVENTIONS
-        for one in known(convention)
-        if one.name == "sign.0 um.2.3 um"
-    ]
-    return Outcome(
-        published=str(PARTICIPANTS),
-        ours=min(least),
-        unit=f"of {PARTICIPANTS}",
-        reason=(
-            "the first test: all felt the difference when the amplitude fell. Its answers are not "
-            "printed one by one; ours is from the other test: in every data set that Table III "
-            "allows, so many rated 2.3 µm above 0 µm"
-        ),
-    )
-
-
 def first_test_share() -> Outcome:
     """Return the least share of people who feel it that twelve of twelve leave open."""
     from scipy.stats import binomtest  # noqa: PLC0415 - see ITEMS
@@ -150,7 +127,6 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
     "plate.area": plate_area,
     "plate.half_wave": plate_half_wave,
     "fig9.harmonic_cross": harmonic_cross,
-    "first_test.felt": first_test_felt,
     "first_test.share_at_least": first_test_share,
 }
 FIGURES: Mapping[str, Callable[[], Figure]] = {}

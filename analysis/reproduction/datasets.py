@@ -14,7 +14,7 @@ from itertools import combinations
 from math import prod
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reconstruction.report import ratings
+from slipscale.analysis.reconstruction.report import outward, ratings
 from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS
 from slipscale.analysis.reproduction import allowed_datasets
 from slipscale.analysis.reproduction.attained_bounds import COMMAND, known
@@ -32,8 +32,9 @@ ENDS = ("lowest", "highest")
 
 
 WHOLE_RATINGS = (
-    "whole ratings from 0 to 100 are assumed: the printed means of ratings that were not whole "
-    "would all four fit n = 12 with a probability of 2e-4"
+    "whole ratings from 0 to 100 are assumed: mean and maximum deviation together give extreme "
+    "ratings of 40.00, 30.00, 40.00 and 100.00, and means of ratings that were not whole would all "
+    "four fit n = 12 with a probability of 2e-4"
 )
 
 
@@ -90,13 +91,17 @@ def bound(name: str, end: str) -> Outcome:
     table = attained.at_low if end == "lowest" else attained.at_high
     always = all(one.decided for one in found.values())
     holds = "the same conclusion in every data set" if always else "depends on the data set"
-    each = ", ".join(f"{value:.4g} with the {word} SD" for word, value in values.items())
+    each = ", ".join(
+        f"{outward(value, down=end == 'lowest')} with the {word} SD"
+        for word, value in values.items()
+    )
     ps = [p for one in found.values() for p in (one.p_low, one.p_high) if p is not None]
     p = f"p at most {max(ps):.2g}" if name == "rm_f" else f"p from {min(ps):.2g} to {max(ps):.2g}"
     return Outcome(
         published=None,
         ours=values[extreme],
         unit="",
+        text=outward(values[extreme], down=end == "lowest"),
         reason=(
             f"{attained.question}: {holds}; {each}; rounded, not truncated; {p}; attained with the "
             f"{extreme} SD by {ratings(attained.labels, table)}; {COMMAND} searches all again"
@@ -113,7 +118,7 @@ def _bounded() -> dict[str, tuple[str, str]]:
     ]
     names = {f"conclusions.{name.replace(' um', 'um')}": name for name in pairs}
     items = {f"{item}.{end}": (name, end) for item, name in names.items() for end in ENDS}
-    # From above, F is not bounded by the table.
+    # The greatest F is a bound that no recorded table attains.
     return items | {"conclusions.rm_f.lowest": ("rm_f", "lowest")}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING
 
 from rich import box
@@ -18,13 +19,14 @@ AGREES = {True: "[green]yes[/]", False: "[yellow]no[/]", None: "–"}
 
 def print_comparisons(comparisons: Sequence[Comparison], console: Console | None = None) -> None:
     """Print the paper's items beside ours, then why those that differ do."""
-    target = console or Console()
+    # A file or a pipe has no width: nothing is cut there.
+    target = console or Console(width=None if sys.stdout.isatty() else 120)
     table = Table(
         title="The paper beside ours", title_justify="left", title_style="bold", box=box.SIMPLE_HEAD
     )
-    table.add_column("item", no_wrap=True)
-    table.add_column("paper", justify="right")
-    table.add_column("ours", justify="right")
+    table.add_column("item", overflow="fold")
+    table.add_column("paper", justify="right", no_wrap=True)
+    table.add_column("ours", justify="right", overflow="fold")
     table.add_column("unit")
     table.add_column("agrees")
     for comparison in comparisons:
@@ -32,7 +34,7 @@ def print_comparisons(comparisons: Sequence[Comparison], console: Console | None
         table.add_row(
             comparison.item,
             outcome.published or "–",
-            f"{outcome.ours:.5g}" if outcome.exact is None else f"{outcome.exact:,}",
+            outcome.shown,
             outcome.unit,
             ("by construction" if by_construction(outcome) else AGREES[outcome.agrees])
             + (" [red]drifted[/]" if comparison.drifted else ""),

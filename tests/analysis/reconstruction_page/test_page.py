@@ -16,6 +16,7 @@ from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 from slipscale.analysis.reconstruction.table.table_files import read
 from slipscale.analysis.reconstruction_page import distributions
 from slipscale.analysis.reconstruction_page.distributions import cumulative, histogram
+from slipscale.analysis.reconstruction_page.page import _axis_ends
 
 MIXED = """label,n,mean,sd,scale_minimum,scale_maximum
 good,5,2.40,1.14,1,7
@@ -101,3 +102,35 @@ def test_samples_and_a_page_are_not_asked_for_together(tmp_path, capsys):
     words = ["reconstruct", "biet2007_table3", "--sample", "1", "--html", str(tmp_path / "p")]
     assert commands.main(words) == 2
     assert "choose one" in capsys.readouterr().err
+
+
+def test_the_page_opens_with_a_verdict_and_what_to_ask(tmp_path, capsys):
+    (tmp_path / "t.csv").write_text(
+        "label,n,mean,sd,scale_maximum\ngood,5,2.40,1.14,9\nbad,5,2.45,1.14,9\n"
+    )
+    assert (
+        commands.main(["reconstruct", str(tmp_path / "t.csv"), "--html", str(tmp_path / "p")]) == 1
+    )
+    assert "Verdict: No ratings print column 'bad'." in capsys.readouterr().out
+    page = (tmp_path / "p").read_text(encoding="utf-8")
+    first = page[: page.index("<h2>good</h2>")]
+    assert "No ratings print column &#39;bad&#39;." in first
+    assert "ratings are whole steps of 1 (no step is stated)" in first
+    assert "What to ask the authors" in first
+    assert "GRIM" in first
+
+
+def test_a_consistent_table_has_nothing_to_ask(tmp_path, capsys):
+    (tmp_path / "t.csv").write_text("label,n,mean,sd,scale_maximum\ngood,5,2.40,1.14,9\n")
+    assert (
+        commands.main(["reconstruct", str(tmp_path / "t.csv"), "--html", str(tmp_path / "p")]) == 0
+    )
+    assert "Verdict: Ratings exist that print every column." in capsys.readouterr().out
+    assert "What to ask" not in (tmp_path / "p").read_text(encoding="utf-8")
+
+
+def test_no_axis_goes_beyond_the_scale(column, listed):
+    # Ratings from 10 to 30 in bars of one; the scale ends at 0 and 100.
+    assert _axis_ends(column, listed) == (-0.5, 100.5)
+    open_ = Solutions(column.column.model_copy(update={"assumed": ("maximum",)}))
+    assert _axis_ends(open_, listed) == (-0.5, 30.5)

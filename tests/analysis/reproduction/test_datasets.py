@@ -73,3 +73,11 @@ def test_nothing_has_drifted(ours):
     comparisons = compare(["datasets", "conclusions"])
     assert {c.item for c in comparisons} == set(ours)
     assert [c.item for c in comparisons if c.drifted] == []
+
+
+def test_a_bound_is_printed_rounded_outward(ours):
+    # 80.99895 is the least F: "at least 81.00" would be false.
+    least = ours["conclusions.rm_f.lowest"]
+    assert least.ours == pytest.approx(80.99895, abs=1e-5)
+    assert least.shown == "80.99"
+    assert "80.99 with the population SD" in least.reason
