@@ -108,6 +108,8 @@ def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = Fals
     file, own = options.get("plate", (None, None))
     given: Calibration | None = options.get("calibration")
     if file is None:
+        if given and (faults := implausible_alone(given)):
+            raise UserError(f"plate '{backend}': the calibration is not plausible: {faults}")
         return Plate(limits=PlateLimits(), calibration=given, file=None)
     if file.wiring.backend != backend and not simulated:
         raise UserError(
@@ -124,6 +126,13 @@ def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = Fals
             f"plate '{backend}': the calibration is not this plate's: {'; '.join(faults)}"
         )
     return Plate(limits=file.plate_limits(), calibration=given or own, file=file)
+
+
+def implausible_alone(calibration: Calibration) -> str:
+    """Return what is implausible in a calibration without a plate file, or ""."""
+    from slipscale.hardware.calibration.soundness import implausible  # noqa: PLC0415 - NumPy
+
+    return "; ".join(implausible(calibration, {}))
 
 
 def with_plate_file(spec: str, wanted: str) -> str:

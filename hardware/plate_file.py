@@ -18,6 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import read_toml
 from slipscale.hardware.calibration.record import read_calibration
+from slipscale.hardware.calibration.soundness import BOUNDS, implausible
 from slipscale.hardware.limits import PlateLimits
 
 if TYPE_CHECKING:
@@ -101,7 +102,7 @@ ADDED_LATER = (("limits", "voltage_band", SHIPPED.voltage_band), ("acknowledgeme
 
 
 class Expected(PlateTable):
-    """Between which bounds a calibration of this plate is plausible."""
+    """Between which bounds a calibration of this plate is plausible; None: `BOUNDS`."""
 
     resonance_hz: Range | None = None
     quality_factor: Range | None = None
@@ -186,17 +187,7 @@ class PlateFile(PlateTable):
             for what, made_on, own in told
             if own and made_on != own
         ]
-        values = {
-            "resonance_hz": calibration.resonance.frequency_hz,
-            "quality_factor": calibration.resonance.quality_factor,
-            "um_pp_per_v_peak": calibration.um_pp_per_v_peak,
-        }
-        for name, value in values.items():
-            bounds = getattr(self.expected, name)
-            if bounds and not bounds[0] <= value <= bounds[1]:
-                found.append(
-                    f"{name} is {value:g}, the plate file expects {bounds[0]:g} to {bounds[1]:g}"
-                )
+        found += implausible(calibration, self.expected.model_dump())
         return found
 
     def summary(self) -> dict[str, Any]:
@@ -275,14 +266,18 @@ def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
     """Write a plate file with the shipped limits, signed. Raises UserError."""
     import tomlkit  # noqa: PLC0415 - not needed to read
 
-    plate = PlateFile(identity=identity, wiring=wiring)
+    expected = Expected.model_validate(BOUNDS)
+    plate = PlateFile(identity=identity, wiring=wiring, expected=expected)
     document = tomlkit.document()
     document.add(tomlkit.comment("A plate: see docs/plate-files.md. After a change:"))
     document.add(tomlkit.comment(f"slipscale plate sign {path.name}"))
     document.add(CHECKSUM, checksum(plate))
     document.add(tomlkit.nl())
-    document.update(plate.model_dump(exclude_none=True, exclude={"geometry", "expected"}))
+    document.update(plate.model_dump(exclude_none=True, exclude={"geometry"}))
     document["limits"].add(tomlkit.nl())
+    for line in NARROW_EXPECTED:
+        document["expected"].add(tomlkit.comment(line))
+    document["expected"].add(tomlkit.nl())
     for name, example in EXAMPLES.items():
         document.add(tomlkit.comment(f"[{name}]"))
         for line in example:
@@ -291,13 +286,11 @@ def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
     _write(path, tomlkit.dumps(document), mode="x")
 
 
+NARROW_EXPECTED = (
+    "Narrow these to your plate: a peak that is taken for peak to peak is a factor of 2.",
+)
 EXAMPLES = {
     "geometry": ("length_mm = 83.0", "width_mm = 49.0", "columns = 7", "rows = 5"),
-    "expected": (
-        "resonance_hz = [30000, 31000]",
-        "quality_factor = [40, 120]",
-        "um_pp_per_v_peak = [0.10, 0.20]",
-    ),
     "calibration": ('file = "calibration.toml"  # beside this file',),
 }
 

@@ -122,7 +122,8 @@ def fit_gain(points: Sequence[Point]) -> Gain:
         um_pp_per_v_ci95=half_width,
         residual_um=_rms(left_um, len(points) - 1),
         voltage_max_v=highest_v,
-        amplitude_max_um_pp=slope * highest_v,
+        # What was read, and not what the line says of a plate that may saturate.
+        amplitude_max_um_pp=min(slope * highest_v, float(amplitude_um.max())),
     )
 
 

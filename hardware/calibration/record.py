@@ -25,7 +25,8 @@ if TYPE_CHECKING:
 
 OLD_DAYS = 180  # older is noted
 EXPIRED_DAYS = 365  # older is refused
-MISFIT = 0.2  # of the largest reading: how far the readings may lie from resonance and gain
+MISFIT = 0.05  # of the largest reading: how far the readings may lie from resonance and gain
+REFITTED = 1e-6  # how far stored results may lie from those of the stored readings
 CHECKSUM = "sha256"  # the file's key
 PEAK_OF = {"V peak": 1.0, "V peak-to-peak": 0.5, "V RMS": math.sqrt(2)}
 
@@ -74,6 +75,8 @@ class DriveChain(CalibrationTable):
 
     voltage_convention: VoltageConvention = "V peak"
     amplifier_gain: Positive = 1.0
+    # The largest voltage before the amplifier: a gain that was changed later contradicts it.
+    source_max_v: Positive | None = None
 
     @property
     def v_peak_per_volt(self) -> float:
@@ -133,6 +136,25 @@ class Calibration(CalibrationTable):
         measured_v = [each.voltage_v for each in self.points if each.sweep == "voltage"]
         if not measured_v or self.gain.voltage_max_v > max(measured_v) * (1 + 1e-9):
             raise ValueError("gain.voltage_max_v lies beyond the voltages in points")
+        half_width_hz = self.resonance.frequency_hz / (2 * self.resonance.quality_factor)
+        for each in self.points:
+            apart_hz = abs(each.frequency_hz - self.resonance.frequency_hz)
+            if each.sweep == "voltage" and not apart_hz <= half_width_hz / 2:
+                raise ValueError(
+                    f"a reading of the voltage sweep was made at {each.frequency_hz:g} Hz, "
+                    f"expected the resonance of {self.resonance.frequency_hz:g} Hz"
+                )
+        return self
+
+    @model_validator(mode="after")
+    def _gain_is_the_one_it_was_made_with(self) -> Calibration:
+        source_v = self.drive.source_max_v
+        made_with = self.gain.voltage_max_v / source_v if source_v else self.drive.amplifier_gain
+        if not math.isclose(made_with, self.drive.amplifier_gain, rel_tol=1e-6):
+            raise ValueError(
+                f"drive.amplifier_gain is {self.drive.amplifier_gain:g}, the calibration was made "
+                f"with {made_with:g} (gain.voltage_max_v by drive.source_max_v)"
+            )
         return self
 
     @model_validator(mode="after")
@@ -156,16 +178,23 @@ class Calibration(CalibrationTable):
         if largest_um_pp == 0:
             return math.inf if readings else 0.0
         # hypot takes numbers of any size, which a square does not.
-        apart = math.hypot(
-            *(each.amplitude_um_pp - self._expected_um_pp(each) for each in readings)
-        )
+        apart = math.hypot(*(each.amplitude_um_pp - self.expected_um_pp(each) for each in readings))
         return apart / math.sqrt(len(readings)) / largest_um_pp
 
-    def _expected_um_pp(self, point: Point) -> float:
+    def expected_um_pp(self, point: Point) -> float:
+        """Return the amplitude that resonance and gain predict for a reading's drive, µm p-p."""
         resonance = self.resonance
         detuning = (point.frequency_hz - resonance.frequency_hz) / resonance.frequency_hz
         lost = math.hypot(1, 2 * resonance.quality_factor * detuning)
         return self.gain.um_pp_per_v * point.voltage_v / lost
+
+    def characteristics(self) -> dict[str, float]:
+        """Return the values that a plate is known by, under their names in a plate file."""
+        return {
+            "resonance_hz": self.resonance.frequency_hz,
+            "quality_factor": self.resonance.quality_factor,
+            "um_pp_per_v_peak": self.um_pp_per_v_peak,
+        }
 
     @property
     def um_pp_per_v_peak(self) -> float:
@@ -255,7 +284,27 @@ def read_calibration(path: Path) -> Calibration:
             "content, so it was changed after it was written; fit its readings anew with "
             "slipscale plate calibrate --csv"
         )
+    _require_refit(calibration, path)
     return calibration
+
+
+def _require_refit(calibration: Calibration, path: Path) -> None:
+    """Raise `UserError` unless the stored results are those of the stored readings."""
+    from slipscale.hardware.calibration.sweep import fitted  # noqa: PLC0415 - SciPy, when needed
+
+    resonance, gain = fitted(calibration.points)
+    for table, stored, found in (
+        ("resonance", calibration.resonance, resonance),
+        ("gain", calibration.gain, gain),
+    ):
+        for name in type(stored).model_fields:
+            told, refitted = getattr(stored, name), getattr(found, name)
+            if not math.isclose(told, refitted, rel_tol=REFITTED, abs_tol=1e-9):
+                raise UserError(
+                    f"calibration '{path}': {table}.{name} is {told:g}, but the stored readings "
+                    f"give {refitted:g}; restore the file, or fit the readings again with "
+                    "slipscale plate calibrate --csv"
+                )
 
 
 def write_calibration(calibration: Calibration, path: Path) -> None:

@@ -15,7 +15,16 @@ from pydantic import ValidationError
 from slipscale.faults import UserError
 from slipscale.faults.validation import in_words
 from slipscale.hardware.calibration.fit import fit_gain, fit_resonance
-from slipscale.hardware.calibration.record import Calibration, Device, DriveChain, Point, Provenance
+from slipscale.hardware.calibration.record import (
+    Calibration,
+    Device,
+    DriveChain,
+    Gain,
+    Point,
+    Provenance,
+    Resonance,
+)
+from slipscale.hardware.calibration.soundness import unsound
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -87,6 +96,20 @@ def there_and_back(steps: Iterable[float]) -> list[float]:
     return up + up[::-1]
 
 
+def fitted(points: Sequence[Point]) -> tuple[Resonance, Gain]:
+    """Return resonance and gain of a calibration's points.
+
+    Raises
+    ------
+    UserError
+        The points do not hold a resonance or a voltage sweep.
+    """
+    fine = [each for each in points if each.sweep == "fine"]
+    coarse = [each for each in points if each.sweep == "coarse"]
+    resonance = fit_resonance(fine or coarse).resonance
+    return resonance, fit_gain([each for each in points if each.sweep == "voltage"])
+
+
 def calibration_from(
     points: Sequence[Point], *, device: Device, made: Provenance, drive: DriveChain
 ) -> Calibration:
@@ -95,20 +118,22 @@ def calibration_from(
     Raises
     ------
     UserError
-        The points do not hold a resonance or a voltage sweep, or the plate changed between them.
+        The points do not hold a resonance or a voltage sweep, the plate changed between them, or
+        the readings are not those of a sound plate.
     """
-    fine = [each for each in points if each.sweep == "fine"]
-    coarse = [each for each in points if each.sweep == "coarse"]
-    resonance = fit_resonance(fine or coarse).resonance
-    gain = fit_gain([each for each in points if each.sweep == "voltage"])
+    resonance, gain = fitted(points)
+    source_max_v = gain.voltage_max_v / drive.amplifier_gain
     try:
-        return Calibration(
+        calibration = Calibration(
             device=device,
             made=made,
-            drive=drive,
+            drive=drive.model_copy(update={"source_max_v": source_max_v}),
             resonance=resonance,
             gain=gain,
             points=tuple(points),
         )
     except ValidationError as error:
         raise UserError(f"calibration: {in_words(error)}") from error
+    if faults := unsound(calibration):
+        raise UserError(f"calibration: {'; '.join(faults)}")
+    return calibration

@@ -15,7 +15,7 @@ from slipscale.hardware.keep_alive import typed
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-    from slipscale.hardware.calibration.record import Device, DriveChain, Point
+    from slipscale.hardware.calibration.record import Calibration, Device, DriveChain, Point
     from slipscale.hardware.calibration.sweep import SweepPlan
     from slipscale.hardware.driver import PlateDriver
     from slipscale.hardware.records import Readback
@@ -107,6 +107,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--plate-serial", default="", help="the plate's own number, where plates can be changed"
     )
+    parser.add_argument(
+        "--changed-plate",
+        action="store_true",
+        help="the plate, its amplifier or its wiring was changed: accept a gain that differs by "
+        "more than 20 %% from its last calibration",
+    )
     parser.add_argument("--seed", type=int, default=0, help="of a simulated plate (default: 0)")
     parser.set_defaults(of_folder=without_calibration)
 
@@ -161,6 +167,7 @@ def run(arguments: Namespace) -> int:
         ),
         drive=drive,
     )
+    _check_plausible(calibration, plate, changed_plate=arguments.changed_plate)
     picture = arguments.out.with_suffix(".png")
     try:
         write_calibration(calibration, arguments.out)
@@ -178,6 +185,22 @@ def run(arguments: Namespace) -> int:
         f"wrote      {arguments.out} and {picture}"
     )
     return DONE
+
+
+def _check_plausible(calibration: Calibration, plate: PlateDriver, *, changed_plate: bool) -> None:
+    """Raise `UserError` if the calibration is not one of this plate: a unit, mostly."""
+    from slipscale.hardware.calibration.soundness import changed, implausible  # noqa: PLC0415
+
+    expected = plate.plate_file.expected.model_dump() if plate.plate_file else {}
+    faults = implausible(calibration, expected)
+    if plate.calibration and not changed_plate:
+        faults += filter(None, [changed(calibration, plate.calibration)])
+    if faults:
+        raise UserError(
+            f"calibration: {'; '.join(faults)}. Check the unit of the readings, peak or peak to "
+            "peak, and the amplifier's gain; nothing was written. If the plate was changed: "
+            "--changed-plate, or other bounds under [expected] in its plate file"
+        )
 
 
 def _check_out(path: Path) -> None:

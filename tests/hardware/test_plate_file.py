@@ -3,6 +3,7 @@
 import dataclasses
 import datetime as dt
 import json
+import re
 
 import pytest
 
@@ -283,8 +284,11 @@ def test_a_calibration_whose_name_no_file_can_have_is_refused(file):
 )
 def test_a_calibration_that_is_not_this_plates_is_refused(file, device, expected, said):
     calibrate(file.parent, **device)
-    table = f"\n[expected]\n{expected}\n" if expected else ""
-    edit(file, "# [calibration]\n# file", f"{table}[calibration]\nfile")
+    edit(file, "# [calibration]\n# file", "[calibration]\nfile")
+    if expected:
+        name = expected.split(" ")[0]
+        text = file.read_text(encoding="utf-8")
+        file.write_text(re.sub(rf"^{name} = .*$", expected, text, flags=re.MULTILINE), "utf-8")
     assert sign(file) == 0
     with pytest.raises(UserError, match="is not this plate's") as caught:
         opened(file)

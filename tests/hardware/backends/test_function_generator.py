@@ -23,6 +23,7 @@ from slipscale.hardware.calibration.record import (
     Resonance,
     write_calibration,
 )
+from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 from slipscale.hardware.clock import SystemClock, VirtualClock
 from slipscale.hardware.emulator.generator_server import LocalLine
 from slipscale.hardware.emulator.generators import MAKES, Keysight
@@ -245,12 +246,23 @@ def test_a_serial_port_is_a_resource_too():
     assert GeneratorLine("/dev/ttyUSB0").resource == "ASRL/dev/ttyUSB0::INSTR"
 
 
+def ideal(frequency_hz, voltage_v):
+    return 2.3 / 15 * voltage_v / math.hypot(1, 2 * 60 * (frequency_hz - 30_480) / 30_480)
+
+
 def test_the_spec_names_resource_calibration_and_gain(tmp_path):
     path = tmp_path / "plate.toml"
-    write_calibration(calibration(amplifier_gain=20), path)
+    points = sweep(SweepPlan(max_voltage_v=15.0), ideal)
+    made = calibration_from(
+        points,
+        device=Device(backend="scpi", serial="MY50000042"),
+        made=Provenance(date=TODAY, by="a test", instrument="none"),
+        drive=DriveChain(amplifier_gain=20),
+    )
+    write_calibration(made, path)
     plate = open_plate(f"scpi:{RESOURCE},calibration={path},gain=20", clock=SystemClock())
     assert plate.resource == RESOURCE
-    assert plate.limits.amplitude_um_pp == 2.3
+    assert plate.limits.amplitude_um_pp == pytest.approx(2.3)
     with pytest.raises(UserError, match="scpi:RESOURCE"):
         open_plate("scpi:", clock=SystemClock())
 

@@ -1,5 +1,6 @@
 """A plate on a sound card: against a PortAudio that records the samples it was given."""
 
+import math
 import sys
 from datetime import UTC, datetime
 from types import SimpleNamespace
@@ -14,10 +15,13 @@ from slipscale.hardware.address import split_address
 from slipscale.hardware.backends.sound_card.carrier import RAMP_S, Carrier
 from slipscale.hardware.backends.sound_card.driver import OPTIONS
 from slipscale.hardware.calibration.record import (
-    Calibration,
+    Device,
+    DriveChain,
+    Provenance,
     read_calibration,
     write_calibration,
 )
+from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import (
     ConnectionLost,
@@ -123,32 +127,18 @@ def card(monkeypatch):
 @pytest.fixture
 def calibration(tmp_path):
     path = tmp_path / "plate.toml"
-    made = {"date": datetime.now(tz=UTC).date(), "by": "A. Test", "instrument": "none"}
-    resonance = {
-        "frequency_hz": RESONANCE_HZ, "frequency_ci95_hz": 1, "quality_factor": 60,
-        "quality_factor_ci95": 1, "residual_um": 0,
-    }  # fmt: skip
-    gain = {
-        "um_pp_per_v": UM_PP_PER_V, "um_pp_per_v_ci95": 0, "residual_um": 0,
-        "voltage_max_v": 16.0, "amplitude_max_um_pp": 16.0 * UM_PP_PER_V,
-    }  # fmt: skip
-    point = {
-        "sweep": "voltage", "frequency_hz": RESONANCE_HZ, "voltage_v": 16.0,
-        "amplitude_um_pp": 16.0 * UM_PP_PER_V,
-    }  # fmt: skip
-    write_calibration(
-        Calibration.model_validate(
-            {
-                "device": {"backend": "sound", "serial": "Fake Audio 192, channel 1"},
-                "made": made,
-                "drive": {"amplifier_gain": FULL_SCALE_V},
-                "resonance": resonance,
-                "gain": gain,
-                "points": [point],
-            }
-        ),
-        path,
+
+    def measure(frequency_hz, voltage_v):
+        detuning = 2 * 60 * (frequency_hz - RESONANCE_HZ) / RESONANCE_HZ
+        return UM_PP_PER_V * voltage_v / math.hypot(1, detuning)
+
+    made = calibration_from(
+        sweep(SweepPlan(centre_hz=RESONANCE_HZ), measure),
+        device=Device(backend="sound", serial="Fake Audio 192, channel 1"),
+        made=Provenance(date=datetime.now(tz=UTC).date(), by="A. Test", instrument="none"),
+        drive=DriveChain(amplifier_gain=FULL_SCALE_V),
     )
+    write_calibration(made, path)
     return path
 
 

@@ -112,8 +112,7 @@ def test_the_file_is_read_as_it_was_written(calibration, tmp_path):
 @example("\x7f")
 def test_any_text_in_a_file_is_read_as_it_was_written(calibration, tmp_path_factory, text):
     made = calibration.made.model_copy(update={"by": text})
-    few = calibration.points[-12:-6]
-    named = calibration.model_copy(update={"made": made, "points": few})
+    named = calibration.model_copy(update={"made": made})
     path = tmp_path_factory.getbasetemp() / "named.toml"
     write_calibration(named, path)
     assert read_calibration(path) == named
@@ -210,7 +209,11 @@ def test_a_file_that_was_changed_is_refused(calibration, tmp_path):
     "part, changes, said",
     [
         ("gain", {"um_pp_per_v": 2}, "readings of the"),
-        ("resonance", {"frequency_hz": 31_000 / 30_500}, "readings of the fine sweep"),
+        (
+            "resonance",
+            {"frequency_hz": 31_000 / 30_500},
+            "reading of the voltage sweep was made at",
+        ),
         ("resonance", {"quality_factor": 20}, "readings of the fine sweep"),
         ("resonance", {"quality_factor": 1e7}, "less than or equal to 5000"),
     ],

@@ -1,0 +1,189 @@
+"""Whether a calibration's readings are those of a sound plate, and its values plausible. Pure.
+
+A line through the origin can be fitted to any readings. These rules find what such a fit hides: a
+plate that saturates, an instrument with an offset, a plate that changed between the way up and the
+way down, two resonances instead of one, a unit that was mistaken.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from slipscale.hardware.calibration.record import Calibration, Point
+
+OFFSET = 0.05  # of the largest reading
+FALLS = 0.02  # of the largest reading, from one voltage to the next
+DRIFT = 0.03  # of the readings on the way up
+LOWEST = 0.2  # of the largest voltage: below, noise hides a drift
+CURVED = 0.08  # how far the slope of the upper half may differ from that of the lower half
+SECOND_PEAK = 0.1  # of the peak's height: a bump that one resonance does not explain
+FEWEST = 4
+
+# What a calibrated plate may be if its plate file does not say more: (name, lowest, highest, unit).
+BOUNDS: Mapping[str, tuple[float, float]] = {
+    "resonance_hz": (15_000.0, 100_000.0),
+    "quality_factor": (5.0, 2_000.0),
+    "um_pp_per_v_peak": (0.005, 2.0),
+}
+# Factors that mistaken units bring, as the ratio of a wrong gain to the right one.
+MISTAKES: tuple[tuple[float, str], ...] = (
+    (1000.0, "nanometres taken for micrometres, or millivolts for volts"),
+    (0.001, "micrometres per second taken for millimetres per second"),
+    (2.0, "peak to peak taken for peak"),
+    (0.5, "peak taken for peak to peak"),
+    (math.sqrt(2), "peak taken for RMS"),
+    (1 / math.sqrt(2), "RMS taken for peak"),
+)
+MISTAKEN = 0.08  # how near to such a factor
+CHANGED = 0.2  # of the gain, between two calibrations of one plate
+
+
+class Sweep(NamedTuple):
+    """A voltage sweep: voltages in V and readings in µm p-p, in measured order."""
+
+    voltage_v: NDArray[np.float64]
+    reading_um: NDArray[np.float64]
+
+
+def unsound(calibration: Calibration) -> list[str]:
+    """Return what is wrong with a calibration's readings, a sentence each."""
+    linear = [each for each in calibration.points if each.sweep == "voltage"]
+    sweep = Sweep(
+        np.array([each.voltage_v for each in linear]),
+        np.array([each.amplitude_um_pp for each in linear]),
+    )
+    if len(linear) < FEWEST or sweep.reading_um.max() <= 0:
+        return []
+    return [*(fault for rule in RULES for fault in rule(sweep)), *_second_peak(calibration)]
+
+
+def _saturates(sweep: Sweep) -> Iterator[str]:
+    middle = sweep.voltage_v.max() / 2
+    low, high = sweep.voltage_v <= middle, sweep.voltage_v > middle
+    if low.sum() < FEWEST or high.sum() < FEWEST:
+        return
+    below = float(
+        sweep.voltage_v[low] @ sweep.reading_um[low] / (sweep.voltage_v[low] @ sweep.voltage_v[low])
+    )
+    above = float(np.polyfit(sweep.voltage_v[high], sweep.reading_um[high], 1)[0])
+    if below > 0 and above < (1 - 2 * CURVED) * below:
+        yield (
+            f"the plate saturates: above {middle:g} V it gains {above:.4g} µm p-p per volt, below "
+            f"{below:.4g}; sweep to a lower voltage"
+        )
+
+
+def _falls(sweep: Sweep) -> Iterator[str]:
+    steps = sorted({float(each) for each in sweep.voltage_v})
+    means = [float(sweep.reading_um[sweep.voltage_v == each].mean()) for each in steps]
+    for (v0, before), (v1, after) in pairwise(zip(steps, means, strict=True)):
+        if before - after > FALLS * sweep.reading_um.max():
+            yield f"the amplitude falls from {before:.3f} at {v0:g} V to {after:.3f} µm at {v1:g} V"
+            return
+
+
+def _offset(sweep: Sweep) -> Iterator[str]:
+    if len(set(sweep.voltage_v)) < FEWEST:
+        return
+    slope, offset = np.polyfit(sweep.voltage_v, sweep.reading_um, 1)
+    if abs(offset) > OFFSET * sweep.reading_um.max() and slope > 0:
+        yield f"the readings have an offset of {offset:.3f} µm p-p at 0 V; zero the instrument"
+
+
+def _drifts(sweep: Sweep) -> Iterator[str]:
+    apart = []
+    for voltage in set(sweep.voltage_v[sweep.voltage_v > LOWEST * sweep.voltage_v.max()]):
+        read = sweep.reading_um[sweep.voltage_v == voltage]
+        apart.append(float(read[-1] / read[0]) - 1 if len(read) > 1 and read[0] > 0 else 0.0)
+    drift = float(np.mean(apart))
+    if abs(drift) > DRIFT:
+        yield (
+            f"the plate changed during the sweep: its way down differs by {drift:+.1%} from its "
+            "way up; let it warm up"
+        )
+
+
+RULES: tuple[Callable[[Sweep], Iterator[str]], ...] = (_saturates, _falls, _offset, _drifts)
+
+
+def _second_peak(calibration: Calibration) -> Iterator[str]:
+    """Yield a bump of the frequency sweep that the fitted resonance does not explain."""
+    fine = [each for each in calibration.points if each.sweep == "fine"]
+    swept: Sequence[Point] = fine or [each for each in calibration.points if each.sweep == "coarse"]
+    if len(swept) < FEWEST:
+        return
+    places = sorted({each.frequency_hz for each in swept})
+    left = {
+        place: np.mean(
+            [
+                each.amplitude_um_pp - calibration.expected_um_pp(each)
+                for each in swept
+                if each.frequency_hz == place
+            ]
+        )
+        for place in places
+    }
+    worst_hz = max(places, key=lambda place: abs(left[place]))
+    largest_um = max(each.amplitude_um_pp for each in swept)
+    if abs(left[worst_hz]) > SECOND_PEAK * largest_um:
+        yield (
+            f"the frequency sweep does not follow one resonance: at {worst_hz:g} Hz the amplitude "
+            f"differs by {left[worst_hz]:+.3f} µm p-p from the fit"
+        )
+
+
+def implausible(
+    calibration: Calibration, expected: Mapping[str, tuple[float, float] | None]
+) -> list[str]:
+    """Return which values lie outside what is expected of the plate, a sentence each.
+
+    Parameters
+    ----------
+    calibration : Calibration
+    expected : mapping
+        Bounds by name, as in a plate file's ``[expected]``; for what is missing `BOUNDS` holds.
+    """
+    found = []
+    for name, value in calibration.characteristics().items():
+        bounds = expected.get(name) or BOUNDS[name]
+        if not bounds[0] <= value <= bounds[1]:
+            whose = "the plate file expects" if expected.get(name) else "expected"
+            found.append(f"{name} is {value:g}, {whose} {bounds[0]:g} to {bounds[1]:g}")
+    return found
+
+
+def mistake(ratio: float, amplifier_gain: float) -> str:
+    """Return which mistake of units explains a ratio of two gains; "" if none does.
+
+    >>> mistake(0.5, 1.0)
+    'peak taken for peak to peak'
+    >>> mistake(20.5, 20.0)
+    'volts before the amplifier taken for volts at the plate'
+    """
+    gains = ((amplifier_gain, "volts before the amplifier taken for volts at the plate"),)
+    for factor, what in (*MISTAKES, *(gains if amplifier_gain != 1 else ())):
+        if abs(ratio / factor - 1) < MISTAKEN:
+            return str(what)
+    return ""
+
+
+def changed(calibration: Calibration, before: Calibration) -> str:
+    """Return how a calibration differs from the plate's last one; "" if it agrees."""
+    ratio: float = calibration.um_pp_per_v_peak / before.um_pp_per_v_peak
+    if 1 / (1 + CHANGED) <= ratio <= 1 + CHANGED:
+        return ""
+    why = mistake(ratio, calibration.drive.amplifier_gain)
+    guess = f"; a factor of {ratio:.3g}: {why}?" if why else ""
+    return (
+        f"the gain is {calibration.um_pp_per_v_peak:.4g} µm p-p per V peak, the plate's last "
+        f"calibration ({before.made.date}) says {before.um_pp_per_v_peak:.4g}{guess}"
+    )
