@@ -64,18 +64,18 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
     """
     if isinstance(value, np.generic):
         return form(value.item())
-    if isinstance(value, HasJsonForm):
-        value = value.json_form()
-        if isinstance(value, Mapping):
-            value = {named(name): inner for name, inner in value.items()}
-    elif is_dataclass(value) and not isinstance(value, type):
-        value = {named(name): inner for name, inner in renamed(value).items()}
     if isinstance(value, OurName):
         return named(value)
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
+    # Before the check for a method, which is slow, and not for a million numbers.
     if value is None or isinstance(value, str | int | float):
-        return value
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+    if isinstance(value, HasJsonForm):
+        found = value.json_form()
+        if not isinstance(found, Mapping):
+            return form(found, named)
+        value = {named(name): inner for name, inner in found.items()}
+    elif is_dataclass(value) and not isinstance(value, type):
+        value = {named(name): inner for name, inner in renamed(value).items()}
     if isinstance(value, Mapping):
         return {
             f"{key:g}" if isinstance(key, float) else str(key): form(inner, named)
