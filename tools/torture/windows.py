@@ -60,7 +60,7 @@ scale_top = "none"
 """
 # What a hand types, a character in some frames: whatever the screen is, one of them answers it.
 TYPED, FRAMES = " 5\r1", 4
-LONGEST_S = 1.2  # from the command to the signal
+LONGEST_S = 0.8  # from the command to the signal
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 CASES_OF_A_PROCESS = 100  # PsychoPy keeps some of each window that it opened
 PATIENCE_S = 90.0
