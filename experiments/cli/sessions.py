@@ -266,18 +266,17 @@ def run_resume(args: Namespace) -> int:
     from slipscale.experiments.journal.plan_and_progress import (  # noqa: PLC0415
         answered_by,
         dataset_of,
-        is_complete,
         last_markers,
         last_plate,
         read_plan,
     )
+    from slipscale.experiments.running.run_state import check_unfinished  # noqa: PLC0415
     from slipscale.faults import UserError  # noqa: PLC0415
 
     if args.journal is None or args.journal.is_dir():
         raise UserError(_interrupted(args.journal))
     plan, records = read_plan(args.journal)
-    if is_complete(records):
-        raise UserError(f"journal {args.journal}: this run is complete; nothing to go on with")
+    check_unfinished(args.journal, records)
     plate = args.plate or last_plate(records)
     if answered_by(records) == "simulated":
         from slipscale.experiments.dataset.bids import build_dataset  # noqa: PLC0415

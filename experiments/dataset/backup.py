@@ -81,6 +81,15 @@ def check_folder(dataset: Path, folder: Path) -> None:
         )
 
 
+def why_no_backup(dataset: Path, folder: Path) -> str:
+    """Return why a folder cannot be a data set's backup now; empty if it can."""
+    try:
+        check_folder(dataset, folder)
+    except UserError as fault:
+        return str(fault)
+    return ""
+
+
 def backups(dataset: Path) -> list[Path]:
     """Return the backups that a data set knows of.
 

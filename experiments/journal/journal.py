@@ -13,6 +13,7 @@ writer (removed, renamed, its disk unmounted) is written anew, whole, in a fallb
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import tempfile
@@ -35,6 +36,9 @@ if TYPE_CHECKING:
 # The modes of a new file: for its owner alone, or as the system's own choice (umask) has it.
 OWNER_ONLY, AS_USUAL = 0o600, 0o666
 FALLBACK = "slipscale-kept"
+# What helps if a record cannot be written.
+REMEDIES = {errno.ENOSPC: "free some space", errno.EDQUOT: "free some of your quota"}
+CHECK_DISK = "check the disk and its cable"
 
 
 class Journal:
@@ -151,8 +155,8 @@ class Journal:
             with suppress(OSError):
                 self._cut(whole)
             raise UserError(
-                f"journal {self.path}: cannot write ({error.strerror}); "
-                "all responses until now are on disk: free some space, then slipscale resume"
+                f"journal {self.path}: cannot write ({error.strerror}); all responses until now "
+                f"are on disk: {REMEDIES.get(error.errno or 0, CHECK_DISK)}, then slipscale resume"
             ) from None
         self.records.append(record)
         self._unfinished = False

@@ -110,6 +110,12 @@ def last_markers(records: list[Record]) -> tuple[str, ...]:
     return tuple(told[-1]) if told else ()
 
 
+def last_backup(records: list[Record]) -> Path | None:
+    """Return the folder that the run's journal was last to be copied to."""
+    told = [str(record.data["folder"]) for record in records if record.kind == "backup"]
+    return Path(told[-1]) if told else None
+
+
 def last_plate(records: list[Record]) -> str:
     """Return the SPEC of the plate that a run was last on."""
     specs = [r.data["plate_spec"] for r in records if r.kind in ("header", "resume")]

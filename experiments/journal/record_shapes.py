@@ -97,6 +97,10 @@ class _AnsweredAgain(_AskAgain):
     answer: Text
 
 
+class _Backup(_Shape):
+    folder: str
+
+
 class _Unfinished(_Shape):
     name: str
     trial: int | None
@@ -181,6 +185,7 @@ RECORDS: dict[str, Any] = {
     "answered_again": _AnsweredAgain,
     "unfinished": _Unfinished,
     "markers": _Markers,
+    "backup": _Backup,
     "contact": _Contact,
     "tracking": _Tracking,
 }

@@ -11,6 +11,7 @@ from slipscale.hardware.registry import open_plate
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from pathlib import Path
 
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.participants.base import Participant
@@ -53,6 +54,7 @@ def run_plan(
     unblind: bool = False,
     sources: Mapping[Kind, NamedSource] | None = None,
     tracking: ResonanceTracking | None = None,
+    backup: Path | None = None,
     steps: Steps | None = None,
 ) -> RunOutcome:
     """Run a plan from the journal's end to the run's.
@@ -67,6 +69,8 @@ def run_plan(
         Connected sources of position and force.
     tracking : ResonanceTracking, optional
         Looks for the resonance between trials.
+    backup : Path, optional
+        The folder that the journal is to be copied to.
     steps : generator, optional
         The plan's steps, where somebody takes note of them on their way.
     """
@@ -76,6 +80,8 @@ def run_plan(
         journal.write("header", **header(plan, plate, spec, participant.kind, masking), **contact)
     else:
         journal.write("resume", **resume_data(plan, plate, spec, masking), **contact)
+    if backup:
+        journal.write("backup", folder=str(backup.resolve()))
     if markers and markers.names:
         journal.write("markers", outputs=list(markers.names))
     session = Session(

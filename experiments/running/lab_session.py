@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
@@ -11,14 +12,14 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from slipscale.experiments.dataset.backup import back_up
+from slipscale.experiments.dataset.backup import back_up, why_no_backup
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.plan_and_progress import (
     consent_was_taken_back,
     dataset_of,
-    is_complete,
     is_mock,
+    last_backup,
     last_plate,
     latest_s,
     read_plan,
@@ -39,6 +40,7 @@ from slipscale.experiments.running.run_state import (
     check_alike,
     check_mode,
     check_same_study,
+    check_unfinished,
     how_to_resume,
     remedy,
     run_state,
@@ -183,8 +185,7 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
         was to go on with no real plate.
     """
     plan, records = read_plan(path)
-    if is_complete(records):
-        raise UserError(f"journal {path}: this run is complete; nothing to go on with")
+    check_unfinished(path, records)
     if consent_was_taken_back(records):
         raise UserError(
             f"journal {path}: the participant took their consent back in this run; nothing to go "
@@ -201,7 +202,11 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
         )
     # The session's time counts from its beginning, the interruption included.
     clock = SystemClock(max(_since_s(records[0].data["started_utc"]), latest_s(records)))
-    setting = replace(setting, contact=setting.contact.otherwise(of_records(records)))
+    setting = replace(
+        setting,
+        contact=setting.contact.otherwise(of_records(records)),
+        backup=setting.backup or last_backup(records),
+    )
     return _conduct(dataset, plan, setting, Journal.reopen(path, clock), clock)
 
 
@@ -225,6 +230,8 @@ def _conduct(
     The journal is open already: its lock keeps a second session from the plate, and a folder that
     cannot be written is told before anything moves.
     """
+    if setting.backup and (missing := why_no_backup(dataset, setting.backup)):
+        print(f"NO BACKUP of this run unless that changes: {missing}", file=sys.stderr)
     with ExitStack() as stack:
         stack.enter_context(signals_raise())
         stack.push(partial(_leave, dataset, journal, setting))
@@ -265,6 +272,7 @@ def _conduct(
             unblind=setting.unblind,
             sources=sources,
             tracking=_tracking(plan, plate, clock, stack),
+            backup=setting.backup,
         )
 
 
@@ -321,7 +329,10 @@ def _leave(
             print(f"the data set: {problem}", file=sys.stderr)
     except UserError as fault:
         if error is None:
-            raise
+            raise UserError(
+                f"{fault}. The run is complete and all answers are safe in {journal.path}; then "
+                f"write the tables: slipscale data build {shlex.quote(str(dataset))}"
+            ) from None
         print(harmless(f"the data set was not built: {fault}"), file=sys.stderr)
     if setting.backup:
         try:

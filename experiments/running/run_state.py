@@ -16,6 +16,7 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from slipscale.experiments.journal.record import Record
     from slipscale.experiments.study.run_plan import Mode
 
 RunState = Literal["free", "running now", "interrupted", "complete", "damaged"]
@@ -111,6 +112,16 @@ def remedy(path: Path, state: RunState) -> str:
         "damaged": f"slipscale data verify says where; what is whole of it is used; {another}",
     }
     return remedies[state]
+
+
+def check_unfinished(journal: Path, records: list[Record]) -> None:
+    """Raise `UserError` if a run is complete: there is nothing to resume."""
+    if is_complete(records):
+        dataset = shlex.quote(str(journal.resolve().parents[2]))
+        raise UserError(
+            f"journal {journal}: this run is complete, and all its answers are safe; nothing to go "
+            f"on with. If its tables are missing: slipscale data build {dataset}"
+        )
 
 
 def how_to_resume(journal: Path) -> str:

@@ -200,8 +200,7 @@ class Interruptions:
     def _hold(self) -> None:
         """Pause: silence, wait for the operator, let the step begin anew."""
         with self._progress.away():
-            self._surface.interrupt()
-            self._plate.silence()
+            self._surface.hush()
             self._markers.mark(Event.PAUSE)
             self._journal.write("pause")
             self._wait_for("paused", "go_on")

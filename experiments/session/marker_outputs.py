@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 # A recorder that samples at 500 Hz sees a pulse of 5 ms twice.
 PULSE_S = 0.005
 STREAM = "Slipscale"
+# liblsl reports its sockets on the operator's terminal; -1 keeps warnings and errors.
+QUIET = "[log]\nlevel = -1\n"
 
 
 class LabStream:
@@ -38,6 +40,8 @@ class LabStream:
             raise UserError(f"--markers lsl: {how_to_install('pylsl')}") from None
         except (RuntimeError, OSError) as error:
             raise UserError(f"--markers lsl: liblsl cannot be loaded ({error})") from None
+        with suppress(AttributeError, RuntimeError):  # of pylsl or liblsl before 1.17
+            pylsl.set_config_content(QUIET)
         stream = argument or STREAM
         self.name = f"lsl:{stream}"
         info = pylsl.StreamInfo(

@@ -70,6 +70,7 @@ class SurfaceState:
         self._following = following
         self._script: list[Done] = []
         self._held = True  # nothing came between since the script began
+        self._hushed = False  # the plate was silenced on purpose since
         self._wanted: Present | None = None  # what the plate should make now
         self._standard: tuple[Present, Explore] | None = None
         self._standard_due = False
@@ -81,7 +82,7 @@ class SurfaceState:
     @property
     def state(self) -> PlateState:
         """What the plate does, by its last reading; it tells no amplitude."""
-        if self._wanted is None:
+        if self._wanted is None or self._hushed:
             return "silent"
         if not self._held:
             return "lost"
@@ -279,6 +280,7 @@ class SurfaceState:
         """Silence the plate for something apart; what was felt is to be felt again."""
         self.interrupt()
         self._plate.silence()
+        self._hushed = True
 
     def shut_down(self) -> None:
         """Silence the plate, whatever state the line is in: at the end, or after a fault."""
@@ -320,6 +322,7 @@ class SurfaceState:
         return self._make(step)
 
     def _make(self, step: Present) -> Presented:
+        self._hushed = False
         made = self._plate.present(self._following.presented_as(step.surface))
         self._wanted, self._held = step, True
         self._commanded_um_pp = made.commanded_um_pp

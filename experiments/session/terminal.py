@@ -68,11 +68,15 @@ class Prompt:
         What is typed, and what Enter does.
     request : callable
         Makes a request of what was typed; None where that is none.
+    expected : str
+        What is typed instead: shown after an Enter that made no request.
     """
 
     label: str
     request: Callable[[str], Request | None]
+    expected: str = ""
     typed: str = ""
+    told: str = ""
 
 
 def void_prompt(trial: Trial) -> Prompt:
@@ -81,7 +85,8 @@ def void_prompt(trial: Trial) -> Prompt:
     def request(reason: str) -> Request | None:
         return Request(what="void", reason=reason, trial=trial) if reason else None
 
-    return Prompt(f"void trial {trial.number} because (Enter to void, Esc not to)", request)
+    label = f"void trial {trial.number} because (Enter to void, Esc not to)"
+    return Prompt(label, request, "expected a reason: it is recorded with the trial")
 
 
 def stop_prompt() -> Prompt:
@@ -100,7 +105,8 @@ def question_prompt(asked: tuple[Ask, ...]) -> Prompt:
         return Request(what="ask_again", question=asked[int(number) - 1]) if known else None
 
     listed = ", ".join(f"{number} {ask.name}" for number, ask in enumerate(asked, start=1))
-    return Prompt(f"ask again (number and Enter, Esc for none): {listed}", request)
+    expected = f"expected a number from 1 to {len(asked)}"
+    return Prompt(f"ask again (number and Enter, Esc for none): {listed}", request, expected)
 
 
 def answer_prompt(ask: Ask) -> Prompt:
@@ -108,6 +114,7 @@ def answer_prompt(ask: Ask) -> Prompt:
     return Prompt(
         f"{answer_wanted(ask)} (Enter to hand it in; Esc for the other keys, n to come back)",
         lambda typed: Request(what="answer", reason=typed) if typed else None,
+        "expected an answer",
     )
 
 
@@ -226,8 +233,12 @@ class TerminalOperator:
         """Take a letter of what is typed."""
         if not key:
             return None
+        prompt.told = ""
         if key in ENTER:
             request = prompt.request(prompt.typed.strip())
+            if request is None:
+                prompt.told = prompt.expected
+                self._draw()
             if prompt is self._answer:
                 prompt.typed = ""  # it closes with its question: what was typed may be refused
             elif request:
@@ -270,6 +281,8 @@ class TerminalOperator:
         if self._prompt is not None:
             text.append(f"\n  {harmless(self._prompt.label)}: ", "bold")
             text.append(f"{self._prompt.typed}▏")
+            if self._prompt.told:
+                text.append(f"\n  {self._prompt.told}", "yellow")
         else:
             text.append(f"\n  {HELP.get(status.state, RUNNING_HELP)}", style="dim")
         return text

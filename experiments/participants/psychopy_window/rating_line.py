@@ -50,9 +50,7 @@ class Marking:
         question, texts = self._question, self._texts
         half = LINE_LENGTH / 2
         said = (scene.notice(self._notice),) if self._notice else ()
-        foot = scene.hint(texts["window.mark_keys"])
-        if self._put is not None:
-            foot = scene.hint(naming_key(texts, "window.mark_done"))
+        foot = "window.mark_keys" if self._put is None else "window.mark_done"
         return (
             Text(content=question.prompt.strip(), y=0.28, size=0.06, width=1.2, height=0.17),
             Box(x=0, y=LINE_Y, width=LINE_LENGTH, height=LINE_WIDTH, colour="text"),
@@ -67,7 +65,7 @@ class Marking:
             *self._mark(),
             *said,
             *(() if self._put is None else (DONE,)),
-            foot,
+            scene.hint(naming_key(texts, foot)),
             *remaining(self._limit_s, elapsed_s, texts, y=0.415),
         )
 

@@ -1,3 +1,4 @@
+import errno
 import hashlib
 import json
 import multiprocessing
@@ -323,13 +324,29 @@ def test_a_full_disk_is_one_sentence_and_costs_only_the_line_that_had_no_room(tm
         resource.setrlimit(resource.RLIMIT_FSIZE, (len(whole) + 40, hard))
         try:
             for _ in range(2):
-                with pytest.raises(UserError, match="cannot write"):
+                with pytest.raises(UserError, match="cannot write"):  # a limit, not the disk
                     journal.write("done", value="x" * 100)
         finally:
             resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
         assert path.read_bytes() == whole
         journal.write("done", value="x" * 100)
     assert [record.kind for record in read_records(path)[0]] == ["header", "done"]
+
+
+@pytest.mark.parametrize(
+    "code, remedy",
+    [(errno.ENOSPC, "free some space"), (errno.EIO, "check the disk"), (errno.EROFS, "check the")],
+)
+def test_the_remedy_is_that_of_the_fault(tmp_path, monkeypatch, code, remedy):
+    with Journal.create(tmp_path / "a.jsonl", VirtualClock()) as journal:
+        journal.write("header", format=2)
+
+        def fail(_line):
+            raise OSError(code, os.strerror(code))
+
+        monkeypatch.setattr(journal, "_put", fail)
+        with pytest.raises(UserError, match=f"on disk: {remedy}.*, then slipscale resume"):
+            journal.write("note")
 
 
 def test_a_disk_that_is_gone_is_the_same_one_sentence(tmp_path, monkeypatch):

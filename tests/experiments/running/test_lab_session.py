@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from contextlib import ExitStack
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -253,12 +254,43 @@ def test_at_its_end_a_run_is_copied_and_the_copy_compared(window, tmp_path, caps
 def test_a_backup_that_is_not_there_costs_nothing_but_is_said_aloud(window, tmp_path, capsys):
     setting = Setting(plate="mock", backup=tmp_path / "unplugged")
     path = stopped(tmp_path / "data", window, setting=setting)
-    assert "NO BACKUP of this run" in capsys.readouterr().err
+    first, *_, last = capsys.readouterr().err.splitlines()
+    assert first.startswith("NO BACKUP of this run unless that changes: --backup")
+    assert last.startswith("NO BACKUP of this run: --backup")
     assert read_plan(path)[1][-1].kind == "stop"
     found = check_folder(
         PlannedSession(study="biet2007", plate="mock", out=tmp_path, backup=setting.backup)
     )
     assert found.passed is False
+
+
+def test_a_run_that_goes_on_is_copied_to_the_same_folder(window, tmp_path):
+    (tmp_path / "disk").mkdir()
+    backup = replace(SETTING, backup=tmp_path / "disk")
+    path = stopped(tmp_path / "data", window, setting=backup)
+    window[:] = [StopRequested("still tired")]
+    go_on(path, SETTING)
+    copy = tmp_path / "disk/data" / path.relative_to(tmp_path / "data")
+    assert copy.read_bytes() == path.read_bytes()
+
+
+def test_a_disk_that_is_full_at_the_end_names_the_command_that_writes_the_tables(
+    window, tmp_path, monkeypatch
+):
+    def full(_dataset):
+        raise UserError("participants.tsv: cannot be written (No space left on device)")
+
+    monkeypatch.setattr(lab_session, "build_dataset", full)
+    with pytest.raises(UserError, match=r"all answers are safe in .*: slipscale data build"):
+        stopped(tmp_path / "data", window)
+
+
+def test_a_complete_run_is_not_gone_on_with_and_its_answers_are_said_to_be_safe(
+    tmp_path, laboratory, plan
+):
+    laboratory.run()
+    with pytest.raises(UserError, match=r"complete, and all its answers are safe.*data build"):
+        go_on(plan().journal_path(tmp_path), SETTING)
 
 
 def test_the_laboratory_can_require_sound_where_the_study_does_not(no_window, tmp_path):

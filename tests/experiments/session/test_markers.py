@@ -1,6 +1,7 @@
 """Markers, from whole sessions to receivers outside: a stream, a pseudo-terminal, a port."""
 
 import os
+import subprocess
 import sys
 import tty
 import types
@@ -162,6 +163,18 @@ def test_a_serial_box_gets_a_pulse_for_each_event_and_is_left_at_zero(line):
     while len(got) < 7:
         got += os.read(far, 100)
     assert list(got) == [2, 0, 4, 0, 8, 0, 0]
+
+
+def test_lab_streaming_layer_leaves_the_operators_terminal_alone():
+    """Its library writes by itself: only a process of its own shows that."""
+    pytest.importorskip("pylsl")
+    code = (
+        "from slipscale.experiments.session.marker_outputs import open_markers\n"
+        "with open_markers(['lsl:quiet']): pass"
+    )
+    words = [sys.executable, "-c", code]
+    ended = subprocess.run(words, check=False, capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (0, "", "")
 
 
 def test_a_receiver_of_lab_streaming_layer_gets_event_and_trial(laboratory):

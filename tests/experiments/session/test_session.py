@@ -639,7 +639,14 @@ def test_the_plate_moves_only_while_the_noise_is_at_its_level(laboratory):
     assert noise.state == "silent"
     felt = [s for s in operator.told if s.state in ("presenting", "waiting") and s.task]
     assert {s.noise for s in felt if s.plate != "silent"} == {"playing"}
-    assert {s.plate for s in felt} == {"silent", "as commanded", "lost"}
+    assert {s.plate for s in operator.told} == {"silent", "as commanded"}
+
+
+def test_a_pause_is_no_lost_plate_and_a_fault_is_one(laboratory):
+    operator = Watching(lambda s: Request(what="pause") if s.done == 6 else None)
+    laboratory.run(operator=operator, spec="mock:fault=lost@9")
+    told = {(s.state, s.plate) for s in operator.told if s.state in ("paused", "fault")}
+    assert told == {("paused", "silent"), ("fault", "lost")}
 
 
 def swallowed():

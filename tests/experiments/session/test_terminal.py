@@ -50,6 +50,26 @@ def test_the_first_fault_is_retried_by_itself():
     assert asked("fault", "", "", retries=1) == [Request(what="retry")]
 
 
+@pytest.mark.parametrize(
+    "keys, expected",
+    [
+        ("a9\r", "expected a number from 1 to 1"),
+        ("ax\r", "expected a number from 1 to 1"),
+        ("v\r", "expected a reason"),
+    ],
+)
+def test_an_enter_that_asks_for_nothing_says_what_is_expected(keys, expected):
+    who, shown = operator(*keys, "1")
+    question = Ask(name="age", question=NumberQuestion(prompt="?"))
+    with who:
+        who.tell(SessionStatus(state="waiting", voidable=THIRD, asked=(question,)))
+        assert [who.poll() for _ in keys] == [None] * len(keys)
+        assert expected in str(who.lines())
+        assert expected in shown.getvalue()
+        who.poll()
+        assert expected not in str(who.lines())
+
+
 @pytest.mark.parametrize("state", [*BEFORE, "paused", "fault"])
 def test_s_stops_only_when_it_is_confirmed(state):
     assert asked(state, "s", "\r") == [Request(what="stop")]
