@@ -72,9 +72,7 @@ def positive_number(text: str) -> float:
 
 def calibration(text: str) -> Calibration:
     """Return the calibration in a file. Raises UserError."""
-    from slipscale.hardware.calibration.record import (  # noqa: PLC0415 - pydantic, when needed
-        read_calibration,
-    )
+    from slipscale.hardware.calibration.stored import read_calibration  # noqa: PLC0415 - SciPy
 
     return read_calibration(Path(text))
 

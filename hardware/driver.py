@@ -124,7 +124,7 @@ class PlateDriver(ABC):
         self.identity: PlateIdentity | None = None
         self.output = Output.UNREACHABLE
         self._played: Loop | None = None
-        self._opened = False  # `_connect` was called, and `_close` not since
+        self._opened = False  # `_connect` returned, and `_close` was not called since
         self._on_time = OnTime(window_s=self.limits.duty_window_s)
         self._fault_known = False
         self._vibration_known = False  # that it could not be stopped has been told
@@ -141,14 +141,14 @@ class PlateDriver(ABC):
         UserError
             The calibration is too old, or dated after today.
         """
-        self._opened, self.output = True, Output.MAY_BE_ON
+        self._opened, self.output = False, Output.UNREACHABLE
         try:
             self.identity = self._connect()
+            self._opened, self.output = True, Output.OFF
             self.notes = check_device(self, self.identity)
         except BaseException:
             self.close()
             raise
-        self.output = Output.OFF
         self._fault_known = self._vibration_known = False
         self._on_time.command(self.clock.now(), vibrates=False)
         return self.identity

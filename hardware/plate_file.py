@@ -17,8 +17,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import read_toml
-from slipscale.hardware.calibration.record import read_calibration
 from slipscale.hardware.calibration.soundness import BOUNDS, implausible
+from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.limits import PlateLimits
 
 if TYPE_CHECKING:

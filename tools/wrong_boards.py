@@ -59,6 +59,9 @@ class VirtualLine:
         for _, reply in self.board.receive(data, self.clock.now()):
             self.told += reply
 
+    def close(self) -> None:
+        """Let go of it."""
+
     def read(self) -> bytes:
         """Return what the board has sent."""
         if not self.told:

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from slipscale.faults import UserError
-from slipscale.faults.toml_file import read_toml
 from slipscale.hardware.limits import PlateLimits
 
 if TYPE_CHECKING:
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
 OLD_DAYS = 180  # older is noted
 EXPIRED_DAYS = 365  # older is refused
 MISFIT = 0.05  # of the largest reading: how far the readings may lie from resonance and gain
-REFITTED = 1e-6  # how far stored results may lie from those of the stored readings
 CHECKSUM = "sha256"  # the file's key
 PEAK_OF = {"V peak": 1.0, "V peak-to-peak": 0.5, "V RMS": math.sqrt(2)}
 
@@ -261,50 +259,6 @@ class Calibration(CalibrationTable):
     def summary(self) -> dict[str, Any]:
         """Return all but the points, and the checksum of everything, ready for JSON."""
         return {**self.model_dump(mode="json", exclude={"points"}), CHECKSUM: checksum(self)}
-
-
-class _Signed(Calibration):
-    sha256: str = ""
-
-
-def read_calibration(path: Path) -> Calibration:
-    """Read and validate a calibration file.
-
-    Raises
-    ------
-    UserError
-        There is no such file, it is no TOML, values are missing or impossible (all are named), or
-        it was changed after it was written.
-    """
-    signed = read_toml(path, _Signed)
-    calibration = Calibration.model_validate(signed.model_dump(exclude={CHECKSUM}))
-    if signed.sha256 != checksum(calibration):
-        raise UserError(
-            f"calibration '{path}': its {CHECKSUM} is missing or not that of its "
-            "content, so it was changed after it was written; fit its readings anew with "
-            "slipscale plate calibrate --csv"
-        )
-    _require_refit(calibration, path)
-    return calibration
-
-
-def _require_refit(calibration: Calibration, path: Path) -> None:
-    """Raise `UserError` unless the stored results are those of the stored readings."""
-    from slipscale.hardware.calibration.sweep import fitted  # noqa: PLC0415 - SciPy, when needed
-
-    resonance, gain = fitted(calibration.points)
-    for table, stored, found in (
-        ("resonance", calibration.resonance, resonance),
-        ("gain", calibration.gain, gain),
-    ):
-        for name in type(stored).model_fields:
-            told, refitted = getattr(stored, name), getattr(found, name)
-            if not math.isclose(told, refitted, rel_tol=REFITTED, abs_tol=1e-9):
-                raise UserError(
-                    f"calibration '{path}': {table}.{name} is {told:g}, but the stored readings "
-                    f"give {refitted:g}; restore the file, or fit the readings again with "
-                    "slipscale plate calibrate --csv"
-                )
 
 
 def write_calibration(calibration: Calibration, path: Path) -> None:

@@ -14,9 +14,9 @@ from slipscale.hardware.calibration.record import (
     Device,
     DriveChain,
     Provenance,
-    read_calibration,
     to_toml,
 )
+from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 from slipscale.hardware.cli.calibrate import measured
 from slipscale.hardware.clock import VirtualClock

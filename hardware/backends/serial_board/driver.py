@@ -47,6 +47,7 @@ from slipscale.stimuli.modulation import DEFAULT_MODULATOR, STEPS_MAX, Modulator
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from slipscale.hardware.backends.serial_board.link import Line
     from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.limits import PlateLimits
@@ -110,9 +111,9 @@ class SerialBoard(PlateDriver):
         self.port = port
         self.watchdog_s: float | None = None
         self._attention_s = attention_s
-        self._machine = SystemClock()
+        self._machine: Clock = SystemClock()
         self._attended_s = 0.0
-        self._line: SerialLine | None = None
+        self._line: Line | None = None
         self._link: BoardLink | None = None
         self._heart: Thread | None = None
         self._stop_heart = Event()
@@ -122,17 +123,26 @@ class SerialBoard(PlateDriver):
     def _connect(self) -> PlateIdentity:
         self._close()
         self._fault = self._active = None
-        self._line = SerialLine(self.port)
-        self._link = link = BoardLink(self._line)
+        self._line, self._link = self._open_line()
+        link = self._link
         identity = _identity(link.greet(), self.port)
         self._learn_lists(link, identity.firmware)
         link.ask("*RST")
         self._narrow_limits(_parsed(wire.parse_limits, link.ask("LIM?")))
         self._attend()
         self._stop_heart.clear()
-        self._heart = Thread(target=self._beat, args=(link,), name="plate heartbeat", daemon=True)
-        self._heart.start()
+        self._heart = self._start_heart(link)
         return identity
+
+    def _open_line(self) -> tuple[Line, BoardLink]:
+        """Open the port; a simulated board's line takes its place in campaigns."""
+        line = SerialLine(self.port)
+        return line, BoardLink(line)
+
+    def _start_heart(self, link: BoardLink) -> Thread | None:
+        heart = Thread(target=self._beat, args=(link,), name="plate heartbeat", daemon=True)
+        heart.start()
+        return heart
 
     def _drive(self, amplitude_um_pp: float) -> Presentation:
         link = self._attend()

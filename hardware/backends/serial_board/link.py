@@ -8,7 +8,7 @@ answered by the same run of the firmware from one that met a board fresh from a 
 from __future__ import annotations
 
 from threading import Lock
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.clock import SystemClock
@@ -22,6 +22,9 @@ from slipscale.hardware.errors import (
     PlateTimeout,
     WrongDevice,
 )
+
+if TYPE_CHECKING:
+    from slipscale.hardware.clock import Clock
 
 REPLY_TIMEOUT_S = 0.08
 ATTEMPTS = 4  # in all less than the board's watchdog takes
@@ -49,6 +52,9 @@ class Line(Protocol):
     def write(self, data: bytes) -> None:
         """Send bytes."""
 
+    def close(self) -> None:
+        """Let go of it."""
+
     def read(self) -> bytes:
         """Return the bytes that are there, waiting a little for the first."""
 
@@ -60,12 +66,13 @@ class BoardLink:
     ----------
     line : Line
         An open line.
+    clock : Clock
+        The line's time; by default the machine's, whatever clock the session runs on.
     """
 
-    def __init__(self, line: Line) -> None:
+    def __init__(self, line: Line, clock: Clock | None = None) -> None:
         self._line = line
-        # The wire's time is the machine's, whatever clock the session runs on.
-        self._clock = SystemClock()
+        self._clock = clock or SystemClock()
         self._lock = Lock()
         self._sequence = 0
         self._boot: str | None = None

@@ -18,9 +18,9 @@ from slipscale.hardware.calibration.record import (
     Device,
     DriveChain,
     Provenance,
-    read_calibration,
     write_calibration,
 )
+from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import (

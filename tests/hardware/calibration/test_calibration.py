@@ -24,10 +24,10 @@ from slipscale.hardware.calibration.record import (
     Point,
     Provenance,
     VoltageConvention,
-    read_calibration,
     to_toml,
     write_calibration,
 )
+from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 from slipscale.hardware.cli import calibrate
 from slipscale.hardware.cli.calibrate import measured

@@ -3,7 +3,8 @@
 import pytest
 
 from slipscale.faults import UserError
-from slipscale.hardware.calibration.record import read_calibration, to_toml
+from slipscale.hardware.calibration.record import to_toml
+from slipscale.hardware.calibration.stored import read_calibration
 from tools.fuzzing.calibrations import whole_calibration
 
 

@@ -15,7 +15,7 @@ from slipscale.hardware.calibration.readings import (
     read_trace,
     um_pp_from_velocity,
 )
-from slipscale.hardware.calibration.record import read_calibration
+from slipscale.hardware.calibration.stored import read_calibration
 
 FREQUENCY_HZ = 30_500.0
 MM_S_PER_V = 50.0

@@ -14,11 +14,11 @@ from slipscale.hardware.calibration.record import (
     Point,
     Provenance,
     checksum,
-    read_calibration,
     to_toml,
     write_calibration,
 )
 from slipscale.hardware.calibration.soundness import changed, implausible, mistake
+from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 
 GAIN = 2.3 / 15

@@ -1,0 +1,59 @@
+"""Calibration files, read: whole, unchanged, and with results that follow from their readings."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from slipscale.faults import UserError
+from slipscale.faults.toml_file import read_toml
+from slipscale.hardware.calibration import record
+from slipscale.hardware.calibration.record import CHECKSUM, Calibration
+from slipscale.hardware.calibration.sweep import fitted
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+REFITTED = 1e-6  # how far stored results may lie from those of the stored readings
+
+
+class _Signed(Calibration):
+    sha256: str = ""
+
+
+def read_calibration(path: Path) -> Calibration:
+    """Read and validate a calibration file.
+
+    Raises
+    ------
+    UserError
+        There is no such file, it is no TOML, values are missing or impossible (all are named), or
+        it was changed after it was written.
+    """
+    signed = read_toml(path, _Signed)
+    calibration = Calibration.model_validate(signed.model_dump(exclude={CHECKSUM}))
+    if signed.sha256 != record.checksum(calibration):
+        raise UserError(
+            f"calibration '{path}': its {CHECKSUM} is missing or not that of its "
+            "content, so it was changed after it was written; fit its readings anew with "
+            "slipscale plate calibrate --csv"
+        )
+    _require_refit(calibration, path)
+    return calibration
+
+
+def _require_refit(calibration: Calibration, path: Path) -> None:
+    """Raise `UserError` unless the stored results are those of the stored readings."""
+    resonance, gain = fitted(calibration.points)
+    for table, stored, found in (
+        ("resonance", calibration.resonance, resonance),
+        ("gain", calibration.gain, gain),
+    ):
+        for name in type(stored).model_fields:
+            told, refitted = getattr(stored, name), getattr(found, name)
+            if not math.isclose(told, refitted, rel_tol=REFITTED, abs_tol=1e-9):
+                raise UserError(
+                    f"calibration '{path}': {table}.{name} is {told:g}, but the stored readings "
+                    f"give {refitted:g}; restore the file, or fit the readings again with "
+                    "slipscale plate calibrate --csv"
+                )

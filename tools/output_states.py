@@ -1,0 +1,434 @@
+"""Random histories of a plate over every backend, held against what its drive really does.
+
+Use: ``python -m tools.output_states [--histories 10000]`` (an hour). A history is a sequence of
+commands, refused commands and things that happen to the rig: a line that drops, a key at a
+generator's front panel, a broken sensor, a finger. After each event two promises are checked,
+those at the head of `slipscale.hardware.driver`:
+
+1. a presentation that returned has put its amplitude on the plate (5 % or 0.05 µm p-p);
+2. an output that is *confirmed off* is off; a command that raised does not leave it *may be on*;
+   after `close` it is off, or *unreachable*.
+
+Exit status 1 if one was broken.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime as dt
+import math
+import random
+import sys
+import time
+from abc import ABC, abstractmethod
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any
+from unittest import mock
+
+import numpy as np
+
+from slipscale.faults import UserError
+from slipscale.hardware.backends.function_generator import FunctionGenerator
+from slipscale.hardware.backends.mock import MockPlate
+from slipscale.hardware.backends.serial_board import supervision as watch
+from slipscale.hardware.backends.serial_board.driver import SerialBoard
+from slipscale.hardware.backends.serial_board.link import BoardLink
+from slipscale.hardware.backends.sound_card.driver import SoundCard
+from slipscale.hardware.calibration.record import Device, DriveChain, Provenance
+from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.emulator.firmware import Board
+from slipscale.hardware.emulator.generator_server import LocalLine
+from slipscale.hardware.emulator.generators import MAKES
+from slipscale.hardware.errors import ConnectionLost, OverLimit, PlateFault
+from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
+from slipscale.hardware.plate.twin import Twin
+from slipscale.hardware.records import Output
+from slipscale.stimuli.surface import VirtualSurface
+from tools.wrong_boards import VirtualLine
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from threading import Thread
+
+    from slipscale.hardware.calibration.record import Calibration
+    from slipscale.hardware.driver import PlateDriver
+
+HISTORIES, EVENTS = 10_000, 12
+GAIN_UM_PER_V, RESONANCE_HZ, QUALITY = 2.3 / 15, 30_500.0, 60.0
+AMPLIFIER, FULL_SCALE_V = 10.0, 20.0
+TOLERANCE, TOLERANCE_UM = 0.05, 0.06
+RESTS_UM = 0.001
+RATE_HZ, BLOCK = 192_000.0, 4096
+# How often: an amplitude, output off, more than the limits, something at the rig, another command.
+SHARES = {"present": 35, "0": 10, "9": 5, "happens": 25, "other": 25}
+AMPLITUDES_UM_PP = (0.3, 0.5, 1.0, 1.2, 2.0, 2.3)
+
+
+def _ideal(frequency_hz: float, voltage_v: float) -> float:
+    detuning = 2 * QUALITY * (frequency_hz - RESONANCE_HZ) / RESONANCE_HZ
+    return GAIN_UM_PER_V * voltage_v / math.hypot(1, detuning)
+
+
+@cache
+def calibration(backend: str, serial: str, gain: float) -> Calibration:
+    """Return the calibration of an ideal plate behind a device."""
+    return calibration_from(
+        sweep(SweepPlan(), _ideal),
+        device=Device(backend=backend, serial=serial),
+        made=Provenance(date=dt.datetime.now(tz=dt.UTC).date(), by="a campaign", instrument="none"),
+        drive=DriveChain(amplifier_gain=gain),
+    )
+
+
+class Rig(ABC):
+    """A plate, what it really does, and what can happen to it."""
+
+    plate: PlateDriver
+    happenings: dict[str, Callable[[], object]]
+    modules: dict[str, Any] = {}  # noqa: RUF012 - none but a sound card's
+
+    @abstractmethod
+    def true_um_pp(self) -> float:
+        """Return the amplitude that the drive which is on makes."""
+
+
+class MockRig(Rig):
+    """The mock, and its faults on order."""
+
+    def __init__(self) -> None:
+        self.twin = Twin(noise_um=0)
+        self.plate = MockPlate(clock=VirtualClock(), twin=self.twin)
+        self.happenings = {
+            f"{code} at {phase}": partial(self._order, code, phase)
+            for code in ("lost", "time_out", "garbled", "still_vibrating")
+            for phase in ("present", "read_back", "silence", "connect")
+        }
+
+    def _order(self, code: str, phase: str) -> None:
+        if isinstance(self.plate, MockPlate):
+            self.plate.inject(code, phase=phase)
+
+    def true_um_pp(self) -> float:
+        """Return what the simulated plate does."""
+        return self.plate.vibration_um_pp() if self.twin.drive.target_um_pp else 0.0
+
+
+class GeneratorRig(Rig):
+    """A generator of a make, its front panel and its line."""
+
+    def __init__(self, make: str) -> None:
+        self.line = LocalLine(MAKES[make]())
+        self.generator = self.line.generator
+        serial = self.generator.identity.split(",")[2]
+        plate = FunctionGenerator(
+            self.line, clock=VirtualClock(), calibration=calibration("scpi", serial, AMPLIFIER)
+        )
+        plate._machine = VirtualClock()  # noqa: SLF001 - nothing waits
+        self.plate = plate
+        functions: Any = getattr(self.generator, "functions", ())
+        names = functions.values() if isinstance(functions, dict) else functions
+        keys = [each for each in names if each not in {"BPSK", "SUM"} or make == "rigol"]
+        self.happenings = {
+            "preset": self.generator.reset,
+            "load 50 Ω": lambda: setattr(self._channel, "load_ohm", 50.0),
+            "square": lambda: setattr(self._channel, "function", "SQU"),
+            "frequency": lambda: setattr(self._channel, "frequency_hz", 29_000.0),
+            "amplitude": lambda: self._channel.set_open_vpp(0.7),
+            "output key": lambda: setattr(self._channel, "on", False),
+            "line drops": lambda: self._drop(for_good=False),
+            "line is gone": lambda: self._drop(for_good=True),
+            "line is back": lambda: setattr(self.line, "drop_at", None),
+            **{key: partial(self._modulate, key) for key in keys},
+        }
+
+    @property
+    def _channel(self) -> Any:
+        return self.generator.channel[1]
+
+    def _modulate(self, function: str) -> None:
+        self._channel.active = {function}
+
+    def _drop(self, *, for_good: bool) -> None:
+        self.line.drop_at = len(self.line.wire) + random.Random(len(self.line.wire)).randint(1, 60)
+        self.line.for_good = for_good
+
+    def true_um_pp(self) -> float:
+        """Return what the simulated plate does."""
+        return _ideal(self._channel.frequency_hz, self._channel.plate_vpp() * AMPLIFIER / 2)
+
+
+class Beating(SerialBoard):
+    """A board whose heart beats when it is checked: there are no threads in virtual time."""
+
+    def __init__(self, line: VirtualLine, calibration: Calibration) -> None:
+        super().__init__("virtual", clock=line, calibration=calibration)
+        self.virtual = line
+        self._machine = line
+
+    def _open_line(self) -> tuple[VirtualLine, BoardLink]:
+        return self.virtual, BoardLink(self.virtual, self.virtual)
+
+    def _start_heart(self, link: BoardLink) -> Thread | None:  # noqa: ARG002
+        return None
+
+    def _check(self) -> None:
+        status = self._status(self._attend())
+        if self._active is not None:
+            watch.check_status(status, self._active, self.limits, port=self.port)
+
+
+class Plug(VirtualLine):
+    """A line that can be unplugged, which feeds its board."""
+
+    down = False
+
+    def write(self, data: bytes) -> None:
+        """Send bytes to the board."""
+        if self.down:
+            raise ConnectionLost("virtual: the device went away")
+        super().write(data)
+
+    def read(self) -> bytes:
+        """Return what the board has sent."""
+        if self.down:
+            raise ConnectionLost("virtual: the device went away")
+        return super().read()
+
+
+class BoardRig(Rig):
+    """The emulated board, its sensor, its plug and a finger."""
+
+    def __init__(self) -> None:
+        self.twin = Twin(noise_um=0.002)
+        self.line = Plug(Board(self.twin, boot=1))
+        serial = self.line.board.identity.split(",")[2]
+        self.plate = Beating(self.line, calibration("serial", serial, 1.0))
+        self.happenings = {
+            "unplugged": self._unplug,
+            "plugged in": lambda: setattr(self.line, "down", False),
+            "restarts": self._restart,
+            "sensor reads half": lambda: setattr(self.twin, "sensor", 0.5),
+            "sensor is dead": lambda: setattr(self.twin, "sensor", 0.0),
+            "sensor is right": lambda: setattr(self.twin, "sensor", 1.0),
+            "finger": lambda: self._touch(FingerLoad(loss=1 / 300)),
+            "no finger": lambda: self._touch(NO_FINGER),
+            "hot": lambda: setattr(self.line.board, "hot", True),
+            "cool": lambda: setattr(self.line.board, "hot", False),
+            "hang": lambda: self.line.sleep(0.7),
+        }
+
+    def _unplug(self) -> None:
+        self.line.down = True
+        self._restart()
+
+    def _restart(self) -> None:
+        self.line.board.silence(self.line.now())
+        self.line.board = Board(self.twin, boot=random.Random(self.line.now()).randint(2, 10**6))
+
+    def _touch(self, finger: FingerLoad) -> None:
+        self.twin.amplitude_um_pp(self.line.now())
+        self.twin.finger = finger
+
+    def true_um_pp(self) -> float:
+        """Return what the simulated plate does."""
+        if not self.line.board.vibrates:
+            return 0.0
+        return self.twin.amplitude_um_pp(self.line.now())
+
+
+class Audio:
+    """Stands for the module sounddevice: a card that plays while somebody sleeps."""
+
+    PortAudioError = OSError
+    latency = 0.01
+
+    def __init__(self) -> None:
+        self.active = self.stuck = self.underflow = False
+        self.callback: Callable[..., None] | None = None
+        self.level = 0.0
+
+    def query_devices(self, *_: object, **__: object) -> dict[str, str]:
+        """Return the card's name."""
+        return {"name": "card"}
+
+    def RawOutputStream(self, **options: Any) -> Audio:  # noqa: N802 - sounddevice's name
+        """Open the card."""
+        self.callback = options["callback"]
+        return self
+
+    def start(self) -> None:
+        """Begin to play."""
+        self.active, self.stuck, self.underflow = True, False, False
+
+    def abort(self) -> None:
+        """Stop at once."""
+        self.active, self.level = False, 0.0
+
+    def close(self, **_: object) -> None:
+        """Close the card."""
+        self.abort()
+
+    def play(self, duration_s: float) -> None:
+        """Ask for the samples of a time."""
+        if not self.active or self.stuck or self.callback is None:
+            return
+        for _ in range(max(round(duration_s * RATE_HZ / BLOCK), 1)):
+            block: Any = np.zeros((BLOCK, 2), np.float32)
+            status = mock.Mock(output_underflow=self.underflow)
+            self.callback(memoryview(block.reshape(-1)), BLOCK, None, status)
+            self.level = float(np.abs(block[-256:]).max())
+
+
+class AudioClock(VirtualClock):
+    """Time in which a card plays."""
+
+    def __init__(self, audio: Audio) -> None:
+        super().__init__()
+        self.audio = audio
+
+    def sleep(self, duration_s: float) -> None:
+        """Let the card play."""
+        super().sleep(duration_s)
+        self.audio.play(duration_s)
+
+
+class SoundRig(Rig):
+    """A sound card, which can vanish, hang or be too slow."""
+
+    def __init__(self) -> None:
+        self.audio = Audio()
+        self.modules = {"sounddevice": self.audio}
+        plate = SoundCard(
+            "3", clock=VirtualClock(), calibration=calibration("sound", "card, channel 1", 20.0)
+        )
+        plate._machine = AudioClock(self.audio)  # noqa: SLF001 - nothing waits
+        self.plate = plate
+        self.happenings = {
+            "vanishes": self.audio.abort,
+            "hangs": lambda: setattr(self.audio, "stuck", True),
+            "is too slow": lambda: setattr(self.audio, "underflow", True),
+        }
+
+    def true_um_pp(self) -> float:
+        """Return what the simulated plate does."""
+        return GAIN_UM_PER_V * FULL_SCALE_V * self.audio.level if self.audio.active else 0.0
+
+
+RIGS: dict[str, Callable[[], Rig]] = {
+    "mock": MockRig,
+    "serial": BoardRig,
+    "sound": SoundRig,
+    **{f"scpi {make}": partial(GeneratorRig, make) for make in MAKES},
+}
+
+
+@dataclass
+class History:
+    """What was done to a rig, and which promises were broken."""
+
+    rig: Rig
+    events: list[str] = field(default_factory=list)
+    broken: list[str] = field(default_factory=list)
+    presented: int = 0
+    faults: int = 0
+
+    def command(self, name: str, act: Callable[[], object], *, wanted_um_pp: float | None) -> None:
+        """Give a command, and check the promises."""
+        self.events.append(name)
+        raised: Exception | None = None
+        before = self.rig.plate.output
+        try:
+            act()
+        except (PlateFault, UserError) as fault:
+            raised = fault
+            self.faults += 1
+        true_um_pp, output = self.rig.true_um_pp(), self.rig.plate.output
+        refused = isinstance(raised, OverLimit | UserError) and output is before
+        if raised is None and wanted_um_pp is not None:
+            self.presented += 1
+            if abs(true_um_pp - wanted_um_pp) > max(TOLERANCE * wanted_um_pp, TOLERANCE_UM):
+                self._break(f"{wanted_um_pp:g} µm p-p was presented, {true_um_pp:.3f} is true")
+        if output is Output.OFF and true_um_pp > RESTS_UM and wanted_um_pp != 0:
+            self._break(f"confirmed off, and {true_um_pp:.3f} µm p-p is driven")
+        if raised is not None and output is Output.MAY_BE_ON and not refused:
+            self._break(f"may be on after {type(raised).__name__}")
+
+    def end(self) -> None:
+        """Close the plate."""
+        self.events.append("close")
+        with suppress(PlateFault):
+            self.rig.plate.close()
+        if self.rig.plate.output is not Output.UNREACHABLE and self.rig.true_um_pp() > RESTS_UM:
+            self._break(f"left on, and {self.rig.plate.output}")
+        if self.rig.plate.output is Output.MAY_BE_ON:
+            self._break("may be on after close")
+
+    def _break(self, how: str) -> None:
+        self.broken.append(f"{how} (after {', '.join(self.events)})")
+
+
+def lived(backend: str, seed: int, events: int = EVENTS) -> History:
+    """Return a random history of a backend."""
+    draw = random.Random(f"{backend} {seed}")
+    rig = RIGS[backend]()
+    history = History(rig)
+    plate, names = rig.plate, list(rig.happenings)
+    with mock.patch.dict(sys.modules, rig.modules):
+        history.command("connect", plate.connect, wanted_um_pp=None)
+        for _ in range(events):
+            kind = draw.choices(list(SHARES), list(SHARES.values()))[0]
+            if kind == "happens":
+                name = draw.choice(names)
+                history.events.append(name)
+                rig.happenings[name]()
+            elif kind == "other":
+                name = draw.choice(["silence", "check", "read_back", "excite", "reconnect"])
+                history.command(name, partial(_other, plate, name), wanted_um_pp=None)
+            else:
+                wanted = draw.choice(AMPLITUDES_UM_PP) if kind == "present" else float(kind)
+                surface = VirtualSurface(amplitude_um_pp=wanted)
+                act = partial(plate.present, surface)
+                history.command(f"present {wanted:g}", act, wanted_um_pp=wanted)
+        history.end()
+    return history
+
+
+def _other(plate: PlateDriver, name: str) -> None:
+    if name == "excite":
+        plate.excite(frequency_hz=RESONANCE_HZ, voltage_v=3.0)
+    elif name == "reconnect":
+        plate.close()
+        plate.connect()
+    else:
+        getattr(plate, name)()
+
+
+def main() -> int:
+    """Run the campaign."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("--histories", type=int, default=HISTORIES, help="of each backend")
+    parser.add_argument("--backend", choices=RIGS, action="append")
+    arguments = parser.parse_args()
+    broken = 0
+    for backend in arguments.backend or RIGS:
+        begun_s, presented, faults, wrong = time.monotonic(), 0, 0, []
+        for seed in range(arguments.histories):
+            history = lived(backend, seed)
+            presented, faults = presented + history.presented, faults + history.faults
+            wrong += [f"seed {seed}: {each}" for each in history.broken]
+        print(
+            f"{backend}: {arguments.histories} histories, {presented} presentations, {faults} "
+            f"faults, {len(wrong)} broken promises, {time.monotonic() - begun_s:.0f} s", flush=True
+        )  # fmt: skip
+        print(*wrong[:5], sep="\n", end="\n" if wrong else "")
+        broken += len(wrong)
+    return int(broken > 0)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
