@@ -4,6 +4,9 @@ A plate at resonance rings: its amplitude follows a command as a first-order lag
 constant τ = Q/(π f0), so it passes modulation up to f0/(2Q) (-3 dB). With Q = 60 at 30.5 kHz that
 is 0.63 ms and 254 Hz; the line that carries the commands is usually slower. A step of the drive
 would be a click: from one amplitude to the next it goes along an edge of some time constants.
+
+Friction follows more slowly than the amplitude: gas needs milliseconds to enter and leave the film
+(`slipscale.stimuli.reynolds.time_constant_s`). Film and plate are two lags in series.
 """
 
 from __future__ import annotations
@@ -14,6 +17,8 @@ from typing import NamedTuple
 
 from slipscale.faults import UserError
 
+# Of the film under the paper's finger at 2.3 µm peak to peak, 30.5 kHz: `reynolds.time_constant_s`.
+FILM_TIME_CONSTANT_S = 0.006
 STEPS_MAX = 64  # a period: smoother is not felt, and loads the line
 EDGE_TIME_CONSTANTS = 3  # of the plate
 ROUNDING = 1e-9
@@ -110,12 +115,15 @@ class Modulator:
         Shortest time between two commands on the line.
     shortest_edge_s : float
         Shortest time from one amplitude to the next that whatever drives the plate can shape.
+    film_time_constant_s : float
+        Time in which the film under the finger covers 63 % of a step.
     """
 
     resonance_hz: float = 30_500.0
     quality_factor: float = 60.0
     command_interval_s: float = 0.004
     shortest_edge_s: float = 0.002
+    film_time_constant_s: float = FILM_TIME_CONSTANT_S
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
@@ -146,6 +154,15 @@ class Modulator:
     def passed(self, modulation_hz: float) -> float:
         """Return the share of a sinusoidal modulation's depth that the plate renders."""
         return 1 / math.hypot(1, modulation_hz / self.bandwidth_hz)
+
+    def friction_passed(self, modulation_hz: float) -> float:
+        """Return the share of a sinusoidal modulation's depth that the friction follows with.
+
+        By the squeeze-film model of 2007, which has a finger that does not move: see
+        docs/squeeze-film.md for what was measured since.
+        """
+        film_hz = 1 / (2 * math.pi * self.film_time_constant_s)
+        return self.passed(modulation_hz) / math.hypot(1, modulation_hz / film_hz)
 
     def fastest_hz(self, steps_per_period: int) -> float:
         """Return the fastest modulation that plate and line allow with so many steps a period."""

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 _TOLERANCE = 1e-10  # of the largest Newton step in P
 _NEWTON_STEPS = 40
+_ITERATIONS, _RATE_TOLERANCE = 200, 1e-6  # of the decay rate
 _DIRECT_SIGMA = 1e4  # up to here Newton's method converges from the still film
 _RIDGE_GRADING, _EDGE_GRADING = 0.85, 0.6  # cells shrink to 15 % at a ridge, 40 % at the edge
 
@@ -78,8 +79,10 @@ class FilmState:
         P = p/p0.
     thickness : ndarray, shape (cells, instants)
         H of equation (2), mean over the cell.
-    squeeze_number : float
-        σ of equation (4).
+    conductance : ndarray, shape (cells, instants)
+        H³ at each cell's outer face over the distance to the next cell's middle, or to the edge.
+    squeeze_number, storage_exponent : float
+        σ of equation (4), and m = 1/n with the polytropic exponent n.
     flow_imbalance : float
         Largest mean mass flow through any cell's face, over the largest flow at any instant: 0
         where mass is conserved, for in a periodic state no gas gathers.
@@ -91,7 +94,9 @@ class FilmState:
     width: Array
     pressure: Array
     thickness: Array
+    conductance: Array
     squeeze_number: float
+    storage_exponent: float
     flow_imbalance: float
     newton_steps: int
 
@@ -99,6 +104,33 @@ class FilmState:
     def mean_pressure(self) -> Array:
         """P at each position, mean over the period, shape (cells,)."""
         return np.asarray(self.pressure.mean(axis=1))
+
+    @property
+    def decay_rate(self) -> float:
+        """How fast a small disturbance of the film decays, per radian of the vibration.
+
+        The smallest Floquet exponent of equation (3), linearised about the periodic state: of a
+        disturbance that changes by a constant factor from period to period. Found by inverse
+        iteration with Newton's matrix.
+        """
+        m = self.storage_exponent
+        storage = (
+            self.squeeze_number
+            * self.width[:, None]
+            * self.thickness
+            * (m * self.pressure ** (m - 1))
+        )
+        rate = _differentiation(self.pressure.shape[1])
+        disturbance, found = np.ones_like(self.pressure), np.inf
+        for _ in range(_ITERATIONS):
+            slower = _block_tridiagonal_step(
+                self.conductance, storage, self.pressure**m, rate, storage * disturbance
+            )
+            before, found = found, float(np.abs(disturbance).max() / np.abs(slower).max())
+            disturbance = slower / np.abs(slower).max()
+            if abs(found - before) < _RATE_TOLERANCE * found:
+                return found
+        raise ReynoldsDiverged("no slowest disturbance of the film was found: two are equally slow")
 
     @property
     def overpressure(self) -> float:
@@ -183,7 +215,9 @@ def periodic_state(
         width=width,
         pressure=pressure,
         thickness=thickness,
+        conductance=conductance,
         squeeze_number=sigma,
+        storage_exponent=m,
         flow_imbalance=float(np.max(np.abs(flow.mean(axis=1))) / largest),
         newton_steps=steps,
     )

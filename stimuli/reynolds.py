@@ -74,6 +74,28 @@ def solve(point: WorkingPoint, resolution: Resolution | None = None) -> FilmStat
     )
 
 
+# A uniform change of the film's mass decays as a sum of diffusion's odd modes, 8/π² of it in the
+# slowest. After this share of the slowest mode's time constant, 63 % of the change is gone.
+_TO_63_PERCENT = 1 + float(np.log(8 / np.pi**2))
+
+
+def time_constant_s(point: WorkingPoint, resolution: Resolution | None = None) -> float:
+    """Return the time in which the film's overpressure covers 63 % of a small step.
+
+    By equation (3), linearised about the periodic state (`FilmState.decay_rate`). Use it to judge
+    how fast friction can follow a change of the amplitude; the plate's own time constant is
+    shorter (`slipscale.stimuli.modulation`). It grows steeply as the amplitude falls, because gas
+    leaves a narrow gap slowly.
+
+    Raises
+    ------
+    ReynoldsDiverged
+        As `solve`.
+    """
+    rate_per_s = solve(point, resolution).decay_rate * 2 * np.pi * point.frequency_hz
+    return _TO_63_PERCENT / rate_per_s
+
+
 def relative_friction(
     point: WorkingPoint,
     normal_force_n: float = NORMAL_FORCE_N,

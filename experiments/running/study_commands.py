@@ -22,6 +22,7 @@ from slipscale.experiments.study.own_language import check_own_code, template, w
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.experiments.study.schema import study_schema
 from slipscale.faults import UserError
+from slipscale.stimuli.modulation import DEFAULT_MODULATOR
 from slipscale.stimuli.texture import Grating
 
 if TYPE_CHECKING:
@@ -103,7 +104,17 @@ def validate(name: str) -> str:
         f"{name}: no fault ({len(study.tasks)} tasks, {len(study.amplitudes_um_pp)} amplitudes"
         f"{textures})"
     )
-    return "\n".join([said, *balance(name, study, text)])
+    return "\n".join([said, *map(_followed, study.gratings), *balance(name, study, text)])
+
+
+def _followed(grating: Grating) -> str:
+    """Return how much of a texture's depth plate and friction follow at the assumed speed."""
+    rate_hz = grating.modulation_hz(grating.finger_speed_mm_s)
+    plate, friction = DEFAULT_MODULATOR.passed(rate_hz), DEFAULT_MODULATOR.friction_passed(rate_hz)
+    return (
+        f"texture {grating.name}: {rate_hz:.3g} Hz at {grating.finger_speed_mm_s:g} mm/s; of a "
+        f"sinusoidal depth the plate passes {plate:.0%}, friction by the film model {friction:.0%}"
+    )
 
 
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:

@@ -7,8 +7,15 @@ from scipy.integrate import solve_ivp
 
 from slipscale.faults import UserError
 from slipscale.stimuli import periodic_film, squeeze_film
+from slipscale.stimuli.modulation import FILM_TIME_CONSTANT_S
 from slipscale.stimuli.periodic_film import Resolution, ReynoldsDiverged, periodic_state
-from slipscale.stimuli.reynolds import WorkingPoint, relative_friction, solve, sweep
+from slipscale.stimuli.reynolds import (
+    WorkingPoint,
+    relative_friction,
+    solve,
+    sweep,
+    time_constant_s,
+)
 from slipscale.stimuli.squeeze_film import Finger
 
 PAPER = WorkingPoint(amplitude_um_peak=1.15, roughness_um=0.6, frequency_hz=30_500)
@@ -98,8 +105,8 @@ def test_no_vibration_leaves_the_film_still():
     assert still.overpressure == pytest.approx(0, abs=1e-12)
 
 
-def march(sigma, eps, delta, wave_number, *, cells, periods):
-    """Method of lines on a uniform grid, stiff integrator: what the solver is checked against."""
+def marched_content(sigma, eps, delta, wave_number, *, cells, times, disturbed=0.0):
+    """Method of lines on a uniform grid, stiff integrator: P·H at `times`, from a still film."""
     dx = 0.5 / cells
     middle = (np.arange(cells) + 0.5) * dx
     face = np.arange(1, cells + 1) * dx
@@ -107,25 +114,23 @@ def march(sigma, eps, delta, wave_number, *, cells, periods):
     def gap(x, t):
         return 1 + eps * np.cos(t) + delta * np.cos(wave_number * x)
 
-    def slope(t, content):  # content = P·H
+    def slope(t, content):
         pressure = content / gap(middle, t)
         step = np.diff(np.append(pressure**2 / 2, 0.5))
         flow = gap(face, t) ** 3 * step / dx
         flow[-1] *= 2  # half a cell to the edge
         return np.diff(flow, prepend=0.0) / (sigma * dx)
 
+    start = gap(middle, 0.0) * (1 + disturbed)
+    done = solve_ivp(slope, (0, times[-1]), start, method="BDF", t_eval=times, rtol=1e-7, atol=1e-9)
+    return done.y, np.array([gap(middle, t) for t in times]).T
+
+
+def march(sigma, eps, delta, wave_number, *, cells, periods):
+    """What the solver's overpressure is checked against."""
     times = 2 * np.pi * (periods - 1 + np.arange(64) / 64)
-    done = solve_ivp(
-        slope,
-        (0, times[-1]),
-        gap(middle, 0.0),
-        method="BDF",
-        t_eval=times,
-        rtol=1e-7,
-        atol=1e-9,
-    )
-    pressure = done.y / np.array([gap(middle, t) for t in times]).T
-    return 2 * dx * np.sum(pressure.mean(axis=1) - 1)
+    content, gap = marched_content(sigma, eps, delta, wave_number, cells=cells, times=times)
+    return np.sum((content / gap).mean(axis=1) - 1) / cells
 
 
 @pytest.mark.parametrize("delta, wave_number", [(0.0, 1.0), (0.4, 4 * np.pi)])
@@ -133,6 +138,41 @@ def test_periodic_state_is_where_marching_in_time_ends(delta, wave_number):
     marched = march(8.0, 0.35, delta, wave_number, cells=80, periods=12)
     state = periodic_state(8.0, 0.35, delta, wave_number)
     assert state.overpressure == pytest.approx(marched, rel=2e-3)
+
+
+@pytest.mark.parametrize("eps, delta, wave_number", [(0.0, 0.0, 1.0), (0.6, 0.3, 4 * np.pi)])
+def test_a_disturbance_decays_as_marching_in_time_says(eps, delta, wave_number):
+    sigma, periods = 400.0, np.arange(25)
+    still, disturbed = (
+        marched_content(
+            sigma, eps, delta, wave_number, cells=60, times=2 * np.pi * periods, disturbed=more
+        )
+        for more in (0.0, 0.01)
+    )
+    left = np.sum((disturbed[0] - still[0]) / still[1], axis=0)
+    state = periodic_state(sigma, eps, delta, wave_number)
+    slowest = -np.log(left[24] / left[12]) / (2 * np.pi * 12)
+    assert state.decay_rate == pytest.approx(slowest, rel=0.05)
+    if not eps:
+        # 63 % of it is gone after 0.79 of the slowest mode's time constant.
+        gone = 2 * np.pi * np.interp(-np.exp(-1), -left / left[0], periods)
+        assert (1 + np.log(8 / np.pi**2)) / state.decay_rate == pytest.approx(gone, rel=0.05)
+
+
+def test_a_still_even_film_decays_as_diffusion_does():
+    # σ P_T = P_XX between two open edges: the slowest mode is cos πX.
+    assert periodic_state(50.0, 0.0, 0.0, 1.0).decay_rate == pytest.approx(np.pi**2 / 50, rel=1e-3)
+
+
+def test_the_papers_film_takes_6_ms_and_a_narrower_one_longer():
+    def at(peak_um):
+        point = WorkingPoint(amplitude_um_peak=peak_um, roughness_um=0.6, frequency_hz=30_500)
+        return time_constant_s(point)
+
+    assert at(1.15) == pytest.approx(FILM_TIME_CONSTANT_S, rel=0.05)
+    # Marched over 260 periods from a film with 2 % more gas, on a coarser grid: 5.86 ms.
+    assert at(1.15) == pytest.approx(0.00586, rel=0.05)
+    assert at(0.25) > at(0.6) > at(1.15)
 
 
 def test_polytropic_exponent_stiffens_the_film():

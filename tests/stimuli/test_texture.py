@@ -98,6 +98,16 @@ def test_bandwidth_is_half_the_resonance_over_q():
     assert modulator.passed(0.0) == 1
 
 
+def test_friction_follows_as_plate_and_film_do_in_series():
+    modulator = Modulator(film_time_constant_s=0.006)
+    film_hz = 1 / (2 * math.pi * 0.006)
+    assert modulator.friction_passed(0.0) == 1
+    assert modulator.friction_passed(film_hz) == pytest.approx(math.sqrt(0.5), rel=0.01)
+    # The figures of docs/squeeze-film.md.
+    assert modulator.friction_passed(16) == pytest.approx(0.855, abs=5e-4)
+    assert modulator.friction_passed(254) == pytest.approx(0.0735, abs=5e-5)
+
+
 def test_too_fast_a_finger_is_told_the_speed_and_period_that_would_do():
     with pytest.raises(UserError, match=r"texture 'B'.*up to 156 mm/s or a period from 16 mm"):
         grating().envelope(500.0, 1.0)
