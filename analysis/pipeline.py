@@ -37,6 +37,10 @@ if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
 
+class OutsideTasks(UserError):
+    """A data set holds only tasks of other packages, which bring no analysis."""
+
+
 def analyse(
     dataset: str | Path | Dataset,
     *,
@@ -78,7 +82,8 @@ def analyse(
     faults: list[str] = []
     outside = guard.installed_kinds(faults)
     if not any(map(len, data.tasks)) and not (data.others and outside):
-        raise UserError(f"{data.name}: {data_warnings.nothing(data, TRIALS)}")
+        error = OutsideTasks if data.others else UserError
+        raise error(f"{data.name}: {data_warnings.nothing(data, TRIALS)}")
     absences = data_warnings.absent(data)
     data, changes = _with_ratio(data, equivalence_ratio)
     tell("checking data quality")

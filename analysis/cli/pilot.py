@@ -83,7 +83,7 @@ def run(args: Namespace) -> int:
             )
             work = progress.add_task("analysis", total=None)
             # Loaded while the bar is on the screen: pandas, SciPy and matplotlib take a moment.
-            from slipscale.analysis.pipeline import analyse  # noqa: PLC0415
+            from slipscale.analysis.pipeline import OutsideTasks, analyse  # noqa: PLC0415
             from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
             from slipscale.analysis.reporting.terminal import (  # noqa: PLC0415
                 print_answers,
@@ -91,7 +91,14 @@ def run(args: Namespace) -> int:
             )
             from slipscale.analysis.writing.output_folder import default_folder  # noqa: PLC0415
 
-            analysis = analyse(folder)
+            try:
+                analysis = analyse(folder)
+            except OutsideTasks as nothing:
+                progress.update(work, total=1, completed=1)
+                sentences = ("Simulated study: no person took part.", f"data set  {folder}")
+                for sentence in (*sentences, f"It was not analysed: {nothing}"):
+                    console.print(sentence, markup=False, highlight=False, soft_wrap=True)
+                return DONE
             report = write_analysis(analysis, default_folder(analysis.dataset, folder))
             progress.update(work, total=1, completed=1)
     except KeyboardInterrupt:

@@ -35,7 +35,7 @@ from slipscale.experiments.running.contact_sources import (
     require_virtual,
     simulated,
 )
-from slipscale.experiments.running.rehearsal import check_answered, check_supported
+from slipscale.experiments.running.rehearsal import bounded, check_answered, check_supported
 from slipscale.experiments.session.operator import UnattendedOperator
 from slipscale.experiments.session.question_sounds import ImaginedSounds
 from slipscale.experiments.study.file import read_study
@@ -272,7 +272,7 @@ def run_simulated(
             operator=UnattendedOperator(),
             sounds=ImaginedSounds(),
             sources=open_sources(contact, surroundings, stack),
-            steps=person.attend(plan.steps()),
+            steps=person.attend(bounded(plan.steps(), plan)),
         )
 
 

@@ -41,7 +41,7 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
-    from slipscale.experiments.protocols.steps import Answer, Question, Step, Value
+    from slipscale.experiments.protocols.steps import Answer, Question, Step, Steps, Value
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.hardware.driver import PlateDriver
     from slipscale.stimuli.surface import Surface
@@ -55,6 +55,45 @@ WAYS: Mapping[str, Callable[[int], float]] = {
     "mixed": lambda number: Stream("rehearsal", number).uniform(),
 }
 FIRST = WAYS["first"]
+# More steps than any trial, or any pause between trials, can have: a protocol repeats itself.
+MOST_STEPS_OF_A_TRIAL = 1_000
+MOST_STEPS_BETWEEN = 10_000
+
+
+def bounded(steps: Steps, plan: RunPlan) -> Steps:
+    """Return a run's steps, and refuse a protocol that goes on for ever without ending a trial.
+
+    For runs that nobody watches. A person can be asked as often as a protocol wants.
+
+    Raises
+    ------
+    UserError
+        A trial has more steps than anybody would take.
+    """
+    named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
+    answer: Answer = None
+    trial, count = None, 0
+    while True:
+        try:
+            step = steps.send(answer)
+        except StopIteration:
+            return
+        count = count + 1 if step.trial == trial else 1
+        trial = step.trial
+        if count > (MOST_STEPS_OF_A_TRIAL if trial else MOST_STEPS_BETWEEN):
+            where = f"{named[trial.task]}, trial {trial.number}" if trial else "between trials"
+            raise UserError(
+                f"{where}: more than {count - 1:,} steps and no end; expected the protocol to end "
+                "the trial (EndTrial) after a limited number of tries"
+            )
+        answer = yield step
+
+
+def check_ways(plan: RunPlan) -> None:
+    """Raise `UserError` if a protocol does what it did not declare, or never ends."""
+    for way in WAYS.values():
+        for _ in dry_run(plan, way):
+            pass
 
 
 def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step]:
@@ -81,7 +120,7 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
     named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
     # These have tables of their own, or none.
     beside = {HEADPHONES, *(each.name for each in plan.study.questionnaires)}
-    steps = plan.steps()
+    steps = bounded(plan.steps(), plan)
     answer: Answer = None
     asked = 0
     while True:

@@ -75,6 +75,8 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
     except (tomllib.TOMLDecodeError, RecursionError, ValueError):
         return text  # what is wrong with it is told by whoever parses it
     named = table.get(KEY)
+    if not isinstance(table.get("texts", {}), dict):
+        return text  # as above
     if not isinstance(named, list) or not all(isinstance(each, str) and each for each in named):
         return text
     import tomlkit  # noqa: PLC0415 - where a file is changed

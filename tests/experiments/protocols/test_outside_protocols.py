@@ -6,6 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from slipscale.commands import main
 from slipscale.experiments.protocols import registry
 from slipscale.experiments.protocols.base import Column, Options, Protocol
 from slipscale.experiments.protocols.registry import load_protocol
@@ -23,6 +24,7 @@ from slipscale.experiments.protocols.steps import (
 )
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.running.rehearsal import check_answered, surfaces
+from slipscale.experiments.running.study_commands import validate
 from slipscale.faults import RigError, UserError, plug_ins
 from slipscale.stimuli.surface import VirtualSurface
 
@@ -50,6 +52,24 @@ def steps(_options, context, amplitude_um_pp=1.2, count=2):
         yield Ask(name="grip", question=NumberQuestion(prompt="How much grip?"), trial=trial)
         yield EndTrial(trial=trial)
     yield EndBlock(screen=Instruct(text="over"))
+
+
+LARGE = 5
+
+
+def repeating(_options, context):
+    """Ask again until the answer is one that nobody gives."""
+    trial = Trial(task=context.task, number=1, total=2)
+    yield Present(surface=VirtualSurface(amplitude_um_pp=1.2), trial=trial)
+    answer = None
+    while answer is None or answer.value != -1:
+        answer = yield Ask(name="grip", question=NumberQuestion(prompt="Grip?"), trial=trial)
+    yield EndTrial(trial=trial)
+
+
+def forever():
+    while True:
+        yield Instruct(text="Once more.")
 
 
 def broken(*_):
@@ -115,6 +135,42 @@ def test_a_protocol_of_a_laboratorys_own_is_piloted(pilot):
     assert "Feel it." in (folder / "task-grip_beh.json").read_text()
 
 
+def test_a_question_repeated_until_a_simulated_person_would_never_end_is_refused(pilot):
+    """No rehearsal finds it: only simulated people answer so."""
+
+    def until_even(_options, context):
+        for number in (1, 2):
+            trial = Trial(task=context.task, number=number, total=2)
+            yield Present(surface=VirtualSurface(amplitude_um_pp=1.2), trial=trial)
+            yield Explore(text="Stroke it.", trial=trial)
+            question = Ask(name="grip", question=NumberQuestion(prompt="?"), trial=trial)
+            while (yield question).value > LARGE:
+                pass
+            yield EndTrial(trial=trial)
+        yield EndBlock(screen=Instruct(text="over"))
+
+    with pytest.raises(UserError, match="trial 1: more than 1,000 steps and no end"):
+        pilot(GRIP, steps=until_even, simulated={"grip": lambda *_: 50.0}, begun=True)
+
+
+def test_a_pilot_of_outside_tasks_alone_is_done_and_says_that_nothing_reads_them(
+    pilot, tmp_path, monkeypatch, capsys
+):
+    pilot(GRIP)
+    monkeypatch.chdir(tmp_path)
+    assert main(["pilot", "outside0.toml", "--out", "again"]) == 0
+    assert "It was not analysed" in capsys.readouterr().out
+    assert list((tmp_path / "again").glob("sub-01/beh/*_task-grip_run-01_beh.tsv"))
+
+
+def test_validate_finds_a_protocol_that_never_ends(pilot, tmp_path):
+    with pytest.raises(UserError, match="no end"):
+        pilot(GRIP, steps=repeating)
+    (file,) = tmp_path.glob("outside0.toml")
+    with pytest.raises(UserError, match="trial 1: more than 1,000 steps and no end"):
+        validate(str(file))
+
+
 def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
     text = STUDY.replace("[[tasks]]", '[texts.en.grip]\ninstructions = "Press."\n\n[[tasks]]')
     assert "Press." in (pilot(GRIP, text) / "task-grip_beh.json").read_text()
@@ -147,6 +203,11 @@ def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
         ({"possible_um_pp": lambda _o, _c: (0.5, 3.0)}, "3.0 is beyond the plate's 2.5 µm p-p"),
         ({"finest_um_pp": lambda _o, _c: (0.04, 1.2)}, "is held to within 0.06 µm p-p at 1.2"),
         ({"steps": lambda o, c: steps(o, c, amplitude_um_pp=2.6)}, "2.6 µm p-p is outside"),
+        (
+            {"steps": repeating},
+            "trial 1: more than 1,000 steps and no end",
+        ),
+        ({"steps": lambda *_: forever()}, "more than 10,000 steps and no end"),
         (
             {"trials": broken},
             r"trials raised KeyError: 'lost' \(module .*protocols, line",

@@ -190,6 +190,7 @@ def test_a_file_that_is_none_is_refused_with_its_name(study, text, told):
         (("{ de = ", "{ nl = "), "prompt of item 1 of about_you: 'hand' has no prompt in 'de'"),
         (('["texts.de.toml"]', '["texts.de.toml", "texts.de.toml"]'), "is there already"),
         (('["texts.de.toml"]', '"texts.de.toml"'), "texts_files: expected a list"),
+        (('["texts.de.toml"]', '["texts.de.toml"]\ntexts = 1.5'), "texts: expected a table"),
         (("texts.de.toml", "../texts.de.toml"), "a file beside the study's, without a folder"),
         (("texts.de.toml", "/etc/passwd"), "a file beside the study's, without a folder"),
         (("texts.de.toml", "texts\\u0000.toml"), "a file beside the study's, without a folder"),
