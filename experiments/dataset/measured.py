@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.protocols.base import Column
 from slipscale.hardware.contact.measures import friction, movement
+from slipscale.hardware.contact.plausibility import implausible_forces, implausible_places
 from slipscale.hardware.contact.source import Sample
 
 if TYPE_CHECKING:
@@ -71,6 +72,8 @@ MEASURED: Mapping[str, Column] = {
     ),
 }
 
+UNREADABLE = 0.1  # of the readings of an exploration
+
 
 def measured_columns(names: Iterable[str]) -> dict[str, Column]:
     """Return the columns of what was measured, in the order of the table.
@@ -115,11 +118,12 @@ class Explorations:
     def __init__(self) -> None:
         self._parts: dict[str, list[Sample]] = {}
         self._whole: dict[str, list[Sample]] = {}
+        self._unreadable = 0
 
     def see(self, record: Record) -> None:
         """Take note of a record, of whatever kind."""
         if record.kind == "begin":  # what was not finished before belongs to no trial
-            self._parts, self._whole = {}, {}
+            self._parts, self._whole, self._unreadable = {}, {}, 0
         elif record.kind == "contact" and record.data["during"] == "exploration":
             self._take(record)
 
@@ -127,10 +131,19 @@ class Explorations:
         data, source = record.data, str(record.data["source"])
         gathered = self._parts.setdefault(source, [])
         gathered += samples(record)
+        self._unreadable += data.get("unreadable", 0)
         if data["ends"]:
             del self._parts[source]
         if data["ends"] == "whole":
             self._whole[source] = gathered
+
+    def implausible(self) -> list[str]:
+        """Return what no finger does, of the exploration that is over."""
+        places, forces = self._whole.get("position", []), self._whole.get("force", [])
+        found = [*implausible_places(places), *implausible_forces(forces)]
+        if self._unreadable > UNREADABLE * (len(places) + len(forces)):
+            found.append(f"{self._unreadable} readings that could not be read")
+        return found
 
     def measures(self) -> dict[str, float | None]:
         """Return what the exploration that is over says; nothing where nothing was measured."""

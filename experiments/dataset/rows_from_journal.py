@@ -12,6 +12,7 @@ from slipscale.experiments.dataset.schema import (
     PAUSED,
     REPRESENTED,
     RESUMED,
+    SENSOR,
     TIMED_OUT,
     VOIDED,
 )
@@ -163,6 +164,8 @@ def _measure(row: TrialRecord | None, step: dict[str, Any], explorations: Explor
     if row and step["type"] == "Explore":
         found = of_interval(explorations.measures(), step.get("interval"))
         row.measured = {**row.measured, **found}
+        if explorations.implausible():
+            _flag(row, SENSOR)
 
 
 def _end(gathered: Gathered, row: TrialRecord, time_s: float) -> None:

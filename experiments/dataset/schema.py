@@ -37,6 +37,7 @@ PRACTICE, MAIN = "practice", "main"
 
 VOIDED, TIMED_OUT, FAULT, PAUSED = "voided", "timed_out", "fault", "paused"
 REPRESENTED, RESUMED, DAMAGED = "represented", "resumed", "damaged"
+SENSOR = "sensor"
 FLAGS: Mapping[str, str] = {
     VOIDED: "voided by the operator; not to be analysed",
     TIMED_OUT: "the time limit ran out before an answer",
@@ -44,6 +45,8 @@ FLAGS: Mapping[str, str] = {
     PAUSED: "the operator paused in this trial",
     REPRESENTED: "the surface was presented and explored again before the answer",
     RESUMED: "the run was interrupted in this trial and taken up again",
+    SENSOR: "what was measured of the finger cannot be a finger's (a wrong column, unit or wire), "
+    "or a tenth of the readings could not be read",
     DAMAGED: "a record of this trial or next to it is damaged in the journal; not to be analysed",
 }
 # What the columns of a trial's intervals begin with, before their number.

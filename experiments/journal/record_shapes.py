@@ -126,6 +126,7 @@ class _Contact(_Shape):
     begun_s: float
     times_s: list[float]
     values: dict[str, list[float]]
+    unreadable: int = 0
 
     @model_validator(mode="after")
     def _as_long(self) -> Self:

@@ -94,6 +94,7 @@ class _Trace:
         self._source = source
         self._step = step
         self._samples: list[Sample] = []
+        self._unreadable = source.unreadable  # before
 
     def take(self) -> list[Sample]:
         """Take the new samples from the source, and return them."""
@@ -111,6 +112,8 @@ class _Trace:
         samples, self._samples = self._samples, []
         begun_s = samples[0].time_s if samples else 0.0
         quantities = self._source.quantities
+        unreadable = self._source.unreadable - self._unreadable
+        self._unreadable += unreadable
         journal.write(
             "contact",
             source=self.kind,
@@ -123,4 +126,5 @@ class _Trace:
                 name: [round(each.values[place], VALUE_DIGITS) for each in samples]
                 for place, name in enumerate(quantities)
             },
+            **({"unreadable": unreadable} if unreadable else {}),
         )

@@ -141,6 +141,9 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             f"{_solution_as_text(c['finite_elements'])} "
             f"{'yes' if c['admissible'] else 'no: ' + '; '.join(c['why_not'])}"
         )
+    solved = [c["finite_elements"] for c in result["candidates"] if c["finite_elements"]]
+    if apart := [each["uncertainty"] for each in solved if each["uncertainty"] is not None]:
+        lines += ["", f"Finite elements: the last two meshes agree within {max(apart):.1%}."]
     admissible = [c for c in result["candidates"] if c["admissible"]]
     if not admissible:
         lines += ["", f"No plate meets the brief: {_why_none(result)}."]

@@ -60,16 +60,16 @@ class Friction:
 
 def movement(samples: Sequence[Sample]) -> Movement:
     """Return how a finger moved, from samples of x and y in mm."""
-    apart = _apart(samples)
+    kept = apart(samples)
     way_mm = time_s = 0.0
-    for before, after in pairwise(apart):
+    for before, after in pairwise(kept):
         gap_s = after.time_s - before.time_s
         if gap_s <= LONGEST_GAP_S:
             way_mm += math.dist(before.values, after.values)
             time_s += gap_s
     return Movement(
         speed_mm_s=way_mm / time_s if time_s > 0 else None,
-        strokes=_strokes([each.values[0] for each in apart]),
+        strokes=_strokes([each.values[0] for each in kept]),
     )
 
 
@@ -94,7 +94,7 @@ def friction(forces: Sequence[Sample], places: Sequence[Sample] = ()) -> Frictio
     )
 
 
-def _apart(samples: Sequence[Sample]) -> list[Sample]:
+def apart(samples: Sequence[Sample]) -> list[Sample]:
     """Return the first sample and each that comes 50 ms or more after the one before."""
     kept: list[Sample] = []
     for each in samples:

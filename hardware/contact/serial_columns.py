@@ -14,8 +14,9 @@ is one reading: numbers separated by commas, semicolons, tabs or spaces, ended b
 =================================  ============================================================
 
 So any microcontroller that prints its converters' counts will do. Two sensors with a line each need
-one that joins them. A line that cannot be read is left out; half a second without a reading is a
-fault.
+one that joins them. Numbers may have decimal commas if another character separates them. A line
+that cannot be read, or has another number of fields, is left out and counted in the journal; half
+a second without a reading is a fault.
 """
 
 from __future__ import annotations
@@ -51,8 +52,22 @@ SILENT_S = 0.5
 AMPLITUDE = ("amplitude_um_pp",)  # what a vibrometer tells
 KEPT = 100_000  # samples that nobody took
 SEPARATORS = re.compile(r"[,;\t ]+")
+# Where another character parts the numbers, a comma between digits is a decimal point.
+NUMBER = r"[+-]?\d+(,\d+)?"
+DECIMAL_COMMA = re.compile(rf"{NUMBER}([;\t ]+{NUMBER})+")
 LONGEST_LINE = 400
 TARE_TRIES_S = 0.02
+
+
+def numbers_of(text: str) -> list[float]:
+    """Return the numbers of a line. Raises ValueError if one is none.
+
+    >>> numbers_of("12,5;3,4"), numbers_of("12.5,3.4"), numbers_of("12,5 3,4")
+    ([12.5, 3.4], [12.5, 3.4], [12.5, 3.4])
+    """
+    if DECIMAL_COMMA.fullmatch(text):
+        text = text.replace(",", ".")
+    return [float(word) for word in SEPARATORS.split(text)]
 
 
 class Channel:
@@ -113,6 +128,7 @@ class SerialColumns(ContactSource):
         self._fault: PlateFault | None = None
         self._heard_s = 0.0
         self._last_unreadable = ""
+        self._fields = 0  # numbers in a line, once one was read
 
     def connect(self) -> None:
         """Open the port, wait for the first reading, and take the tare once."""
@@ -205,11 +221,13 @@ class SerialColumns(ContactSource):
         """Return a line's quantities; None, counted, where it is no reading."""
         text = line.decode("ascii", "replace").strip()
         try:
-            numbers = [float(word) for word in SEPARATORS.split(text)]
+            numbers = numbers_of(text)
             values = tuple(channel.value(numbers) for channel in self._channels)
         except (ValueError, IndexError):
-            values = (math.nan,)
-        if all(math.isfinite(value) for value in values):
+            numbers, values = [], (math.nan,)
+        fields = self._fields or len(numbers)
+        if all(math.isfinite(value) for value in values) and len(numbers) == fields:
+            self._fields = fields
             return values
         self.unreadable += 1
         self._last_unreadable = text[:60]

@@ -95,12 +95,15 @@ class ContactSource(ABC):
     ----------
     quantities : tuple of str
         What a sample's values are, with their units: `POSITION` or `FORCE`.
+    unreadable : int
+        How many readings could not be read so far; they are no samples.
     virtual : bool
         Whether it works in a pilot's virtual time.
     """
 
     name: ClassVar[str]
     quantities: Quantities
+    unreadable: int = 0
     virtual: ClassVar[bool] = False
 
     @abstractmethod

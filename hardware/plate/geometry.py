@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, Self
 
@@ -136,7 +137,17 @@ DEFAULT = Density()  # 0.4 %, 3 s, 0.4 GB
 FINE = Density(
     along_ceramic=9, across_ceramic=8, ceramic_layers=2, resonator_layers=3
 )  # 30 s, 2 GB
+# Largest brick in mm, from coarse to fine: a wide ceramic needs more bricks than a narrow one.
+BRICKS_MM = (4.5, 3.0, 2.2, 1.6)
 HALF_WAVE = Density(along_ceramic=6, across_ceramic=8)
+
+
+def density_of(layout: Layout, brick_mm: float) -> Density:
+    """Return the density whose bricks are no larger than a size, along and across."""
+    return Density(
+        along_ceramic=math.ceil(layout.ceramic_length_mm / brick_mm),
+        across_ceramic=math.ceil(layout.ceramic_width_mm / brick_mm),
+    )
 
 
 def mesh_lines(

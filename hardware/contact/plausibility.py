@@ -1,0 +1,93 @@
+"""Whether an exploration's samples can be those of a finger. Pure.
+
+A wrong column, unit or wire gives numbers too. Each rule names what no finger does; a trial of
+which one holds is flagged, and its samples stay.
+"""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from statistics import median
+from typing import TYPE_CHECKING
+
+from slipscale.hardware.contact.measures import apart
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from slipscale.hardware.contact.source import Sample
+
+FEWEST = 20  # samples: fewer tell nothing
+LONGEST_MM = 300.0  # no plate is larger; a converter's 65535 is off the plate
+FASTEST_MM_S = 1_500.0  # faster than a finger explores
+FROZEN_S = 1.0  # so long without the last digit changing: sensors have noise
+EVEN = 0.01  # of the steps: time rises evenly, a finger does not
+LARGEST_N = 30.0
+NEGATIVE_N = -0.2  # a load cell that is pulled
+LARGEST_COEFFICIENT = 3.0  # of friction: above, the forces are swapped
+
+
+def implausible_places(samples: Sequence[Sample]) -> list[str]:
+    """Return what is wrong with samples of x and y in mm."""
+    return _found(samples, (_too_far, _too_fast, _frozen, _counts))
+
+
+def implausible_forces(samples: Sequence[Sample]) -> list[str]:
+    """Return what is wrong with samples of normal and lateral force in N."""
+    return _found(samples, (_too_strong, _swapped, _frozen))
+
+
+def _found(
+    samples: Sequence[Sample], rules: Sequence[Callable[[Sequence[Sample]], Iterator[str]]]
+) -> list[str]:
+    if len(samples) < FEWEST:
+        return []
+    return [fault for rule in rules for fault in rule(samples)]
+
+
+def _too_far(samples: Sequence[Sample]) -> Iterator[str]:
+    largest = max(abs(value) for each in samples for value in each.values)
+    if largest > LONGEST_MM:
+        yield f"a place of {largest:g} mm, off any plate"
+
+
+def _too_fast(samples: Sequence[Sample]) -> Iterator[str]:
+    speeds = [
+        math.dist(before.values, after.values) / (after.time_s - before.time_s)
+        for before, after in pairwise(apart(samples))  # a sensor's noise is no movement
+    ]
+    if speeds and median(speeds) > FASTEST_MM_S:
+        yield f"a median speed of {median(speeds):.0f} mm/s"
+
+
+def _frozen(samples: Sequence[Sample]) -> Iterator[str]:
+    passed_s = samples[-1].time_s - samples[0].time_s
+    if passed_s >= FROZEN_S and len({each.values for each in samples}) == 1:
+        yield f"the same reading for {passed_s:.1f} s"
+
+
+def _counts(samples: Sequence[Sample]) -> Iterator[str]:
+    """Yield that x rises in even steps, as a time or a counter does."""
+    steps = [after.values[0] - before.values[0] for before, after in pairwise(samples)]
+    mean = sum(steps) / len(steps)
+    if mean > 0 and all(abs(step - mean) <= EVEN * mean for step in steps):
+        yield "x rises in even steps: a time or a counter, and no place"
+
+
+def _too_strong(samples: Sequence[Sample]) -> Iterator[str]:
+    normal = [each.values[0] for each in samples]
+    largest = max(abs(value) for each in samples for value in each.values)
+    if largest > LARGEST_N:
+        yield f"a force of {largest:g} N"
+    if median(normal) < NEGATIVE_N:
+        yield f"a normal force of {median(normal):.2f} N: its sign, or its tare"
+
+
+def _swapped(samples: Sequence[Sample]) -> Iterator[str]:
+    pressed = [each for each in samples if max(map(abs, each.values)) > 0.1]  # noqa: PLR2004 - N
+    if len(pressed) < FEWEST:
+        return
+    ratio = median(abs(each.values[1]) / max(abs(each.values[0]), 1e-3) for each in pressed)
+    if ratio > LARGEST_COEFFICIENT:
+        yield f"a coefficient of friction of {ratio:.1f}: normal and lateral force are swapped"
