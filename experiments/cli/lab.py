@@ -105,7 +105,7 @@ def add_next(parser: ArgumentParser) -> None:
 
 def run_next(args: Namespace) -> int:
     """Say who is next, ask, and run their session."""
-    from slipscale.experiments.cli.sessions import run_session  # noqa: PLC0415
+    from slipscale.experiments.cli.sessions import begins_as_before, run_session  # noqa: PLC0415
     from slipscale.experiments.journal.plan_and_progress import is_mock  # noqa: PLC0415
     from slipscale.faults import UserError  # noqa: PLC0415
 
@@ -115,14 +115,16 @@ def run_next(args: Namespace) -> int:
             f"{defaults.file}: the plate is '{defaults.plate}', which nobody feels; write the real "
             "plate there (slipscale plate list), or rehearse: slipscale next --pilot"
         )
+    out = defaults.out(pilot=args.pilot)
     label, visit = _whose(roster, args.participant)
     which = f", {visit}" if visit else ""
     for person in roster.of("interrupted"):
         print(f"participant {person.label} was interrupted: {_how_to_resume(person)}")
     print(
         f"next: participant {label}{which}, study {defaults.study}, plate {defaults.plate}, "
-        f"data in {defaults.out(pilot=args.pilot)}{', PILOT' if args.pilot else ''}"
+        f"data in {out}{', PILOT' if args.pilot else ''}"
     )
+    begins_as_before(out, defaults.study, defaults.plate, ask=False)  # the next question asks
     if not args.yes and not _agreed():
         print("not begun")
         return ANSWER_IS_NO
@@ -177,7 +179,7 @@ def add_participants(parser: ArgumentParser) -> None:
 
 def run_participants(args: Namespace) -> int:
     """List the participants, and who is next."""
-    _, roster = _folder()
+    defaults, roster = _folder()
     if args.json:
         import json  # noqa: PLC0415
         from dataclasses import asdict  # noqa: PLC0415
@@ -198,7 +200,7 @@ def run_participants(args: Namespace) -> int:
         console.print(table)
     begun = sum(person.state != "withdrew" for person in roster.people)
     print(f"{begun} of {roster.planned} planned have begun, {len(roster.of('done'))} are done")
-    for sentence in _exclusions(roster):
+    for sentence in (*_exclusions(roster), *_without_backup(defaults)):
         print(sentence)
     for person in roster.of("interrupted"):
         print(f"participant {person.label}: {_how_to_resume(person)}")
@@ -240,6 +242,16 @@ def _exclusions(roster: Roster) -> list[str]:
         f"(analysis of {when} UTC; {rules})"
         for person in roster.excluded
     ]
+
+
+def _without_backup(defaults: Defaults) -> list[str]:
+    """Return how many runs have no whole copy elsewhere."""
+    from slipscale.experiments.dataset.backup import not_backed_up  # noqa: PLC0415
+
+    missing = not_backed_up(defaults.data, defaults.backup)
+    names = ", ".join(path.name.removesuffix("_journal.jsonl") for path in missing)
+    many = "1 run has" if len(missing) == 1 else f"{len(missing)} runs have"
+    return [f"{many} no whole backup: {names}"] if missing else []
 
 
 def _how_to_resume(person: Person) -> str:

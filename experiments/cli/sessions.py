@@ -184,9 +184,27 @@ def run_run(args: Namespace) -> int:
         pilot=pilot,
     )
     out = args.out or defaults.out(pilot=pilot)
+    if not begins_as_before(out, args.study, args.plate):
+        return ANSWER_IS_NO
     return _begin(
         out, plan, _setting(args, args.plate, markers=_markers(args)), add_study=args.add_study
     )
+
+
+def begins_as_before(dataset: Path, study: str, plate: str, *, ask: bool = True) -> bool:
+    """Report what changed since the last run, and ask at a terminal whether to begin anyway."""
+    from slipscale.experiments.running.changed_since import changes  # noqa: PLC0415
+    from slipscale.experiments.study.file import read_study  # noqa: PLC0415
+
+    changed = list(changes(dataset, *read_study(study), plate))
+    for sentence in changed:
+        print(harmless(sentence), file=sys.stderr)
+    if not changed or not ask or not sys.stdin.isatty():
+        return True
+    if input("Begin anyway? [y/N] ").strip().casefold() in ("y", "yes"):
+        return True
+    print("not begun")
+    return False
 
 
 def run_session(

@@ -14,6 +14,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from slipscale.experiments.dataset.files import write_file
+from slipscale.experiments.dataset.journals import journals
 from slipscale.faults import UserError
 
 KNOWN = Path("sourcedata", "backups.json")
@@ -88,6 +89,24 @@ def why_no_backup(dataset: Path, folder: Path) -> str:
     except UserError as fault:
         return str(fault)
     return ""
+
+
+def not_backed_up(dataset: Path, folder: Path | None) -> list[Path]:
+    """Return the journals without a copy of the same length in any backup that is connected.
+
+    Parameters
+    ----------
+    folder : Path, optional
+        A backup folder in addition to those that the data set remembers.
+    """
+    places = [*backups(dataset), *([folder / dataset.resolve().name] if folder else [])]
+
+    def copied(journal: Path) -> bool:
+        copies = (place / journal.relative_to(dataset) for place in places)
+        size = journal.stat().st_size
+        return any(copy.is_file() and copy.stat().st_size == size for copy in copies)
+
+    return [journal for journal in journals(dataset) if not copied(journal)]
 
 
 def backups(dataset: Path) -> list[Path]:

@@ -20,6 +20,7 @@ from slipscale.experiments.journal.locks import has_locks
 from slipscale.experiments.journal.plan_and_progress import is_mock
 from slipscale.experiments.languages.texts import ENGLISH, shipped_texts
 from slipscale.experiments.running.begin_or_resume import plate_for
+from slipscale.experiments.running.changed_since import changes
 from slipscale.experiments.running.contact_sources import (
     NOT_NAMED,
     ContactSpecs,
@@ -177,7 +178,7 @@ def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
             "its file system has no locks: only a lock file keeps a second session from the same "
             "run; better record to a local disk and copy afterwards"
         )
-    runs, problems = read_runs(planned.out)
+    _, problems = read_runs(planned.out)
     if problems:
         files = ", ".join(sorted({problem.file for problem in problems}))
         yield f"damaged: {files}; slipscale data verify {planned.out} says where"
@@ -189,18 +190,7 @@ def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
         check_same_study(planned.out, study.name)
     except UserError as error:
         yield str(error)
-    changed = sorted(
-        {
-            run.plan.stem
-            for run in runs
-            if run.plan.study.name == study.name and run.plan.study_text != text
-        }
-    )
-    if changed:
-        yield (
-            f"the study '{study.name}' has changed since {', '.join(changed)}: give the new one "
-            "another name or another folder, unless the change is meant"
-        )
+    yield from changes(planned.out, study, text, planned.plate)
 
 
 def check_participant(planned: PlannedSession) -> Finding:

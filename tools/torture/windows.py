@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import gc
 import io
 import json
 import os
@@ -166,6 +167,7 @@ def signal_cases(count: int, seed: int) -> dict[str, Any]:
                 inside[0] = False
             kill.cancel()
             kill.join()
+            gc.collect()  # a file that was being opened: a process that ends lets go of it
             signals._Noted.name = ""  # noqa: SLF001 - the next case is a process of its own
             complete = journal.exists() and _is_over(journal)
             number += complete

@@ -214,6 +214,18 @@ def test_participants_says_who_is_where(lab, tmp_path, record_runs, capsys):
     assert "next: participant 03" in out
 
 
+def test_participants_counts_the_runs_without_a_backup(lab, tmp_path, record_runs, capsys):
+    record_runs(tmp_path / "data", "01", mode="participant")
+    assert main(["participants"]) == 0
+    assert "1 run has no whole backup: sub-01_run-01" in capsys.readouterr().out
+
+
+def test_next_says_what_changed_since_the_last_participant(lab, tmp_path, record_runs, capsys):
+    record_runs(tmp_path / "data", "01", mode="participant", study_text=TEXT + "# earlier")
+    main(["next", "--yes"])
+    assert "has changed since sub-01" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("command", ["next", "participants"])
 def test_without_a_laboratory_folder_they_say_how_to_make_one(
     tmp_path, monkeypatch, capsys, command
