@@ -126,6 +126,28 @@ def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = Fals
     return Plate(limits=file.plate_limits(), calibration=given or own, file=file)
 
 
+def opened(
+    address: str,
+    backend: str,
+    options: Mapping[str, Callable[[str], Any]] | None = None,
+    *,
+    simulated: bool = False,
+) -> tuple[str, dict[str, Any], Plate]:
+    """Return the target, the options and the plate of a backend's address.
+
+    Every backend has the options ``calibration`` and ``plate``; ``options`` adds its own, as names
+    and converters.
+
+    Raises
+    ------
+    UserError
+        As `split_address` and `plate_of`.
+    """
+    known = {"calibration": calibration, "plate": plate_file, **(options or {})}
+    target, found = split_address(address, known)
+    return target, found, plate_of(found, backend=backend, simulated=simulated)
+
+
 def implausible_alone(calibration: Calibration) -> str:
     """Return what is implausible in a calibration without a plate file, or ""."""
     from slipscale.hardware.calibration.soundness import implausible  # noqa: PLC0415 - NumPy

@@ -153,8 +153,11 @@ class PlateDriver(ABC):
         self._on_time.command(self.clock.now(), vibrates=False)
         return self.identity
 
-    def check_supported(self, surface: Surface) -> Loop | None:
+    def check_supported(self, surface: Surface, *, place_known: bool = False) -> Loop | None:
         """Return what the plate plays to make a texture, None for a plain surface; do nothing.
+
+        Where the finger's place is known, a backend with a `follow_lag_s` needs no `modulator`: it
+        follows the finger, and plays nothing.
 
         Raises
         ------
@@ -168,16 +171,20 @@ class PlateDriver(ABC):
         if loop is None:
             self._check_possible(surface.amplitude_um_pp)
             return None
-        if self.modulator is None:
-            raise UserError(
-                f"plate: backend '{self.name}' cannot present the texture '{surface.label}': "
-                f"{self.why_not_modulated}; present it on a plate that modulates, "
-                "or take the textures out of the study"
-            )
         for each in loop.amplitudes_um_pp:
             self.limits.check_amplitude(each)
-        self.modulator.check(loop)
-        return loop
+        if self.modulator is not None:
+            self.modulator.check(loop)
+            return loop
+        if place_known and self.follow_lag_s is not None:
+            return None
+        follows = self.follow_lag_s is not None
+        hint = ", name what measures the finger's place ([plate] position)" if follows else ""
+        raise UserError(
+            f"plate: backend '{self.name}' cannot present the texture '{surface.label}': "
+            f"{self.why_not_modulated}; present it on a plate that modulates{hint}, "
+            "or take the textures out of the study"
+        )
 
     def present(self, surface: Surface) -> Presentation:
         """Make the surface: ramp to its amplitude and return once that has settled.
@@ -287,6 +294,8 @@ class PlateDriver(ABC):
 
     def read_back(self) -> Readback:
         """Return what the plate does now. Raises `PlateFault` if it cannot say."""
+        if not self._opened:
+            raise ConnectionLost(f"plate '{self.name}': not connected")
         with self._silent_on_fault():
             return self._read_back()
 

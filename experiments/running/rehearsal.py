@@ -237,7 +237,7 @@ def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Surface]:
 def check_supported(plan: RunPlan, plate: PlateDriver) -> None:
     """Raise `UserError`, or the plate's fault, if the plate could not present what a run needs."""
     for surface in surfaces(plan):
-        plate.check_supported(surface)
+        plate.check_supported(surface, place_known=bool(plan.study.plate.position))
     for protocol, options in plan.tasks():
         if protocol.finest_um_pp is None:
             continue

@@ -53,8 +53,6 @@ UNKNOWN_PLATE_SETTLING_S = 0.05  # before there is a calibration to know Q from
 VPP_PER_V_PEAK = 2.0
 
 OPTIONS: dict[str, Callable[[str], Any]] = {
-    "calibration": addresses.calibration,
-    "plate": addresses.plate_file,
     "channel": channel_number,
     "dialect": dialect_named,
     "gain": addresses.positive_number,
@@ -232,10 +230,9 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     UserError
         No resource, an unknown option, no gain, or a calibration that cannot be used.
     """
-    resource, options = addresses.split_address(address, OPTIONS)
+    resource, options, plate = addresses.opened(address, FunctionGenerator.name, OPTIONS)
     if not resource:
         raise UserError("plate 'scpi': expected scpi:RESOURCE, a VISA resource or a serial port")
-    plate = addresses.plate_of(options, backend=FunctionGenerator.name)
     wired = plate.file.wiring.channel if plate.file else None
     channel = options.get("channel", wired or 1)
     if wired and channel != wired:

@@ -52,8 +52,6 @@ OPTIONS: dict[str, Callable[[str], Any]] = {
     "q": addresses.number,
     "finger": addresses.number,
     "noise": addresses.number,
-    "calibration": addresses.calibration,
-    "plate": addresses.plate_file,
     "fault": partial(parse_injections, faults=FAULTS, phases=PHASES),
 }
 
@@ -226,8 +224,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
     UserError
         The address holds an option that the mock does not have.
     """
-    _, options = addresses.split_address(address, OPTIONS)
-    found = addresses.plate_of(options, backend=MockPlate.name, simulated=True)
+    _, options, found = addresses.opened(address, MockPlate.name, OPTIONS, simulated=True)
     twin = Twin(
         seed=seed,
         resonator=Resonator(quality_factor=options.get("q", Resonator().quality_factor)),

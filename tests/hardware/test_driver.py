@@ -23,6 +23,7 @@ from slipscale.hardware.limits import OnTime, PlateLimits
 from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
 from slipscale.hardware.registry import backend_names, open_plate
 from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.texture import Grating
 
 
 class Recorder(PlateDriver):
@@ -417,3 +418,25 @@ def test_a_voltage_that_the_calibration_does_not_predict_is_a_fault(factor, acce
         plate.present(surface(1.2))
     assert state_of(plate) is Output.OFF
     assert "1.2" not in str(fault.value.blinded())
+
+
+class Follower(Recorder):
+    """A backend that follows, and plays no lists."""
+
+    follow_lag_s = 0.02
+
+
+def test_a_backend_that_follows_needs_no_modulator_where_the_fingers_place_is_known():
+    texture = Grating(
+        spatial_period_mm=2.5, mean_um_pp=1.2, depth_um_pp=0.8, waveform="square", label="T1",
+        finger_speed_mm_s=50,
+    )  # fmt: skip
+    plate = Follower()
+    assert plate.check_supported(texture, place_known=True) is None
+    with pytest.raises(UserError, match=r"name what measures the finger's place"):
+        plate.check_supported(texture)
+    with pytest.raises(UserError, match="holds one amplitude at a time"):
+        Recorder().check_supported(texture, place_known=True)
+    wide = replace(texture, mean_um_pp=2.0, depth_um_pp=0.8)
+    with pytest.raises(OverLimit):
+        plate.check_supported(wide, place_known=True)

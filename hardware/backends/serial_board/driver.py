@@ -70,8 +70,6 @@ OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
 
 OPTIONS: dict[str, Callable[[str], Any]] = {
     "attention": addresses.number,
-    "calibration": addresses.calibration,
-    "plate": addresses.plate_file,
 }
 
 
@@ -355,10 +353,9 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     UserError
         The address names no port, or an option that the backend does not have.
     """
-    port, options = addresses.split_address(address, OPTIONS)
+    port, options, plate = addresses.opened(address, SerialBoard.name, OPTIONS)
     if not port:
         raise UserError("plate 'serial': expected serial:PORT; slipscale plate list shows ports")
-    plate = addresses.plate_of(options, backend=SerialBoard.name)
     return SerialBoard(
         port,
         clock=clock,

@@ -70,10 +70,8 @@ def _channel(text: str) -> int:
 
 OPTIONS: dict[str, Callable[[str], Any]] = {
     "attention": addresses.number,
-    "calibration": addresses.calibration,
     "channel": _channel,
     "full_scale": addresses.positive_number,
-    "plate": addresses.plate_file,
     "rate": addresses.positive_number,
 }
 
@@ -325,10 +323,9 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     UserError
         No device, an unknown option, no full scale, or a calibration that cannot be used.
     """
-    device, options = addresses.split_address(address, OPTIONS)
+    device, options, plate = addresses.opened(address, SoundCard.name, OPTIONS)
     if not device:
         raise UserError("plate 'sound': expected sound:DEVICE; python -m sounddevice lists them")
-    plate = addresses.plate_of(options, backend=SoundCard.name)
     return SoundCard(
         device,
         clock=clock,

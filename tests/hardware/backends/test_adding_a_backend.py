@@ -103,3 +103,13 @@ def test_the_page_followed_literally_gives_a_plate_that_works(tmp_path, device):
         check=True,
     )
     assert "ourplate" in listed.stdout
+    conform = subprocess.run(
+        [sys.executable, "-m", "slipscale", "plate", "conform", f"ourplate:{port}", "--json"],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    outcomes = {each["rule"]: each["outcome"] for each in json.loads(conform.stdout)}
+    assert set(outcomes.values()) == {"conforms", "not applicable"}
+    assert outcomes["its readback can show a wrong amplitude"] == "not applicable"

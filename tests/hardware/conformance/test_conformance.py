@@ -262,11 +262,6 @@ class Forgetful(MockPlate):
         identity = super()._connect()
         return replace(identity, model="") if self.wrong == "nameless" else identity
 
-    def _read_back(self):
-        if self.wrong == "reads when closed" and not self._connected:
-            return self._measure()
-        return super()._read_back()
-
 
 @pytest.mark.parametrize(
     "wrong, rule",
@@ -276,7 +271,6 @@ class Forgetful(MockPlate):
         ("never silent", "silence may be called at any time, and more than once"),
         ("no silence before connect", "it connects with its output off"),
         ("nameless", "it connects with its output off"),
-        ("reads when closed", "a plate that is not connected raises a PlateFault"),
     ],
 )
 def test_a_backend_that_breaks_the_contract_is_told_which_rule(wrong, rule):
