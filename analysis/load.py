@@ -23,13 +23,19 @@ from slipscale.analysis.reading.cleaning import (
 from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.foreign import ForeignTable, read_foreign
-from slipscale.analysis.reading.labelled_tasks import kind_of, of_one_label, read_others
+from slipscale.analysis.reading.labelled_tasks import (
+    kind_of,
+    of_one_label,
+    read_others,
+    with_people,
+)
 from slipscale.analysis.reading.mapping import beside
 from slipscale.analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY
 from slipscale.analysis.tasks.outside.guard import installed_kinds
 from slipscale.analysis.tasks.table import TRIALS
+from slipscale.analysis.tasks.thresholds.reading import COLUMNS as CHOICE_COLUMNS
 from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.schema import PARTICIPANT, TABLE_NAME
 from slipscale.experiments.dataset.verification import verify
@@ -207,6 +213,7 @@ def _load_table(path: Path) -> Dataset:
     table = ForeignTable(
         estimates=answers_read,
         differences=empty_differences(),
+        choices=pd.DataFrame(),
         participants=pd.DataFrame(),
         sources=(source,),
     )
@@ -227,12 +234,14 @@ def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quan
     read = {"estimates": table.estimates, "differences": table.differences}
     kinds = [kind for kind in TRIALS if kind.name in read]
     tables = _divided(kinds, read, problems, counts)
+    choices = with_people(table.choices, CHOICE_COLUMNS) if len(table.choices) else None
     return Dataset(
         name=metadata.title(path) if path.is_dir() else path.stem,
         estimates=tables["estimates"],
         answers=tables["answers"],
         differences=tables["differences"],
         textures=tables["textures"],
+        trials={} if choices is None else {"forced_choices": choices},
         participants=table.participants,
         counts=counts,
         problems=tuple(problems.sentences),

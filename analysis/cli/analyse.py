@@ -29,6 +29,8 @@ COLUMN_OPTIONS = {
     "stimulus": ("COLUMN:UNIT", "the column of the stimulus and its unit"),
     "response": ("COLUMN", "the column of magnitude estimates"),
     "answer": ("COLUMN", "instead of a response: the column of yes and no"),
+    "yes_count": ("COLUMN", "instead of an answer: the column of how many answers were yes"),
+    "n": ("COLUMN", "the column of how many answers there were, with --yes-count"),
     "reference": ("COLUMN", "beside an answer: the column of the stimulus before (default: 0)"),
     "group": ("COLUMN", "the column of a group that a participant does not change"),
     "session": ("COLUMN", "the column of the session"),
@@ -140,7 +142,8 @@ def add_mapping(parser: ArgumentParser) -> None:
         "data of your own", "what the columns of a table mean; see docs/your-data.md"
     )
     for name, (metavar, text) in COLUMN_OPTIONS.items():
-        group.add_argument(f"--{name}", metavar=metavar, help=text, action=_Once)
+        option = f"--{name.replace('_', '-')}"
+        group.add_argument(option, metavar=metavar, help=text, action=_Once)
     group.add_argument(
         "--in-unit",
         metavar="UNIT",
@@ -158,6 +161,17 @@ def add_mapping(parser: ArgumentParser) -> None:
         metavar="COLUMN=VALUE",
         action="append",
         help="analyse only rows in which a column has a value; may be given several times",
+    )
+    group.add_argument(
+        "--yes",
+        metavar="CODE",
+        help="the code of the answers that means yes (default: known pairs)",
+    )
+    group.add_argument(
+        "--alternatives",
+        type=int,
+        choices=(2, 3),
+        help="the answers are of a forced choice between so many alternatives: yes means right",
     )
     group.add_argument(
         "--decimal", choices=(".", ","), help="the decimal mark, where the table leaves it open"
@@ -239,9 +253,10 @@ def run_analyse(args: Namespace) -> int:
 
 def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysis:
     """Return an analysis with what it does otherwise than a frozen plan."""
+    from slipscale.analysis.cli.mapping_options import OTHERS  # noqa: PLC0415
     from slipscale.analysis.preregistration.check import check_plan  # noqa: PLC0415
 
-    named = (*COLUMN_OPTIONS, "in_session", "task", "in_unit", "levels", "only", "decimal", "sheet")
+    named = (*COLUMN_OPTIONS, "in_session", "task", *OTHERS)
     given = [f"--{name.replace('_', '-')}" for name in named if getattr(args, name)]
     return replace(analysis, plan=check_plan(bundle, analysis, given))
 

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.mapping import TableMapping
 
 COLUMNS = (
-    *("participant", "stimulus", "response", "answer", "reference"),
+    *("participant", "stimulus", "response", "answer", "yes_count", "n", "reference"),
     *("group", "session", "run", "block", "trial"),
 )
-OTHERS = ("in_unit", "levels", "only", "decimal", "sheet")
+OTHERS = ("in_unit", "levels", "only", "decimal", "sheet", "yes", "alternatives")
 NUMBER_AT_END = re.compile(r"\d+(?:\.\d+)?$")
 
 
@@ -54,6 +54,11 @@ def mapping_from(args: Namespace) -> TableMapping | None:
         {
             "columns": columns,
             "stimulus": stimulus,
+            "answers": {
+                key: value
+                for key in ("yes", "alternatives")
+                if (value := getattr(args, key)) is not None
+            },
             "levels": _levels(args.levels or ()),
             "table": {key: value for key, value in table.items() if value},
         },

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.reading.answer_codes import as_answers
+from slipscale.analysis.reading.cells import FEW, FEW_SHARE, cell, places
 from slipscale.analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE, Problems, Source
 from slipscale.analysis.reading.quantity import DIGITS, PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.reading.trial_tables import (
@@ -29,13 +31,10 @@ if TYPE_CHECKING:
 
 TRUE, FALSE = {"yes", "true", "1", "1.0"}, {"no", "false", "0", "0.0"}
 PHASES = (MAIN, PRACTICE)
-#: Characters of a cell in a message.
-LONGEST_CELL = 60
 #: A block's number is its name: it may be a word.
 ESTIMATION_NUMBERS = tuple(name for name in ESTIMATION.numbers if name != BLOCK)
-#: Columns without which a trial is lost; so many wrong cells in one, and it is misread.
+#: Columns without which a trial is lost.
 NEEDED = (*ESTIMATION.required, *STEP_AMPLITUDES)
-FEW, FEW_SHARE = 3, 0.05
 #: A number above this is a slip, and its square no longer one.
 LARGEST = 1e100
 
@@ -73,27 +72,20 @@ def clean_differences(
     sources: Sequence[Source],
     problems: Problems,
     quantity: Quantity = PLATE_AMPLITUDE,
+    *,
+    yes: str | None = None,
 ) -> pd.DataFrame:
-    """Return steps of the descending difference; ``difference_felt`` is 1, 0 or missing."""
+    """Return steps of the descending difference; ``difference_felt`` is 1, 0 or missing.
+
+    ``yes`` is the code that means yes, if it is declared.
+    """
     clean = pd.DataFrame({name: frame[name] for name in (*IDENTITY, "file", "line")})
     for column in STEP_AMPLITUDES:
         found = numbers(frame, column, sources, problems, minimum=0.0, lost="the step")
         clean[column] = told_apart(found, quantity)
     for column in DIFFERENCE.numbers:
         clean[column] = _optional_numbers(frame, column, sources, problems)
-    felt = _in_lower_case(frame["difference_felt"])
-    clean["difference_felt"] = felt.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
-    wrong = clean["difference_felt"].isna() & frame["difference_felt"].notna()
-    shown = frame[wrong].head(LISTED_PROBLEMS)
-    problems.add_many(
-        [
-            f"{place}, column difference_felt: '{cell(value)}' where yes or no was expected; "
-            "the step is left out"
-            for place, value in zip(places(shown, sources), shown["difference_felt"], strict=True)
-        ],
-        "column difference_felt",
-        int(wrong.sum()),
-    )
+    clean["difference_felt"] = as_answers(frame, "difference_felt", sources, problems, yes=yes)
     clean["catch"] = _catches(frame, clean, problems)
     clean["verbal_report"] = labels(frame, "verbal_report", "")
     clean["phase"] = _phases(frame, problems)
@@ -107,12 +99,6 @@ def told_apart(levels: pd.Series[float], quantity: Quantity) -> pd.Series[float]
         return levels.round(quantity.decimals)
     known = levels.dropna().unique()
     return levels.map({level: float(f"{level:.{DIGITS}g}") for level in known})
-
-
-def places(rows: pd.DataFrame, sources: Sequence[Source]) -> list[str]:
-    """Return "file, line n" for each row."""
-    pairs = zip(rows["file"].tolist(), rows["line"].tolist(), strict=True)
-    return [f"{sources[int(number)].name}, line {line}" for number, line in pairs]
 
 
 def numbers(
@@ -190,16 +176,6 @@ def _refuse_many(
         f"'{cell(first[column].iloc[0])}' and {len(cells) - 1} more of {len(frame)} cells are no "
         "numbers; expected numbers written alike in the whole file, and n/a for a missing one"
     )
-
-
-def cell(value: object) -> str:
-    r"""Return a cell for a message: on one line, and not too long.
-
-    >>> cell("five\nor six")
-    'five or six'
-    """
-    text = " ".join(str(value).split())
-    return text if len(text) <= LONGEST_CELL else f"{text[:LONGEST_CELL]} ..."
 
 
 def _hint(value: object) -> str:

@@ -9,8 +9,10 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pandas as pd
 
+from slipscale.analysis.reading.cells import places
 from slipscale.analysis.reading.cleaning import (
     clean_differences,
     clean_estimates,
@@ -33,6 +35,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from slipscale.analysis.reading.mapping import TableMapping
+    from slipscale.analysis.reading.quantity import Quantity
 
 STIMULUS, RESPONSE = ESTIMATION.required
 REFERENCE, ANSWER = "amplitude_before_um_pp", "difference_felt"
@@ -43,6 +46,8 @@ OURS = {
     "stimulus": STIMULUS,
     "response": RESPONSE,
     "answer": ANSWER,
+    "yes_count": "yes_count",
+    "n": "n",
     "reference": REFERENCE,
     "group": GROUP,
     "session": "session",
@@ -50,10 +55,12 @@ OURS = {
     "block": BLOCK,
     "trial": "trial",
 }
-NUMBERS = ("stimulus", "response", "reference", "trial")
+NUMBERS = ("stimulus", "response", "reference", "trial", "yes_count", "n")
 #: A folder's tables; the label of the participant is in their names.
 BIDS_TABLE = re.compile(r"sub-(?P<sub>[^_]+)(_ses-(?P<ses>[^_]+))?_.*_(beh|events)\.tsv")
 BIDS_LABELS = {"participant": "sub", "session": "ses"}
+#: From so many answers at the smallest level, such a share of "yes" looks like guessing.
+FEWEST_TO_WARN, LIKE_GUESSING = 10, 1 / 3
 #: Units of levels that are logarithms already.
 LOGARITHMIC = re.compile(r"\bdb|decibel|\blog", re.IGNORECASE)
 
@@ -65,7 +72,10 @@ class ForeignTable:
     Parameters
     ----------
     estimates, differences : DataFrame
-        See `slipscale.analysis.reading.cleaning`; one of them is empty.
+        See `slipscale.analysis.reading.cleaning`.
+    choices : DataFrame
+        Of forced choice, and of comparisons with a reference above and below it: see
+        `slipscale.analysis.tasks.thresholds.reading`. All of the three but one are empty.
     participants : DataFrame
         Everybody, with their ``group`` where there is one.
     sources : tuple of Source
@@ -74,6 +84,7 @@ class ForeignTable:
 
     estimates: pd.DataFrame
     differences: pd.DataFrame
+    choices: pd.DataFrame
     participants: pd.DataFrame
     sources: tuple[Source, ...]
 
@@ -99,18 +110,32 @@ def read_foreign(path: Path, mapping: TableMapping, problems: Problems) -> Forei
     groups = _groups(frame, path, problems)
     quantity = mapping.quantity
     estimates, differences = empty_estimates(), empty_differences()
-    if mapping.columns.answer:
-        differences = _above_reference(
-            clean_differences(_steps(frame), sources, problems, quantity)
-        )
+    choices = pd.DataFrame()
+    if mapping.of_answers:
+        steps = _steps(_one_row_per_answer(frame, mapping, sources, problems))
+        read = clean_differences(steps, sources, problems, quantity, yes=mapping.answers.yes)
+        read = _above_reference(read)
+        if method := _method(read, mapping):
+            choices = _choices(read, method, quantity)
+        else:
+            differences = read
+            _warn_of_forced_choice(read, problems, quantity)
     else:
         estimates = clean_estimates(frame, sources, problems, quantity)
     if mapping.stimulus.in_unit:
-        for part, columns in ((estimates, (STIMULUS,)), (differences, (STIMULUS, REFERENCE))):
-            for name in columns:
+        for part, columns in (
+            (estimates, (STIMULUS,)),
+            (differences, (STIMULUS, REFERENCE)),
+            (choices, ("level_um_pp", "standard_um_pp")),
+        ):
+            for name in columns if len(part) else ():
                 part[name] = told_apart(part[name] * mapping.stimulus.factor, quantity)
     return ForeignTable(
-        estimates=estimates, differences=differences, participants=groups, sources=tuple(sources)
+        estimates=estimates,
+        differences=differences,
+        choices=choices,
+        participants=groups,
+        sources=tuple(sources),
     )
 
 
@@ -206,7 +231,7 @@ def _of_trials(
     frame: pd.DataFrame, mapping: TableMapping, problems: Problems, path: Path
 ) -> pd.DataFrame:
     """Leave out rows without stimulus and response: PsychoPy writes one for every routine."""
-    response = ANSWER if mapping.columns.answer else RESPONSE
+    response = "n" if mapping.columns.n else ANSWER if mapping.of_answers else RESPONSE
     blank = frame[STIMULUS].isna() & frame[response].isna()
     if blank.any():
         problems.add(f"{path.name}: {int(blank.sum())} rows without stimulus and response; skipped")
@@ -228,6 +253,77 @@ def _check_levels(
         problems.add(
             f"{name} in {mapping.stimulus.unit or 'this unit'} is a logarithm already: exponents "
             "and growth functions of it are not those of the quantity behind it; convert it first."
+        )
+
+
+def _one_row_per_answer(
+    frame: pd.DataFrame, mapping: TableMapping, sources: Sequence[Source], problems: Problems
+) -> pd.DataFrame:
+    """Return counts of yes as one row per answer; other tables as they are.
+
+    Raises
+    ------
+    UserError
+        A count is not a whole number from 0 to n.
+    """
+    if not mapping.columns.yes_count:
+        return frame
+    yes, n = (numbers(frame, name, sources, problems) for name in ("yes_count", "n"))
+    wrong = ~((yes >= 0) & (yes <= n) & (yes % 1 == 0) & (n % 1 == 0))
+    if wrong.any():
+        at = int(wrong.to_numpy().argmax())
+        raise UserError(
+            f"{places(frame.iloc[[at]], sources)[0]}: {problems.title('yes_count')} is "
+            f"{frame['yes_count'].iloc[at]} and {problems.title('n')} {frame['n'].iloc[at]}; "
+            "expected whole numbers, yes from 0 to n"
+        )
+    times = np.stack([yes, n - yes], axis=1).astype(int).ravel()
+    rows = frame.loc[frame.index.repeat(2)].assign(**{ANSWER: ["yes", "no"] * len(frame)})
+    return rows.iloc[np.repeat(np.arange(len(rows)), times)].reset_index(drop=True)
+
+
+def _method(steps: pd.DataFrame, mapping: TableMapping) -> str:
+    """Return how answers are fitted; empty for yes and no to a change in one direction.
+
+    References with stimuli below and above them are comparisons: folded to the size of the
+    difference, "more" below and above the reference would cancel.
+    """
+    if mapping.answers.alternatives:
+        return {2: "two_interval", 3: "three_interval"}[mapping.answers.alternatives]
+    change = steps[REFERENCE] - steps[STIMULUS]
+    both_sides = mapping.columns.reference and (change < 0).any() and (change > 0).any()
+    return "comparison" if both_sides else ""
+
+
+def _choices(steps: pd.DataFrame, method: str, quantity: Quantity) -> pd.DataFrame:
+    """Return answers as trials of forced choice, or of comparison with a standard."""
+    # `_above_reference` has exchanged the two columns.
+    level, standard = steps[REFERENCE], steps[STIMULUS]
+    if method != "comparison":
+        level = told_apart((level - standard).abs(), quantity)
+    answered = steps["difference_felt"].notna() & level.notna()
+    return steps.assign(
+        task="answers",
+        method=method,
+        catch=False,
+        track=np.nan,
+        standard_um_pp=standard,
+        level_um_pp=level,
+        correct=steps["difference_felt"] == 1,
+        response_time=np.nan,
+    )[answered].reset_index(drop=True)
+
+
+def _warn_of_forced_choice(steps: pd.DataFrame, problems: Problems, quantity: Quantity) -> None:
+    """Note that the smallest level has many "yes", as guessing in a forced choice has."""
+    size = (steps[REFERENCE] - steps[STIMULUS]).abs()
+    smallest = size[size > 0].min()
+    answers = steps.loc[(size == smallest), "difference_felt"].dropna()
+    if len(answers) >= FEWEST_TO_WARN and answers.mean() >= LIKE_GUESSING and not (size == 0).any():
+        problems.add(
+            f"At the smallest {quantity.name}, {smallest:g}, {answers.mean():.0%} of the answers "
+            "are yes. If every trial offered alternatives to choose from, state them "
+            "(--alternatives 2): then guessing is not taken for sensitivity."
         )
 
 

@@ -50,12 +50,29 @@ class Columns(_Strict):
     stimulus: ColumnName | None = None
     response: ColumnName | None = None
     answer: ColumnName | None = None
+    yes_count: ColumnName | None = None
+    n: ColumnName | None = None
     reference: ColumnName | None = None
     group: ColumnName | None = None
     session: ColumnName | None = None
     run: ColumnName | None = None
     block: ColumnName | None = None
     trial: ColumnName | None = None
+
+
+class AnswerWords(_Strict):
+    """What the answers mean.
+
+    Parameters
+    ----------
+    yes : str, optional
+        The code of "yes"; needed unless the codes are an obvious pair such as yes and no, 1 and 0.
+    alternatives : {2, 3}, optional
+        Of how many alternatives a forced choice was made; then "yes" means right.
+    """
+
+    yes: ColumnName | None = None
+    alternatives: Literal[2, 3] | None = None
 
 
 class StimulusWords(_Strict):
@@ -91,10 +108,13 @@ class TableMapping(_Strict):
     ----------
     columns : Columns
         Names of columns: who; which stimulus; the magnitude estimate (``response``) or yes and no
-        (``answer``), there with the stimulus before (``reference``, default: none, 0).
+        (``answer``), there with the stimulus before (``reference``, default: none, 0). A table of
+        counts has how many answers were yes (``yes_count``) and how many there were (``n``).
     stimulus : StimulusWords
         Name and unit of the quantity; default: the column's name, no unit. ``in_unit`` is the
         unit of the report, where it has another prefix.
+    answers : AnswerWords
+        The code of yes, and the alternatives of a forced choice.
     levels : dict
         For a wide table, a row a participant: column of responses -> level of the stimulus.
     table : Cells
@@ -106,6 +126,7 @@ class TableMapping(_Strict):
 
     columns: Columns
     stimulus: StimulusWords = StimulusWords()
+    answers: AnswerWords = AnswerWords()
     levels: dict[ColumnName, Annotated[float, Field(ge=0, le=1e100)]] = Field(default_factory=dict)
     table: Cells = Cells()
     analysis: AnalysisChoices = AnalysisChoices()
@@ -116,25 +137,66 @@ class TableMapping(_Strict):
             _ = self.stimulus.factor
         except UserError as error:
             raise ValueError(str(error)) from None
-        columns = self.columns
-        if self.levels:
-            if columns.response or columns.answer or columns.stimulus or columns.reference:
-                raise ValueError(
-                    "expected either levels (a wide table) or columns for stimulus and response"
-                )
-            if len(set(self.levels.values())) < len(self.levels):
-                raise ValueError("expected another level for each column of levels")
-        elif columns.stimulus is None or (columns.response is None) == (columns.answer is None):
-            raise ValueError(
-                "expected a column for the stimulus and one for the response or the answer (yes "
-                "and no), or levels for a wide table"
-            )
-        elif columns.reference and columns.response:
-            raise ValueError("expected a reference only beside an answer (yes and no)")
-        used = [name for name in columns.model_dump().values() if name] + list(self.levels)
+        for wrong, expected in self._wide() if self.levels else self._narrow():
+            if wrong:
+                raise ValueError(expected)
+        names = self.columns.model_dump().values()
+        used = [name for name in names if name] + list(self.levels)
         if doubled := sorted({name for name in used if used.count(name) > 1}):
             raise ValueError(f"column {doubled[0]} is named twice; expected another for each part")
         return self
+
+    def _wide(self) -> tuple[tuple[bool, str], ...]:
+        """Return what is wrong with the mapping of a wide table, and what is expected."""
+        columns = self.columns
+        return (
+            (
+                bool(columns.response or self.of_answers or columns.stimulus or columns.reference),
+                "expected either levels (a wide table) or columns for stimulus and response",
+            ),
+            (
+                len(set(self.levels.values())) < len(self.levels),
+                "expected another level for each column of levels",
+            ),
+        )
+
+    def _narrow(self) -> tuple[tuple[bool, str], ...]:
+        """Return what is wrong with the mapping of a table with one row per response."""
+        columns, answers = self.columns, self.answers
+        return (
+            (
+                columns.stimulus is None or (columns.response is None) != self.of_answers,
+                (
+                    "expected a column for the stimulus and one for the response or the answer "
+                    "(yes and no, or yes_count and n), or levels for a wide table"
+                ),
+            ),
+            (
+                bool(columns.yes_count) != bool(columns.n)
+                or bool(columns.yes_count and columns.answer),
+                (
+                    "expected both yes_count and n, how many answers were yes and how many there "
+                    "were, instead of an answer"
+                ),
+            ),
+            (
+                bool(columns.response) and answers != AnswerWords(),
+                "expected yes and alternatives only for answers",
+            ),
+            (
+                bool(columns.yes_count and answers.yes),
+                "expected yes only for a column of answers: counts have no codes",
+            ),
+            (
+                bool(columns.reference and columns.response),
+                "expected a reference only beside an answer (yes and no)",
+            ),
+        )
+
+    @property
+    def of_answers(self) -> bool:
+        """Whether the table holds answers, not magnitude estimates."""
+        return bool(self.columns.answer or self.columns.yes_count)
 
     @property
     def quantity(self) -> Quantity:

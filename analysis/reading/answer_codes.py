@@ -1,0 +1,137 @@
+"""Which codes of a column of answers mean yes: obvious pairs are known, others must be stated.
+
+Rules:
+
+- Two codes that form an obvious pair (`PAIRS`) are read as such. Any other pair of codes is refused
+  until one of them is declared to mean yes; then every other code would mean no, so exactly one
+  other code may occur.
+- A few cells that belong to neither code are left out and named. If there are more than `FEW` of
+  them and more than `FEW_SHARE` of all, the column is misread, and nothing is analysed.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from slipscale.analysis.reading.cells import FEW, FEW_SHARE, cell, places
+from slipscale.analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import pandas as pd
+
+    from slipscale.analysis.reading.delimited import Problems, Source
+
+#: Codes that mean yes and no, or right and wrong, wherever they occur.
+PAIRS = (
+    (frozenset({"yes", "true", "1", "1.0"}), frozenset({"no", "false", "0", "0.0"})),
+    (frozenset({"y"}), frozenset({"n"})),
+    (frozenset({"t"}), frozenset({"f"})),
+    (frozenset({"ja", "j"}), frozenset({"nein", "n", "nee"})),
+    (frozenset({"oui", "o"}), frozenset({"non", "n"})),
+    (frozenset({"sí", "si", "s"}), frozenset({"no", "n"})),
+    (frozenset({"correct", "right"}), frozenset({"incorrect", "wrong"})),
+)
+#: Codes that a message lists.
+LISTED = 8
+
+
+def as_answers(
+    frame: pd.DataFrame,
+    column: str,
+    sources: Sequence[Source],
+    problems: Problems,
+    *,
+    yes: str | None = None,
+) -> pd.Series[float]:
+    """Return a column of answers as 1 (yes), 0 (no) and missing.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        Rows with their ``file`` and ``line``.
+    column : str
+        Of the answers.
+    yes : str, optional
+        The code that means yes; default: known of obvious pairs.
+
+    Raises
+    ------
+    UserError
+        The codes are no obvious pair and none is declared, the declared one does not occur, or too
+        many cells belong to neither code.
+    """
+    codes = _codes(frame[column])
+    counts = codes.value_counts()
+    agreed, disagreed = _meaning(counts, column, problems, yes)
+    found = codes.map(dict.fromkeys(agreed, 1.0) | dict.fromkeys(disagreed, 0.0)).astype(float)
+    wrong = found.isna() & codes.notna()
+    shown = frame[wrong].head(LISTED_PROBLEMS)
+    problems.add_many(
+        [
+            f"{place}, column {problems.title(column)}: '{cell(value)}' where "
+            f"{_listed(agreed)} or {_listed(disagreed)} was expected; the trial is left out"
+            for place, value in zip(places(shown, sources), shown[column], strict=True)
+        ],
+        f"column {problems.title(column)}",
+        int(wrong.sum()),
+    )
+    return found
+
+
+def _codes(cells: pd.Series[Any]) -> pd.Series[Any]:
+    """Return cells as codes to compare: lower case, whole numbers without decimals."""
+    text = cells.astype("object").map(
+        lambda value: (
+            f"{value:g}"
+            if isinstance(value, int | float) and not isinstance(value, bool)
+            else str(value).strip().lower()
+        )
+    )
+    missing = cells.isna() | text.isin({*(word.lower() for word in NOT_AVAILABLE), "", "nan"})
+    return text.mask(missing, np.nan)
+
+
+def _meaning(
+    counts: pd.Series[int], column: str, problems: Problems, yes: str | None
+) -> tuple[frozenset[str], frozenset[str]]:
+    """Return the codes that mean yes and those that mean no."""
+    most_lost = max(FEW, FEW_SHARE * int(counts.sum()))
+    title = problems.title(column)
+    if yes is not None:
+        wanted = yes.strip().lower()
+        if wanted not in counts.index:
+            raise UserError(
+                f"column {title}: no answer is '{yes}'; found {_described(counts)}: expected "
+                "--yes with one of these"
+            )
+        others = counts.drop(wanted)
+        if len(others) and int(others.iloc[1:].sum()) > most_lost:
+            raise UserError(
+                f"column {title}: besides '{yes}' there are {_described(others)}; expected two "
+                "codes, yes and no: leave the other rows out (--only), or name another column"
+            )
+        return frozenset({wanted}), frozenset(map(str, others.index[:1]))
+    for agreed, disagreed in PAIRS:
+        lost = counts[[code not in agreed | disagreed for code in counts.index]]
+        if int(lost.sum()) <= most_lost and int(counts.sum() - lost.sum()) > 0:
+            return agreed, disagreed
+    raise UserError(
+        f"column {title}: the answers are {_described(counts)}; expected yes and no. State which "
+        "code means yes, for example --yes "
+        f"{next(iter(counts.index), 'CODE')}; for counts of yes use --yes-count and --n"
+    )
+
+
+def _described(counts: pd.Series[int]) -> str:
+    shown = [f"'{cell(code)}' ({number} times)" for code, number in counts.items()]
+    more = f" and {len(shown) - LISTED} other codes" if len(shown) > LISTED else ""
+    return (", ".join(shown[:LISTED]) + more) or "all missing"
+
+
+def _listed(codes: frozenset[str]) -> str:
+    return "/".join(sorted(codes, key=lambda code: (code[:1].isdigit(), code))) or "the other code"

@@ -1,0 +1,158 @@
+"""Answers of other laboratories: no code is guessed, no row is lost in silence."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy import stats
+
+from slipscale import commands
+from slipscale.analysis.load import load
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.faults import UserError
+
+pytestmark = pytest.mark.usefixtures("without_models")
+
+
+def mapping(answers=None, **columns):
+    known = {"participant": "who", "stimulus": "size", "answer": "felt"} | columns
+    columns = {key: value for key, value in known.items() if value}
+    return parse_mapping({"columns": columns, "answers": answers or {}}, "here")
+
+
+def table(tmp_path, codes, **more):
+    """Ten people, three sizes, ten answers each; `codes` are no and yes."""
+    random = np.random.default_rng(1)
+    rows = [
+        {"who": f"p{who}", "size": size, "felt": codes[int(random.random() < size / 4)]}
+        for who in range(10)
+        for size in (1.0, 2.0, 3.0)
+        for _ in range(10)
+    ]
+    path = tmp_path / "answers.csv"
+    pd.DataFrame(rows).assign(**more).to_csv(path, index=False)
+    truth = pd.Series([row["felt"] == codes[1] for row in rows])
+    return path, truth
+
+
+@pytest.mark.parametrize(
+    "codes", [(0, 1), ("no", "yes"), ("N", "Y"), ("nein", "ja"), ("non", "oui"), ("False", "True")]
+)
+def test_obvious_codes_are_read_whole(tmp_path, codes):
+    path, truth = table(tmp_path, codes)
+    found = load(path, mapping()).differences["difference_felt"]
+    assert list(found) == list(truth.astype(float))
+
+
+@pytest.mark.parametrize("codes", [(2, 1), (-1, 1), ("left", "right"), ("A", "B")])
+def test_other_codes_need_to_be_declared_and_lose_no_row_then(tmp_path, codes):
+    path, truth = table(tmp_path, codes)
+    with pytest.raises(UserError, match=f"column felt: the answers are .*'{str(codes[1]).lower()}"):
+        load(path, mapping())
+    found = load(path, mapping({"yes": str(codes[1])})).differences["difference_felt"]
+    assert list(found) == list(truth.astype(float))
+
+
+def test_counts_are_no_answers(tmp_path):
+    path = tmp_path / "counts.csv"
+    pd.DataFrame(
+        [{"who": w, "size": s, "felt": 3 * s + w} for w in range(5) for s in range(1, 7)]
+    ).to_csv(path, index=False)
+    with pytest.raises(UserError, match="for counts of yes use --yes-count and --n"):
+        load(path, mapping())
+
+
+def test_counts_read_as_so_many_answers(tmp_path):
+    path = tmp_path / "counts.csv"
+    rows = [("a", 1.0, 2, 10), ("a", 2.0, 7, 10), ("b", 1.0, 0, 8), ("b", 2.0, 8, 8)]
+    pd.DataFrame(rows, columns=["who", "size", "k", "of"]).to_csv(path, index=False)
+    found = load(path, mapping(answer="", yes_count="k", n="of")).differences
+    sums = found.groupby(["participant_id", "amplitude_before_um_pp"], observed=True)[
+        "difference_felt"
+    ].agg(["sum", "count"])
+    assert [tuple(row) for row in sums.to_numpy()] == [(2, 10), (7, 10), (0, 8), (8, 8)]
+
+
+def test_a_count_above_n_is_refused_with_its_line(tmp_path):
+    path = tmp_path / "counts.csv"
+    pd.DataFrame({"who": ["a"], "size": [1.0], "k": [11], "of": [10]}).to_csv(path, index=False)
+    with pytest.raises(UserError, match="line 2: k is 11 and of 10; expected whole numbers"):
+        load(path, mapping(answer="", yes_count="k", n="of"))
+
+
+def test_a_few_unreadable_answers_are_named_in_the_tables_own_words(tmp_path):
+    path, _ = table(tmp_path, ("no", "yes"))
+    text = path.read_text().replace(",yes", ",perhaps", 2)
+    path.write_text(text)
+    data = load(path, mapping())
+    assert sum("column felt: 'perhaps' where" in line for line in data.problems) == 2
+    path.write_text(text.replace(",yes", ",perhaps", 40))
+    with pytest.raises(UserError, match="column felt: the answers are"):
+        load(path, mapping())
+
+
+def test_a_declared_code_that_never_occurs_is_refused(tmp_path):
+    path, _ = table(tmp_path, (1, 2))
+    with pytest.raises(UserError, match=r"no answer is '3'; found '[12]'"):
+        load(path, mapping({"yes": "3"}))
+
+
+def forced_choice(tmp_path, threshold):
+    """Twelve people who choose one of two: Weibull, 75 % right at about the threshold."""
+    random = np.random.default_rng(5)
+    sizes = np.repeat([0.05, 0.1, 0.2, 0.4, 0.8, 1.2], 40)
+    rows = pd.DataFrame(
+        {
+            "who": np.repeat([f"p{i:02}" for i in range(12)], len(sizes)),
+            "size": np.tile(sizes, 12),
+        }
+    )
+    right = 0.5 + 0.5 * stats.weibull_min.cdf(rows["size"], 2.0, scale=threshold / 0.8326)
+    path = tmp_path / "choices.csv"
+    rows.assign(felt=(random.random(len(rows)) < right).astype(int)).to_csv(path, index=False)
+    return path
+
+
+def test_a_forced_choice_has_its_guess_rate(tmp_path):
+    data = load(forced_choice(tmp_path, 0.4), mapping({"alternatives": 2}))
+    choices = data.trials["forced_choices"]
+    assert set(choices["method"]) == {"two_interval"}
+    assert not len(data.differences)
+    (task,) = analyse(data, psignifit=False).inference.thresholds
+    assert task.population.threshold_um_pp.value == pytest.approx(0.4, rel=0.1)
+
+
+def test_answers_that_look_like_guessing_are_remarked(tmp_path):
+    data = load(forced_choice(tmp_path, 0.4), mapping())
+    assert any("state them (--alternatives 2)" in line for line in data.problems)
+    path, _ = table(tmp_path, ("no", "yes"))
+    assert not any("--alternatives" in line for line in load(path, mapping()).problems)
+
+
+def test_stimuli_below_and_above_the_reference_are_comparisons(tmp_path):
+    random = np.random.default_rng(3)
+    rows = pd.DataFrame(
+        {
+            "who": np.repeat([f"p{i}" for i in range(8)], 280),
+            "size": np.tile(np.repeat([0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3], 40), 8),
+            "standard": 1.0,
+        }
+    )
+    more = stats.norm.cdf(rows["size"], 1.05, 0.15)
+    path = tmp_path / "comparison.csv"
+    rows.assign(felt=(random.random(len(rows)) < more).astype(int)).to_csv(path, index=False)
+    data = load(path, mapping(reference="standard"))
+    assert set(data.trials["forced_choices"]["method"]) == {"comparison"}
+    (task,) = analyse(data, psignifit=False).inference.thresholds
+    assert task.standard_um_pp == 1.0
+    # The point of subjective equality is 1.05.
+    assert task.population.threshold_um_pp.value == pytest.approx(1.05, abs=0.02)
+
+
+def test_the_command_states_the_option_that_is_missing(tmp_path, capsys):
+    path, _ = table(tmp_path, (2, 1))
+    words = ["analyse", str(path), "--participant", "who", "--stimulus", "size", "--answer", "felt"]
+    assert commands.main(words) == 2
+    assert "for example --yes 1" in capsys.readouterr().err.replace("--yes 2", "--yes 1")
