@@ -106,6 +106,22 @@ LETTERS = frozenset(
     )
 )
 FROM_THE_RIGHT = ("R", "AL")
+# First word of a letter's name in Unicode -> the font that has it.
+FONTS = {
+    "ARABIC": "Noto Sans Arabic",
+    "HEBREW": "Noto Sans Hebrew",
+    "CJK": "Noto Sans CJK",
+    "HIRAGANA": "Noto Sans CJK JP",
+    "KATAKANA": "Noto Sans CJK JP",
+    "HANGUL": "Noto Sans CJK KR",
+    "DEVANAGARI": "Noto Sans Devanagari",
+    "BENGALI": "Noto Sans Bengali",
+    "TAMIL": "Noto Sans Tamil",
+    "THAI": "Noto Sans Thai",
+    "ARMENIAN": "Noto Sans Armenian",
+    "GEORGIAN": "Noto Sans Georgian",
+    "ETHIOPIC": "Noto Sans Ethiopic",
+}
 MOST_SHOWN = 8
 
 
@@ -125,14 +141,27 @@ def not_drawn(text: str) -> str:
     ('', 'it is written from righ')
     """
     if any(unicodedata.bidirectional(each) in FROM_THE_RIGHT for each in text):
-        return "it is written from right to left, which the participant's screen cannot draw"
+        return (
+            "it is written from right to left, which the participant's screen cannot draw"
+            f"{_fonts(text)}"
+        )
     # Letters with marks of their own are put together where there is one sign for both.
     signs = unicodedata.normalize("NFC", text)
     strange = dict.fromkeys(each for each in signs if each not in LETTERS and each != "\n")
     if not strange:
         return ""
     shown = ", ".join(f"{each!r} (U+{ord(each):04X})" for each in list(strange)[:MOST_SHOWN])
-    return f"the participant's screen cannot draw {shown}; it has Latin, Greek and Cyrillic letters"
+    return (
+        f"the participant's screen cannot draw {shown}; it has Latin, Greek and Cyrillic letters"
+        f"{_fonts(signs)}"
+    )
+
+
+def _fonts(text: str) -> str:
+    """Return which fonts have the letters that the window's font lacks."""
+    scripts = [unicodedata.name(each, "").split(" ")[0].split("-")[0] for each in text]
+    names = dict.fromkeys(FONTS[script] for script in scripts if script in FONTS)
+    return f" (a font that has these: {', '.join(names)})" if names else ""
 
 
 def too_long(key: str, text: str) -> str:

@@ -17,6 +17,7 @@ from slipscale.experiments.protocols.steps import Present
 from slipscale.experiments.protocols.visual_analogue_scale import VisualAnalogueScale
 from slipscale.experiments.running.balance import order_balance, task_balance
 from slipscale.experiments.running.rehearsal import check_ways, dry_run
+from slipscale.experiments.running.screen_check import check_screens
 from slipscale.experiments.study.file import parse_study, read_study, study_text
 from slipscale.experiments.study.own_language import check_own_code, template, with_room_for
 from slipscale.experiments.study.run_plan import RunPlan
@@ -99,7 +100,9 @@ def schema() -> str:
 def validate(name: str) -> str:
     """Return what to say of a study without fault; UserError tells every fault."""
     study, text = read_study(name)
-    check_ways(_plan(name, study, text))
+    plan = _plan(name, study, text)
+    check_ways(plan)
+    check_screens(plan)
     textures = f", {len(study.textures)} textures" if study.textures else ""
     said = (
         f"{name}: no fault ({len(study.tasks)} tasks, {len(study.amplitudes_um_pp)} amplitudes"

@@ -52,7 +52,7 @@ class Marking:
         said = (scene.notice(self._notice),) if self._notice else ()
         foot = "window.mark_keys" if self._put is None else "window.mark_done"
         return (
-            Text(content=question.prompt.strip(), y=0.28, size=0.06, width=1.2, height=0.17),
+            Text(content=question.prompt.strip(), y=0.25, size=0.06, width=1.2, height=0.17),
             Box(x=0, y=LINE_Y, width=LINE_LENGTH, height=LINE_WIDTH, colour="text"),
             *(
                 Box(x=x, y=LINE_Y, width=LINE_WIDTH, height=0.05, colour="text")
