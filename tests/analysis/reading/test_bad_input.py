@@ -17,8 +17,6 @@ from slipscale.analysis.tasks.difference.verbal_coding import load_codebook
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.faults import UserError
 
-pytestmark = pytest.mark.usefixtures("without_models")
-
 TIDY = "participant_id,amplitude_um_pp,estimate\n"
 
 

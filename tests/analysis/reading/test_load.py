@@ -222,6 +222,15 @@ def test_a_damaged_trial_is_left_out_and_its_journal_named(piloted, tmp_path):
     place = max(i for i, line in enumerate(lines) if b'"name":"estimate"' in line) + 1
     lines[place] = lines[place].replace(b'"Reply"', b'"Rep1y"')
     journal.write_bytes(b"".join(lines))
+    # The table still has the answer: building leaves it, and says so.
+    assert any("it was left as it is" in each.what for each in build_dataset(folder))
+    kept = load(folder)
+    assert kept.counts["analysed"] == whole.counts["analysed"]
+    assert any(f"line {place + 1}: damaged" in each for each in kept.problems)
+    assert any("estimate is" in each and "the journal says 'n/a'" in each for each in kept.problems)
+    # Without the table the answer is lost.
+    for table in folder.glob("sub-01/beh/*magnitudeestimation*.tsv"):
+        table.unlink()
     build_dataset(folder)
     data = load(folder)
     assert data.counts["analysed"] == whole.counts["analysed"] - 1

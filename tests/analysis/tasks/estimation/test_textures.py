@@ -9,8 +9,6 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.normalisation import RULES
 from slipscale.analysis.reporting.tables import tables
 
-pytestmark = pytest.mark.usefixtures("without_models")
-
 
 def with_textures(dataset, number, names=("coarse", "fine")):
     rows = dataset.default_estimates(number)
