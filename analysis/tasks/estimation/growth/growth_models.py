@@ -75,7 +75,7 @@ class GrowthFunction:
 #: Models of AICc closer than this to the least are not told apart (Burnham and Anderson 2002,
 #: Model Selection and Multimodel Inference, p. 70).
 UNDECIDED = 2.0
-#: A parameter this close to its limit, as a share of the range, is at it.
+#: A parameter is at the limit of the search if moving it onto the limit costs less log likelihood.
 AT_BOUND = 1e-3
 #: A stimulus that a function has as its parameter is searched this far outside those presented,
 #: as a natural logarithm: a factor of 1,000.
@@ -257,6 +257,15 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     estimated = len(model.parameters) + people + 1
     log_likelihood = -points / 2 * (np.log(2 * np.pi * squares / points) + 1)
     spare = points - estimated - 1
+
+    def _costs_nothing(place: int, limits: list[float]) -> bool:
+        """Whether a parameter on its limit, the others as they are, fits as well."""
+        theta = best.x.copy()
+        theta[place] = limits[place]
+        left = residuals(theta)
+        worse = (float(left @ left) + around) / squares
+        return bool(points / 2 * np.log(max(worse, 1.0)) < AT_BOUND)
+
     aic = 2 * estimated - 2 * log_likelihood
     return GrowthFit(
         parameters=model.reported(best.x),
@@ -269,10 +278,8 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
         estimated=estimated,
         at_bound=tuple(
             parameter
-            for parameter, value, low, high in zip(
-                model.parameters, best.x, *model.bounds(stimuli), strict=True
-            )
-            if min(value - low, high - value) <= AT_BOUND * (high - low)
+            for place, parameter in enumerate(model.parameters)
+            if any(_costs_nothing(place, limits) for limits in model.bounds(stimuli))
         ),
     )
 
