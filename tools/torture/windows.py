@@ -64,7 +64,7 @@ TYPED, FRAMES = " 5\r1", 4
 LONGEST_S = 0.8  # from the command to the signal
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 CASES_OF_A_PROCESS = 100  # PsychoPy keeps some of each window that it opened
-PATIENCE_S = 90.0
+PATIENCE_S = 60.0
 
 
 @contextmanager
@@ -219,7 +219,7 @@ def process_case(chance: random.Random, *, server: bool) -> str:
         command = typed if server else [str(Path(sys.executable).with_name("slipscale"))]
         process = subprocess.Popen(
             [*command, *words],
-            env=os.environ | {"HOME": str(place)},
+            env=os.environ | {"HOME": str(place), "PYTHONFAULTHANDLER": "1"},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -240,9 +240,8 @@ def process_case(chance: random.Random, *, server: bool) -> str:
         try:
             out, said = process.communicate(timeout=PATIENCE_S)
         except subprocess.TimeoutExpired:
-            process.kill()
-            process.communicate()
-            return "it hung"
+            process.send_signal(signal.SIGABRT)  # Python then shows where each thread is
+            return f"it hung: {process.communicate()[1][:3000]}"
         if server:
             return _of_server(journal, process.returncode, out + said)
         return judge(journal, [], process.returncode, out + said)
