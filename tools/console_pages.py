@@ -83,7 +83,7 @@ def laboratory(folder: Path) -> None:
     folder.mkdir()
     slipscale(folder, "study", "new", "mine.toml", "--title", "Slipperiness", "--author", "A. B.")
     with (folder / "mine.toml").open("a") as file:
-        file.write('\n[analysis]\nexclusions = ["non_monotone", "zeros"]\n')
+        file.write('\n[analysis]\nexclusions = ["constant", "zeros"]\n')
     plate = "serial:/dev/ttyACM0,calibration=plate.toml"
     slipscale(folder, "lab", "init", ".", "--study", "mine.toml", "--plate", plate)
     slipscale(folder, "pilot", "--participants", "8", "--seed", "1", "--out", "data")

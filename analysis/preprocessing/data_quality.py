@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 #: Fewer trials than this cannot show a drift or a split-half correlation.
 TRIALS_FOR_DRIFT = 8
 
+#: Of one catch step honest participants say "yes" too often for a flag.
+CATCHES = 2
+
 #: A flag -> its meaning for a quantity ``q``.
 MEANINGS = {
     "non_monotone": "mean estimates fall from one {q.level} to the next",
@@ -55,7 +58,12 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
     if len(trials):
         by = trials.groupby(PARTICIPANT, observed=True)
         means = cell_means(trials)
-        found["non_monotone"] = _indexed((np.diff(means.to_numpy(float), axis=1) < 0).sum(1), means)
+        steps = np.diff(means.to_numpy(float), axis=1)
+        falling = (steps < 0).sum(1).astype(float)
+        if thresholds.falling_steps is None:
+            # More than half of the steps, however many there are.
+            falling = np.where(2 * falling > (~np.isnan(steps)).sum(1), falling, 0.0)
+        found["non_monotone"] = _indexed(falling, means)
         found["constant"] = by["estimate"].nunique()
         found["zeros"] = (
             (trials["estimate"] == 0).groupby(trials[PARTICIPANT], observed=True).mean()
@@ -67,7 +75,9 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
         found["faults"] = _share(answers, answers["faulty"])
     catches = data.differences[data.differences["catch"]] if len(data.differences) else None
     if catches is not None and len(catches):
-        found["false_alarms"] = _share(catches, catches["difference_felt"] == 1)
+        share = _share(catches, catches["difference_felt"] == 1)
+        several = catches.groupby(PARTICIPANT, observed=True).size() >= CATCHES
+        found["false_alarms"] = share.where(several)
     return found.reindex(columns=list(MEANINGS), index=people)
 
 
@@ -129,7 +139,7 @@ def _split_half(
 #: Flag: (measures, thresholds) -> which participants have it. NaN never flags. A new flag also
 #: needs its name in `slipscale.experiments.study.analysis_choices.QualityFlag`.
 DECISIONS: dict[str, Callable[[pd.Series[float], Thresholds], pd.Series[bool]]] = {
-    "non_monotone": lambda m, t: m >= t.falling_steps,
+    "non_monotone": lambda m, t: m >= (t.falling_steps or 1),
     "constant": lambda m, t: m <= t.distinct_numbers,
     "zeros": lambda m, t: m > t.zero_share,
     "timed_out": lambda m, t: m > t.timed_out_share,

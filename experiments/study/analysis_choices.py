@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 Normalisation = Literal[
     "none",
@@ -34,6 +34,8 @@ QualityFlag = Literal[
     "false_alarms",
     "faults",
 ]
+#: Flags that look at how estimates follow the amplitude: whoever is left shows the effect.
+OF_THE_OUTCOME = ("non_monotone",)
 Test = Literal[
     "rm_anova",
     "friedman",
@@ -66,10 +68,10 @@ class Thresholds(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    falling_steps: Annotated[int, Field(ge=1)] = Field(
-        default=1,
+    falling_steps: Annotated[int, Field(ge=1)] | None = Field(
+        default=None,
         description="Flag non_monotone: this many steps or more, from one amplitude to the next, "
-        "on which the mean estimate falls.",
+        "on which the mean estimate falls; left out: more than half of the steps.",
         json_schema_extra={"unit": "steps"},
     )
     distinct_numbers: Annotated[int, Field(ge=1)] = Field(
@@ -119,6 +121,16 @@ class Thresholds(BaseModel):
     )
 
 
+def _no_outcome(flags: tuple[QualityFlag, ...]) -> tuple[QualityFlag, ...]:
+    if wrong := [flag for flag in flags if flag in OF_THE_OUTCOME]:
+        raise ValueError(
+            f"{wrong[0]} selects participants by the effect that is tested, so that pure noise "
+            "becomes significant; remove it: the report shows the results without the flagged "
+            "participants as a sensitivity analysis"
+        )
+    return flags
+
+
 class AnalysisChoices(BaseModel):
     """The ``[analysis]`` table of a study file."""
 
@@ -137,7 +149,7 @@ class AnalysisChoices(BaseModel):
         default="sample",
         description="Standard deviation of Table III: sample divides by n - 1, population by n.",
     )
-    exclusions: tuple[QualityFlag, ...] = Field(
+    exclusions: Annotated[tuple[QualityFlag, ...], AfterValidator(_no_outcome)] = Field(
         default=(), description="Flags that exclude a participant from every analysis."
     )
     thresholds: Thresholds = Field(

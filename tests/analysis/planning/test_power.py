@@ -114,7 +114,7 @@ def as_analysed(made, ratings):
     [
         {"primary": "logarithms", "normalisation": "grand_maximum"},
         {"primary": "ranks", "normalisation": "modulus_equalisation", "zero_rule": "half_minimum",
-         "exclusions": ("non_monotone",)},
+         "exclusions": ("unreliable",)},
     ],
     ids=lambda choices: choices["normalisation"],
 )  # fmt: skip

@@ -1,5 +1,7 @@
 """Flags and exclusions: raised by their rule, counted, and never on their own."""
 
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import get_args
 
 import numpy as np
@@ -9,9 +11,19 @@ import pytest
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing import data_quality
+from slipscale.analysis.preprocessing.data_quality import flags, measures
 from slipscale.analysis.preprocessing.log_transform import ZERO_RULES
 from slipscale.analysis.tasks.table import STATISTICS
-from slipscale.experiments.study.analysis_choices import QualityFlag, Test, Thresholds, ZeroRule
+from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.running.bare_dataset import write_simulated
+from slipscale.experiments.running.pilot import pilot_plans
+from slipscale.experiments.study.analysis_choices import (
+    AnalysisChoices,
+    QualityFlag,
+    Test,
+    Thresholds,
+    ZeroRule,
+)
 from slipscale.faults import UserError
 
 pytestmark = pytest.mark.usefixtures("without_models")
@@ -44,7 +56,8 @@ def changed(dataset, **changes):
 @pytest.mark.parametrize(
     "changes,expected",
     [
-        ({"estimate": [5, 60] * 8}, {"constant", "non_monotone"}),
+        ({"estimate": [5, 60] * 8}, {"constant"}),
+        ({"estimate": [80, 50, 20, 30] * 4}, {"non_monotone"}),
         ({"estimate": [0, 20, 50, 80] * 2 + [0, 21, 52, 83] * 2}, set()),
         ({"estimate": [0, 0, 50, 80] * 2 + [0, 1, 52, 83] * 2}, {"zeros"}),
         ({"estimate": [10, 20, 50, 80] * 2 + [80, 50, 20, 10] * 2}, {"unreliable"}),
@@ -138,12 +151,32 @@ def test_drift_is_seen_as_a_factor(dataset):
 def test_yes_on_catch_steps_is_a_false_alarm(dataset):
     row = dataset.difference_row
     calm = [row(1, 2.3, 1.2, "yes"), row(2, 1.2, 1.2, "no")]
-    eager = [row(1, 2.3, 1.2, "yes"), row(2, 1.2, 1.2, "yes")]
-    people = {f"{n:02d}": calm for n in range(1, 7)} | {"02": eager}
-    assert "false_alarms" in flags_of(dataset, differences=people)
+    once = [row(1, 2.3, 1.2, "yes"), row(2, 1.2, 1.2, "yes")]
+    twice = [*once, row(3, 1.2, 1.2, "yes")]
+    for eager, flagged in ((once, False), (twice, True)):
+        people = {f"{n:02d}": calm for n in range(1, 7)} | {"02": eager}
+        assert ("false_alarms" in flags_of(dataset, differences=people)) is flagged
 
 
 BAD = {"estimate": [80, 50, 20, 10] * 4}
+CONSTANT = {"estimate": [5, 60, 60, 60] * 4}
+
+
+def test_a_flag_of_the_outcome_is_refused_as_an_exclusion():
+    with pytest.raises(ValueError, match="pure noise becomes significant; remove it"):
+        AnalysisChoices(exclusions=("constant", "non_monotone"))
+
+
+def test_honest_participants_are_flagged_in_one_of_twenty_cases_at_most():
+    people = Population()
+    plans = pilot_plans("biet2007", participants=150, seed=1, language=None, population=people)
+    with TemporaryDirectory() as folder:
+        write_simulated(Path(folder) / "d", plans, people, sessions=False)
+        data = load(Path(folder) / "d")
+    found = flags(measures(data, Thresholds()), Thresholds()).mean()
+    # A rate of 5 % shows at most 12 of 150 (binomial, 95 %).
+    assert (found <= 12 / 150).all(), found.to_dict()
+    assert found["non_monotone"] == 0
 
 
 def test_a_flag_alone_excludes_nobody_and_results_are_shown_both_ways(dataset, page):
@@ -156,21 +189,21 @@ def test_a_flag_alone_excludes_nobody_and_results_are_shown_both_ways(dataset, p
 
 def test_the_study_s_rule_excludes_before_anything_is_described(dataset, page):
     folder = dataset(
-        rows=changed(dataset, **BAD), choices='exclusions = ["non_monotone", "constant"]'
+        rows=changed(dataset, **CONSTANT), choices='exclusions = ["zeros", "constant"]'
     )
     analysis = analyse(folder)
-    assert analysis.excluded == {"sub-02": ("non_monotone",)}
+    assert analysis.excluded == {"sub-02": ("constant",)}
     assert set(analysis.table3["n"]) == {5}
-    assert "sub-02 (non_monotone)" in page(analysis)
+    assert "sub-02 (constant)" in page(analysis)
     assert len(analysis.flags) == 6
 
 
 def test_thresholds_come_from_the_study(dataset):
     folder = dataset(
         rows=changed(dataset, **BAD),
-        choices='exclusions = ["non_monotone"]\nthresholds = { falling_steps = 4 }',
+        choices="thresholds = { falling_steps = 4 }",
     )
-    assert analyse(folder).excluded == {}
+    assert not analyse(folder).flags["non_monotone"].any()
 
 
 def test_exclusions_that_leave_nobody_are_refused(dataset):
