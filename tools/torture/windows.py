@@ -289,6 +289,8 @@ def main(words: list[str] | None = None) -> int:
         with display():
             print(json.dumps(signal_cases(args.cases, args.seed)), flush=True)
             os._exit(DONE)  # libraries close windows at exit, on a display that is no more
+    for name in NAMES:  # nohup and a shell's background ignore some; commands would inherit that
+        signal.signal(getattr(signal, name), signal.SIG_DFL)
     counts, bad = signals_elsewhere(args.signals, args.seed)
     chance = random.Random(args.seed)
     for what, count in (("processes", args.processes), ("servers", args.servers)):
