@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reconstruction.answers import Across
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
-    from slipscale.analysis.reconstruction.inference.printed_test_answers import PrintedTestAnswer
+    from slipscale.analysis.reconstruction.inference.printed_test_answer import PrintedTestAnswer
     from slipscale.analysis.reconstruction.table.published_table import Design
     from slipscale.analysis.reconstruction.table.table_files import PublishedTable
 

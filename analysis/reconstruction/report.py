@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.answers import Across, ColumnAnswer, Variant
     from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
     from slipscale.analysis.reconstruction.inference.distributions import Distribution
-    from slipscale.analysis.reconstruction.inference.printed_test_answers import PrintedTestAnswer
+    from slipscale.analysis.reconstruction.inference.printed_test_answer import PrintedTestAnswer
     from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn
 
 # Different ratings of a data set that are shown.

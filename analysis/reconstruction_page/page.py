@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
     from slipscale.analysis.reconstruction.inference.distributions import Distribution
-    from slipscale.analysis.reconstruction.inference.printed_test_answers import PrintedTestAnswer
+    from slipscale.analysis.reconstruction.inference.printed_test_answer import PrintedTestAnswer
 
 # Data sets a column that the histograms are over, and those that come with the page.
 DRAWN = 2000

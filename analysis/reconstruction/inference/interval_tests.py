@@ -14,16 +14,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.reconstruction.inference.definitions import STATISTICS
+from slipscale.analysis.reconstruction.inference.group_statistics import of_groups, prints
 from slipscale.analysis.reconstruction.inference.independent import extreme_between
-from slipscale.analysis.reconstruction.inference.printed_test_answers import (
+from slipscale.analysis.reconstruction.inference.printed_test_answer import (
     PAIRED,
     SHOWN,
     UNFOUND,
     PrintedTestAnswer,
     Verdict,
     in_words,
-    of_groups,
-    prints,
 )
 from slipscale.analysis.reconstruction.inference.printed_windows import (
     SLACK,

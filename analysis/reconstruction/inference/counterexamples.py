@@ -1,0 +1,107 @@
+"""The attack on every verdict of "impossible": a search for ratings that print the test.
+
+It uses the definitions of the statistics alone, so that it does not share a mistake with the sums
+and products that led to the verdict.
+"""
+
+from __future__ import annotations
+
+from math import isnan, sqrt
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from slipscale.analysis.reconstruction.inference.definitions import STATISTICS
+from slipscale.analysis.reconstruction.inference.group_statistics import of_groups, prints
+from slipscale.analysis.reconstruction.inference.printed_test_answer import PAIRED, SHOWN
+from slipscale.analysis.reconstruction.inference.printed_windows import (
+    f_window,
+    fits,
+    r_windows,
+    t_window,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
+    from slipscale.analysis.reconstruction.inference.printed_test_answer import (
+        Case,
+        PrintedTestAnswer,
+    )
+    from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
+
+# Tables that a counterexample is sought among, and choices of moments that they have.
+ATTACKED = 500
+SHOWN_FOR = 60
+
+
+def impossible(
+    case: Case,
+    rows: Sequence[ColumnRows],
+    reason: str,
+    extent: tuple[float, float],
+    pairs: tuple[int, int] | None = None,
+) -> PrintedTestAnswer:
+    """Return "impossible" unless a search by the definitions finds that it is not."""
+    shown = _counterexample(case.test, rows)
+    if shown:
+        return case.said("possible", SHOWN, extent, pairs=pairs, example=shown)
+    return case.said("impossible", reason, extent, pairs=pairs)
+
+
+def why_not(extent: tuple[float, float]) -> str:
+    """Return why a test is impossible whose statistic lies in an interval; NaN: it has none."""
+    if isnan(extent[0]):
+        return "it is not defined for any data set: nothing varies that it divides by"
+    return "no sums, sums of squares and products of whole ratings print it"
+
+
+def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Array, ...]:
+    """Return ratings that print a test, by its definition alone; empty if none was found."""
+    generator = np.random.default_rng(2)
+    tables = []
+    for row in rows:
+        places = generator.integers(len(row.moments), size=min(len(row.moments), SHOWN_FOR))
+        known = [part for place in set(places.tolist()) if len(part := row.some(place))]
+        if not known:
+            return ()
+        pool = np.concatenate(known)
+        tables.append(pool[generator.integers(len(pool), size=ATTACKED)].astype(float))
+    pairings = [tables]
+    if test.kind in PAIRED:
+        pairings += [
+            [tables[0], *(row[:, ::-1] for row in tables[1:])],
+            [generator.permuted(row, axis=1) for row in tables],
+        ]
+    sizes = np.array([row.n for row in rows])
+    for columns in pairings:
+        values = STATISTICS[test.kind](columns)
+        hit = np.flatnonzero(_prints_by_definition(test, values, columns, sizes))
+        if len(hit):
+            return tuple(column[hit[0]].astype(np.int64) for column in columns)
+    return ()
+
+
+def _prints_by_definition(
+    test: PrintedTest, values: Array, columns: Sequence[Array], n: Array
+) -> Array:
+    """Whether statistics of tables are printed so; NaN is not."""
+    defined = ~np.isnan(values)
+    if test.kind == "correlation":
+        hit = np.zeros(len(values), dtype=bool)
+        for window in r_windows(test, int(n[0])):
+            hit |= fits(values, window)
+        return defined & hit
+    if test.kind in ("paired_t", "rm_f"):
+        k = len(n)
+        window = (
+            t_window(test, n[0] - 1, sqrt(n[0]))
+            if test.kind == "paired_t"
+            else f_window(test, (k - 1, (k - 1) * (int(n[0]) - 1)))
+        )
+        return defined & fits(np.abs(values), window)
+    means = np.stack([x.mean(axis=1) for x in columns], axis=1)
+    variances = np.stack([x.var(axis=1, ddof=1) for x in columns], axis=1)
+    return defined & prints(test, values, of_groups(test, means, variances, n)[1], n)

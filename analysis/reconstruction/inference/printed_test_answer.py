@@ -1,0 +1,136 @@
+"""What is known of a printed test, and the test with its columns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf
+from typing import TYPE_CHECKING, Literal
+
+from slipscale.analysis.reconstruction.inference.comparable_columns import values_of
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from slipscale.analysis.reconstruction.counts.state_table import Array
+    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+    from slipscale.analysis.reconstruction.inference.conclusions import Ratings
+    from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
+
+Verdict = Literal["possible", "impossible", "not decided"]
+WORDS = {
+    "paired_t": "paired t",
+    "independent_t": "independent t",
+    "welch_t": "Welch's t",
+    "one_way_f": "one-way F",
+    "rm_f": "repeated-measures F",
+    "correlation": "correlation",
+}
+PAIRED = ("paired_t", "correlation", "rm_f")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PrintedTestAnswer:
+    """What is known of a printed test.
+
+    Parameters
+    ----------
+    kind : str
+        Of the test.
+    labels : tuple of str
+        The columns that it compares.
+    printed : str
+        What is printed of it, in words.
+    verdict : {"possible", "impossible", "not decided"}
+        Whether some data set and pairing print it.
+    reason : str
+        Why, in a sentence.
+    low, high : float
+        Bounds of the statistic over all data sets and pairings; not every value between them
+        occurs. `high` is infinite if nothing bounds it; both are NaN if it is never defined.
+    pairs, pairs_left : int or None
+        How many choices of a sum and a sum of squares for each column there are, and with how many
+        the test can be printed; None if they are not examined one by one.
+    correlation_low, correlation_high : float or None
+        The correlation that the printed test leaves; None for independent groups.
+    example : tuple of tuple of float
+        Ratings that print the test, one row per column; empty if none are known.
+    """
+
+    kind: str
+    labels: tuple[str, ...]
+    printed: str
+    verdict: Verdict
+    reason: str
+    low: float
+    high: float
+    pairs: int | None = None
+    pairs_left: int | None = None
+    correlation_low: float | None = None
+    correlation_high: float | None = None
+    example: Ratings = ()
+
+    @property
+    def question(self) -> str:
+        """The test in words."""
+        return f"{WORDS[self.kind]} of {', '.join(self.labels)}"
+
+
+@dataclass(frozen=True)
+class Case:
+    """A test and the columns that it compares."""
+
+    test: PrintedTest
+    columns: tuple[Solutions, ...]
+
+    def said(
+        self,
+        verdict: Verdict,
+        reason: str,
+        extent: tuple[float, float] = (-inf, inf),
+        *,
+        pairs: tuple[int, int] | None = None,
+        correlation: tuple[float, float] | None = None,
+        example: Sequence[Array] = (),
+    ) -> PrintedTestAnswer:
+        """Return an answer; an example is given in steps, one row per column."""
+        return PrintedTestAnswer(
+            kind=self.test.kind,
+            labels=tuple(s.column.label for s in self.columns),
+            printed=in_words(self.test),
+            verdict=verdict,
+            reason=reason,
+            low=extent[0],
+            high=extent[1],
+            pairs=pairs and pairs[0],
+            pairs_left=pairs and pairs[1],
+            correlation_low=correlation and correlation[0],
+            correlation_high=correlation and correlation[1],
+            example=tuple(
+                tuple(float(v) for v in values_of(solutions, row))
+                for solutions, row in zip(self.columns, example, strict=False)
+            ),
+        )
+
+
+SHOWN = "the ratings below print it"
+TOO_MANY = "too many sums and sums of squares print the columns to examine all of them"
+UNFOUND = "its bounds allow it, but no ratings that print it were found"
+
+
+def in_words(test: PrintedTest) -> str:
+    """Return what is printed of a test.
+
+    >>> from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
+    >>> in_words(PrintedTest(kind="paired_t", statistic="2.31", p_below=".05", sides=1))
+    't = 2.31, one-sided p < .05'
+    """
+    sign = {"correlation": "r", "one_way_f": "F", "rm_f": "F"}.get(test.kind, "t")
+    p = "p" if test.sides == 2 else "one-sided p"  # noqa: PLR2004 - both sides
+    parts = (
+        (sign, " = ", test.statistic),
+        (p, " = ", test.p),
+        (p, " < ", test.p_below),
+        ("d", " = ", test.d),
+        ("partial η²", " = ", test.partial_eta_squared),
+    )
+    return ", ".join(f"{name}{how}{text.text}" for name, how, text in parts if text is not None)
