@@ -6,11 +6,11 @@ import json
 import tomllib
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.plan_check import Deviation, PlanCheck
 from slipscale.analysis.preprocessing.sessions import sessions_of
 from slipscale.analysis.preregistration.plan_in_words import results_of, with_results
 from slipscale.analysis.reporting.files import software
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.plan_check import Deviation, PlanCheck
 from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.study.file import study_hash
 from slipscale.faults import UserError
@@ -18,9 +18,9 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
-    from slipscale.analysis.plan_check import Kind
     from slipscale.analysis.preregistration.bundle import Bundle
     from slipscale.analysis.tasks.kind import Analysis
+    from slipscale.analysis.tasks.plan_check import Kind
 
 #: A choice of the [analysis] table -> which kind of deviation it is; others are options.
 KIND_OF_CHOICE: Mapping[str, Kind] = {

@@ -24,9 +24,9 @@ from slipscale.analysis.reading.cleaning import (
     told_apart,
 )
 from slipscale.analysis.reading.delimited import Problems, Source, read_tables
+from slipscale.analysis.reading.listing import listed
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, SERIES
-from slipscale.analysis.wording import listed
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 

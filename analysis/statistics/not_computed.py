@@ -1,8 +1,18 @@
-"""What stands in place of a result that the data do not allow."""
+"""What replaces a result that the data do not allow, and how code reads "a result or a reason".
+
+Most code reads such a value by `computed`, `all_computed` or `fold`, and has no branch of its own.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+T = TypeVar("T")
+S = TypeVar("S")
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,3 +26,18 @@ class NotComputed:
     """
 
     reason: str
+
+
+def computed(result: T | NotComputed) -> T | None:
+    """Return a result; None if there is none."""
+    return None if isinstance(result, NotComputed) else result
+
+
+def all_computed(results: Iterable[T | NotComputed]) -> list[T]:
+    """Return the results that there are."""
+    return [each for each in results if not isinstance(each, NotComputed)]
+
+
+def fold(result: T | NotComputed, read: Callable[[T], S], otherwise: Callable[[str], S]) -> S:
+    """Return what is made of a result, or of the reason why there is none."""
+    return otherwise(result.reason) if isinstance(result, NotComputed) else read(result)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.not_computed import computed
 from slipscale.analysis.statistics.omnibus import friedman
 from slipscale.analysis.statistics.power_law import power_law
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
+    from slipscale.analysis.statistics.not_computed import NotComputed
     from slipscale.analysis.statistics.omnibus import Friedman
     from slipscale.analysis.statistics.power_law import PowerLaw
 
@@ -43,8 +44,7 @@ class SubsetSummary:
 
     def json_form(self) -> Mapping[str, object]:
         """Return the result under its keys."""
-        exponent = None if isinstance(self.power_law, NotComputed) else self.power_law
-        friedman = None if isinstance(self.friedman, NotComputed) else self.friedman
+        exponent, friedman = computed(self.power_law), computed(self.friedman)
         return {
             "participants": self.participants,
             "n": self.n,

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
-    from slipscale.analysis.plan_check import PlanCheck
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
@@ -30,6 +29,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.robustness import SubsetSummary
     from slipscale.analysis.statistics.sensitivity import RuleSummary
     from slipscale.analysis.statistics.statistic import Inference, SessionTable, Statistic
+    from slipscale.analysis.tasks.plan_check import PlanCheck
     from slipscale.analysis.writing.html import ReportSection
 
     SectionWriter = Callable[["Analysis", Mapping[str, str]], ReportSection]

@@ -15,7 +15,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
 
 #: What a caption starts with -> what is counted.
@@ -86,6 +86,11 @@ def heading(text: str) -> Markup:
 def labelled(label: str, text: str) -> Markup:
     """Return a paragraph that starts with what it is."""
     return Markup("<p><b>{}.</b> {}</p>").format(label, text)
+
+
+def figure_if_drawn(svgs: Mapping[str, str], name: str, caption: str, alt: str) -> list[Markup]:
+    """Return a figure by its file name; nothing if it was not drawn."""
+    return [figure(svgs[name], caption, alt)] if name in svgs else []
 
 
 def details(title: str, blocks: Iterable[Markup]) -> Markup:

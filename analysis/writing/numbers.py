@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
+
+from slipscale.analysis.statistics.not_computed import fold
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.not_computed import NotComputed
+
+T = TypeVar("T")
 
 #: Slopes below this, per µPa for example, would read 0.00.
 SMALLEST_OF_TWO_DECIMALS = 0.095
@@ -96,8 +101,15 @@ def unit_number(value: float, decimals: int = 2) -> str:
     return sign + (text.removeprefix("0"))
 
 
-def bracketed(bounds: ConfidenceInterval, write: Callable[[float], str] = number) -> str:
-    """Return "[low, high]"."""
+def cell(result: T | NotComputed, write: Callable[[T], str]) -> str:
+    """Return a result as written, or a dash for one that was not computed."""
+    return fold(result, write, lambda _: DASH)
+
+
+def bracketed(bounds: ConfidenceInterval | None, write: Callable[[float], str] = number) -> str:
+    """Return "[low, high]", or a dash for None."""
+    if bounds is None:
+        return DASH
     low, high = bounds
     return f"[{write(low)}, {write(high)}]"
 

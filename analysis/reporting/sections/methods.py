@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.reading.listing import listed
 from slipscale.analysis.reporting import methods_text
 from slipscale.analysis.tasks.estimation.primary import TITLES
-from slipscale.analysis.wording import listed
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import grouped

@@ -9,7 +9,7 @@ import pandas as pd
 
 from slipscale.analysis.preprocessing import data_quality as quality_rules
 from slipscale.analysis.reading.quantity import capitalised
-from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.not_computed import computed
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import (
@@ -214,8 +214,7 @@ def _with_and_without(analysis: Analysis) -> Markup:
 
 
 def _subset(subset: SubsetSummary, amplitudes: Sequence[float]) -> list[str]:
-    law = None if isinstance(subset.power_law, NotComputed) else subset.power_law
-    friedman = None if isinstance(subset.friedman, NotComputed) else subset.friedman
+    law, friedman = computed(subset.power_law), computed(subset.friedman)
     return [
         subset.participants,
         str(subset.n),

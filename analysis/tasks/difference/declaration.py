@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.quantity import capitalised
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.declared.flat_table import flat
+from slipscale.analysis.tasks.declared.session_tables import by_session
 from slipscale.analysis.tasks.difference import figures, section, sentences
 from slipscale.analysis.tasks.difference.reading import TRIALS
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
 from slipscale.analysis.tasks.difference.table import answers_table
-from slipscale.analysis.tasks.flat_table import flat
 from slipscale.analysis.tasks.kind import TaskAnalysis
-from slipscale.analysis.tasks.session_tables import by_session
 from slipscale.analysis.writing.numbers import counted
 
 if TYPE_CHECKING:

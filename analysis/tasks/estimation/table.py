@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from slipscale.analysis.tasks.declared.flat_table import flat
 from slipscale.analysis.tasks.estimation.statistics import PAIRWISE
-from slipscale.analysis.tasks.flat_table import flat
 
 if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis

@@ -11,7 +11,7 @@ ANALYSIS = TaskAnalysis(
     statistics=(EXPONENT_AND_WEBER,),
     sentences=lambda analysis: {
         "Exponent and Weber fraction": sentences.sentences(
-            analysis.inference[EXPONENT_AND_WEBER], analysis.dataset.choices.confidence
+            analysis.inference.found(EXPONENT_AND_WEBER) or (), analysis.dataset.choices.confidence
         )
     },
     sections=(section.exponent_and_weber,),

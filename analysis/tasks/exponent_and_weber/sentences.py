@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.exponent_and_weber.statistics import EKMAN, PUBLISHED
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, unit_number
 
@@ -21,10 +20,8 @@ VERDICTS = {
 }
 
 
-def sentences(found: tuple[ExponentAndWeber, ...] | NotComputed, confidence: float) -> list[str]:
+def sentences(found: tuple[ExponentAndWeber, ...], confidence: float) -> list[str]:
     """Return a paragraph a task."""
-    if isinstance(found, NotComputed):
-        return []
     return [sentence(one, confidence) for one in found]
 
 

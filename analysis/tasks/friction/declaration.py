@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing import normalisation
-from slipscale.analysis.tasks.flat_table import flat
+from slipscale.analysis.tasks.declared.flat_table import flat
 from slipscale.analysis.tasks.friction import figures, section
 from slipscale.analysis.tasks.kind import TaskAnalysis
 

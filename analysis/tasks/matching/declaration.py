@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from slipscale.analysis.tasks.declaring import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.session_tables import mean_by_session
 from slipscale.analysis.tasks.matching import figures, section, sentences, table
 from slipscale.analysis.tasks.matching.reading import TRIALS
 from slipscale.analysis.tasks.matching.statistics import MATCHING
-from slipscale.analysis.tasks.session_tables import mean_by_session
 
 ANALYSIS = of_one_statistic(
     "matching",
@@ -17,7 +17,7 @@ ANALYSIS = of_one_statistic(
     title="Matching",
     answers=sentences.matching_sentences,
     sentences=sentences.matching_sentences,
-    section=section.matching,
+    blocks=section.blocks,
     figures=lambda found, trials: {
         f"matching_{task}": figures.matches(
             [each for each in found if each.task == task], trials[trials["task"] == task]

@@ -36,12 +36,8 @@ def matching_answer(found: MatchedReference, confidence: float) -> str:
     )
 
 
-def matching_sentences(
-    found: tuple[MatchedReference, ...] | NotComputed, confidence: float
-) -> list[str]:
+def matching_sentences(found: tuple[MatchedReference, ...], confidence: float) -> list[str]:
     """Return a sentence a reference."""
-    if isinstance(found, NotComputed):
-        return []
     return [matching_answer(each, confidence) + _besides(each) for each in found]
 
 

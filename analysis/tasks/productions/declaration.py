@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from slipscale.analysis.tasks.declaring import of_one_statistic
-from slipscale.analysis.tasks.productions import figures, section, sentences, table
+from slipscale.analysis.tasks.declared.flat_table import flat_under
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
+from slipscale.analysis.tasks.productions import figures, section, sentences
 from slipscale.analysis.tasks.productions.reading import TRIALS
 from slipscale.analysis.tasks.productions.statistics import PRODUCTIONS
-from slipscale.analysis.tasks.session_tables import logarithms, mean_by_session
 
 ANALYSIS = of_one_statistic(
     "productions",
@@ -19,12 +20,25 @@ ANALYSIS = of_one_statistic(
         text for task in found for text in sentences.production_answers(task, level)
     ],
     sentences=sentences.production_sentences,
-    section=section.productions,
+    blocks=section.blocks,
     figures=lambda found, trials: {
         f"productions_{each.task}": figures.productions(each, trials[trials["task"] == each.task])
         for each in found
     },
-    table=table.production_table,
+    table=lambda found: flat_under(
+        [
+            (
+                {
+                    "task": task.task,
+                    "standard_um_pp": task.standard_um_pp,
+                    "modulus": task.modulus,
+                },
+                each,
+            )
+            for task in found
+            for each in task.numbers
+        ]
+    ),
     session_tables=mean_by_session(
         TRIALS,
         "mean produced amplitude",

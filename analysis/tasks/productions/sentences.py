@@ -76,12 +76,8 @@ def production_answers(found: TaskProductions, confidence: float) -> list[str]:
     return texts
 
 
-def production_sentences(
-    found: tuple[TaskProductions, ...] | NotComputed, confidence: float
-) -> list[str]:
+def production_sentences(found: tuple[TaskProductions, ...], confidence: float) -> list[str]:
     """Return a paragraph a task of production."""
-    if isinstance(found, NotComputed):
-        return []
     return [
         " ".join([*production_answers(task, confidence), *production_biases(task, confidence)])
         for task in found

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from slipscale.analysis.tasks.declaring import of_one_statistic
-from slipscale.analysis.tasks.ratings import figures, section, sentences, table
+from slipscale.analysis.tasks.declared.flat_table import flat_under
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.session_tables import mean_by_session
+from slipscale.analysis.tasks.ratings import figures, section, sentences
 from slipscale.analysis.tasks.ratings.reading import TRIALS
 from slipscale.analysis.tasks.ratings.statistics import RATINGS
-from slipscale.analysis.tasks.session_tables import mean_by_session
 
 ANALYSIS = of_one_statistic(
     "ratings",
@@ -17,12 +18,21 @@ ANALYSIS = of_one_statistic(
     title="Visual analogue scale",
     answers=lambda found, _: [sentences.rating_answer(task) for task in found],
     sentences=sentences.rating_sentences,
-    section=section.ratings,
+    heading="Ratings on a visual analogue scale",
+    blocks=section.blocks,
     figures=lambda found, trials: {
         f"ratings_{each.task}": figures.ratings(each, trials[trials["task"] == each.task])
         for each in found
     },
-    table=table.rating_table,
+    table=lambda found: flat_under(
+        [({"task": task.task}, each) for task in found for each in task.surfaces]
+    ).rename(
+        columns={
+            "sd": "standard_deviation",
+            "at_left": "at_left_end",
+            "at_right": "at_right_end",
+        }
+    ),
     session_tables=mean_by_session(
         TRIALS,
         "mean rating",

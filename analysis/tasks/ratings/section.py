@@ -4,42 +4,39 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.declaring import section_of
+from slipscale.analysis.statistics.not_computed import computed
 from slipscale.analysis.tasks.ratings import sentences as words
-from slipscale.analysis.tasks.ratings.statistics import RATINGS
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.html import ReportSection, TableColumn
-from slipscale.analysis.writing.numbers import DASH, bracketed, number, p_value
+from slipscale.analysis.writing.html import TableColumn
+from slipscale.analysis.writing.numbers import DASH, bracketed, cell, number, p_value
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from markupsafe import Markup
 
-    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.analysis.tasks.ratings.statistics import TaskRatings
 
 
-def ratings(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+def blocks(tasks: tuple[TaskRatings, ...], svgs: Mapping[str, str], level: float) -> list[Markup]:
     """Return the section of ratings on a line."""
-    section = section_of("Ratings on a visual analogue scale", analysis)
-    found = analysis.inference[RATINGS]
-    level = 100 * analysis.dataset.choices.confidence
-    for task in () if isinstance(found, NotComputed) else found:
-        section.blocks.append(html.heading(words.rating_title(task)))
-        if (svg := svgs.get(f"ratings_{task.task}")) is not None:
-            section.blocks.append(
-                html.figure(
-                    svg,
-                    "Places on the line, from its left end (0) to its right (100). Pale: each "
-                    f"participant's means; blue: their mean with Student's {level:g} % interval.",
-                    "Mean ratings: "
-                    + ", ".join(f"{each.surface}: {each.mean:.0f}" for each in task.surfaces),
-                )
-            )
-        section.blocks += [_rating_table(task), _pair_table(task)]
-    return section
+    return [block for task in tasks for block in _task(task, svgs, level)]
+
+
+def _task(task: TaskRatings, svgs: Mapping[str, str], level: float) -> list[Markup]:
+    return [
+        html.heading(words.rating_title(task)),
+        *html.figure_if_drawn(
+            svgs,
+            f"ratings_{task.task}",
+            "Places on the line, from its left end (0) to its right (100). Pale: each "
+            f"participant's means; blue: their mean with Student's {level:g} % interval.",
+            "Mean ratings: "
+            + ", ".join(f"{each.surface}: {each.mean:.0f}" for each in task.surfaces),
+        ),
+        _rating_table(task),
+        _pair_table(task),
+    ]
 
 
 def _rating_table(task: TaskRatings) -> Markup:
@@ -50,7 +47,7 @@ def _rating_table(task: TaskRatings) -> Markup:
             each.surface,
             str(each.ratings),
             number(each.mean, 1),
-            DASH if each.interval is None else bracketed(each.interval, _one),
+            bracketed(each.interval, _one),
             number(each.sd, 1),
             str(each.at_left),
             str(each.at_right),
@@ -74,15 +71,14 @@ def _pair_table(task: TaskRatings) -> Markup:
     rows = []
     for pair in task.pairs:
         found = pair.difference
-        untold = isinstance(found, NotComputed)
         rows.append(
             [
                 pair.from_surface,
                 pair.to_surface,
                 str(pair.participants),
-                DASH if isinstance(found, NotComputed) else number(found.mean, 1),
-                DASH if isinstance(found, NotComputed) else bracketed(found.interval, _one),
-                DASH if untold else p_value(pair.p_wilcoxon_holm),
+                cell(found, lambda mean: number(mean.mean, 1)),
+                cell(found, lambda mean: bracketed(mean.interval, _one)),
+                DASH if computed(found) is None else p_value(pair.p_wilcoxon_holm),
             ]
         )
     return html.table(

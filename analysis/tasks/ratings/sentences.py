@@ -90,10 +90,8 @@ def rating_biases(found: TaskRatings, confidence: float) -> list[str]:
     return texts
 
 
-def rating_sentences(found: tuple[TaskRatings, ...] | NotComputed, confidence: float) -> list[str]:
+def rating_sentences(found: tuple[TaskRatings, ...], confidence: float) -> list[str]:
     """Return a paragraph a task of ratings."""
-    if isinstance(found, NotComputed):
-        return []
     return [f"{rating_answer(task)} {rating_tests(task, confidence)}" for task in found]
 
 

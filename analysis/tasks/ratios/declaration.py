@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from slipscale.analysis.tasks.declaring import of_one_statistic
-from slipscale.analysis.tasks.ratios import figures, section, sentences, table
+from slipscale.analysis.tasks.declared.flat_table import flat_under
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
+from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
+from slipscale.analysis.tasks.ratios import figures, section, sentences
 from slipscale.analysis.tasks.ratios.reading import TRIALS
 from slipscale.analysis.tasks.ratios.statistics import RATIOS
-from slipscale.analysis.tasks.session_tables import logarithms, mean_by_session
 
 ANALYSIS = of_one_statistic(
     "ratios",
@@ -17,12 +18,19 @@ ANALYSIS = of_one_statistic(
     title="Ratio judgements",
     answers=lambda found, level: [sentences.ratio_answer(task, level) for task in found],
     sentences=sentences.ratio_sentences,
-    section=section.ratios,
+    heading="Ratio judgements",
+    blocks=section.blocks,
     figures=lambda found, trials: {
         f"ratios_{each.name}": figures.ratios(each, trials[trials["task"] == each.task])
         for each in found
     },
-    table=table.ratio_table,
+    table=lambda found: flat_under(
+        [
+            ({"task": task.task, "standard_um_pp": task.standard_um_pp}, each)
+            for task in found
+            for each in task.surfaces
+        ]
+    ),
     session_tables=mean_by_session(
         TRIALS, "mean ratio", "natural logarithm", lambda rows: logarithms(rows["ratio"])
     ),

@@ -4,46 +4,41 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.declaring import section_of
 from slipscale.analysis.tasks.ratios import sentences as words
-from slipscale.analysis.tasks.ratios.statistics import RATIOS
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.html import ReportSection, TableColumn
-from slipscale.analysis.writing.numbers import DASH, bracketed, significant
+from slipscale.analysis.writing.html import TableColumn
+from slipscale.analysis.writing.numbers import bracketed, significant
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from markupsafe import Markup
 
-    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.analysis.tasks.ratios.statistics import TaskRatios
 
 
-def ratios(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+def blocks(tasks: tuple[TaskRatios, ...], svgs: Mapping[str, str], level: float) -> list[Markup]:
     """Return the section of ratio judgements."""
-    section = section_of("Ratio judgements", analysis)
-    found = analysis.inference[RATIOS]
-    level = 100 * analysis.dataset.choices.confidence
-    for task in () if isinstance(found, NotComputed) else found:
-        section.blocks.append(html.heading(words.ratio_title(task)))
-        if (svg := svgs.get(f"ratios_{task.name}")) is not None:
-            section.blocks.append(
-                html.figure(
-                    svg,
-                    "Ratios to the standard, on logarithmic axes. Pale: each participant's "
-                    "geometric means; blue: their geometric mean with Student's "
-                    f"{level:g} % interval, and the power function through them; black: the "
-                    "standard, 1 by definition.",
-                    "Geometric mean ratios: "
-                    + ", ".join(
-                        f"{each.comparison_um_pp:g} µm: {each.ratio:.3g}" for each in task.surfaces
-                    ),
-                )
-            )
-        section.blocks.append(_ratio_table(task))
-    return section
+    return [block for task in tasks for block in _task(task, svgs, level)]
+
+
+def _task(task: TaskRatios, svgs: Mapping[str, str], level: float) -> list[Markup]:
+    return [
+        html.heading(words.ratio_title(task)),
+        *html.figure_if_drawn(
+            svgs,
+            f"ratios_{task.name}",
+            "Ratios to the standard, on logarithmic axes. Pale: each participant's "
+            "geometric means; blue: their geometric mean with Student's "
+            f"{level:g} % interval, and the power function through them; black: the "
+            "standard, 1 by definition.",
+            "Geometric mean ratios: "
+            + ", ".join(
+                f"{each.comparison_um_pp:g} µm: {each.ratio:.3g}" for each in task.surfaces
+            ),
+        ),
+        _ratio_table(task),
+    ]
 
 
 def _ratio_table(task: TaskRatios) -> Markup:
@@ -56,7 +51,7 @@ def _ratio_table(task: TaskRatios) -> Markup:
                 str(each.participants),
                 str(each.judgements),
                 significant(each.ratio),
-                DASH if each.interval is None else bracketed(each.interval, significant),
+                bracketed(each.interval, significant),
             ]
             for each in task.surfaces
         ],

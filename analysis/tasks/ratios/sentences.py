@@ -38,10 +38,8 @@ def ratio_answer(found: TaskRatios, confidence: float) -> str:
     )
 
 
-def ratio_sentences(found: tuple[TaskRatios, ...] | NotComputed, confidence: float) -> list[str]:
+def ratio_sentences(found: tuple[TaskRatios, ...], confidence: float) -> list[str]:
     """Return a paragraph a task of ratio judgements."""
-    if isinstance(found, NotComputed):
-        return []
     return [f"{ratio_answer(task, confidence)} {_ratios(task, confidence)}" for task in found]
 
 

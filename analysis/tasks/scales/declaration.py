@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.declaring import of_one_statistic
+from slipscale.analysis.statistics.not_computed import computed
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.scales import figures, section, sentences, table
 from slipscale.analysis.tasks.scales.reading import TRIALS
 from slipscale.analysis.tasks.scales.statistics import SCALES
@@ -17,11 +17,12 @@ ANALYSIS = of_one_statistic(
     title="Paired comparison",
     answers=lambda found, _: [sentences.scale_answer(task) for task in found],
     sentences=lambda found, _: sentences.scale_sentences(found),
-    section=section.scales,
+    heading="Scales of slipperiness",
+    blocks=section.blocks,
     figures=lambda found, _: {
         f"scale_{each.task}": figures.scale(each)
         for each in found
-        if not all(isinstance(one, NotComputed) for one in (each.bradley_terry, each.differences))
+        if any(map(computed, (each.bradley_terry, each.differences)))
     },
     table=table.scale_table,
 )

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.declaring import section_of
+from slipscale.analysis.statistics.not_computed import NotComputed, computed, fold
 from slipscale.analysis.tasks.scales import sentences
-from slipscale.analysis.tasks.scales.statistics import SCALES
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.html import ReportSection, TableColumn
+from slipscale.analysis.writing.html import TableColumn
 from slipscale.analysis.writing.numbers import DASH, bracketed, number, p_value
 
 if TYPE_CHECKING:
@@ -17,56 +15,54 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from slipscale.analysis.tasks.kind import Analysis
+    from slipscale.analysis.tasks.scales.difference_scaling import DifferenceScale
+    from slipscale.analysis.tasks.scales.paired_comparison_scale import ComparisonScale
     from slipscale.analysis.tasks.scales.statistics import TaskScale
+    from slipscale.analysis.tasks.scales.transitivity import Consistency
 
 
-def scales(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+def blocks(tasks: tuple[TaskScale, ...], svgs: Mapping[str, str], level: float) -> list[Markup]:
     """Return the section of paired comparison: each task's figure and table."""
-    section = section_of("Scales of slipperiness", analysis)
-    found = analysis.inference[SCALES]
-    for task in () if isinstance(found, NotComputed) else found:
-        section.blocks.append(html.heading(sentences.title(task)))
-        if (svg := svgs.get(f"scale_{task.task}")) is not None:
-            level = 100 * analysis.dataset.choices.confidence
-            section.blocks.append(
-                html.figure(
-                    svg,
-                    f"Scale values with {level:g} % intervals"
-                    + (
-                        ", which allow for answers of one participant being alike."
-                        if task.consistency
-                        else " (bootstrap); the first and last surface are 0 and 1 by definition."
-                    ),
-                    f"Scale values of {', '.join(task.surfaces)}",
-                )
-            )
-        if task.consistency or not isinstance(task.differences, NotComputed):
-            section.blocks.append(_scale_table(task))
-        else:
-            section.blocks.append(html.paragraph(sentences.scale_answer(task), "note"))
-        if task.consistency:
-            section.blocks.append(_consistency_table(task))
-    return section
+    return [block for task in tasks for block in _task(task, svgs, level)]
+
+
+def _task(task: TaskScale, svgs: Mapping[str, str], level: float) -> list[Markup]:
+    values = bool(task.consistency) or computed(task.differences) is not None
+    return [
+        html.heading(sentences.title(task)),
+        *html.figure_if_drawn(
+            svgs,
+            f"scale_{task.task}",
+            f"Scale values with {level:g} % intervals"
+            + (
+                ", which allow for answers of one participant being alike."
+                if task.consistency
+                else " (bootstrap); the first and last surface are 0 and 1 by definition."
+            ),
+            f"Scale values of {', '.join(task.surfaces)}",
+        ),
+        _scale_table(task) if values else html.paragraph(sentences.scale_answer(task), "note"),
+        *([_consistency_table(task)] if task.consistency else []),
+    ]
 
 
 def _scale_table(task: TaskScale) -> Markup:
-    bradley_terry, thurstone, triads = task.bradley_terry, task.thurstone, task.differences
+    scales: dict[str, ComparisonScale | DifferenceScale | NotComputed] = {
+        "Bradley-Terry": task.bradley_terry,
+        "Thurstone V": task.thurstone,
+        "Difference scale": task.differences,
+    }
     columns = [TableColumn(title="Surface", left=True)]
     cells: list[list[str]] = []
     if task.chosen:
         columns.append(TableColumn(title="Chosen"))
         counts = zip(task.chosen, task.compared, strict=True)
         cells.append([f"{chosen} of {compared}" for chosen, compared in counts])
-    for title, found in (("Bradley-Terry", bradley_terry), ("Thurstone V", thurstone)):
+    for title, found in scales.items():
         if not isinstance(found, NotComputed):
             columns += [TableColumn(title=title), TableColumn(title="CI")]
             cells.append([number(value) for value in found.values])
             cells.append([bracketed(interval) for interval in found.intervals])
-    if not isinstance(triads, NotComputed):
-        columns += [TableColumn(title="Difference scale"), TableColumn(title="CI")]
-        cells.append([number(value) for value in triads.values])
-        cells.append([DASH if each is None else bracketed(each) for each in triads.intervals])
     rows = [
         [name, *(column[place] for column in cells)] for place, name in enumerate(task.surfaces)
     ]
@@ -75,9 +71,7 @@ def _scale_table(task: TaskScale) -> Markup:
 
 def _consistency_table(task: TaskScale) -> Markup:
     rows = [
-        [who, DASH, DASH, each.reason]
-        if isinstance(each, NotComputed)
-        else [who, f"{each.circular_triads} of {each.triads}", number(each.zeta), p_value(each.p)]
+        [who, *fold(each, _counts, lambda reason: [DASH, DASH, reason])]
         for who, each in task.consistency.items()
     ]
     titles = ("Circular triads", "Consistence ζ", "By chance")
@@ -90,5 +84,5 @@ def _consistency_table(task: TaskScale) -> Markup:
     )
 
 
-def _three(value: float) -> str:
-    return number(value, 3)
+def _counts(found: Consistency) -> list[str]:
+    return [f"{found.circular_triads} of {found.triads}", number(found.zeta), p_value(found.p)]

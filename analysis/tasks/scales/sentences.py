@@ -61,8 +61,6 @@ def scale_answer(found: TaskScale) -> str:
     return f"{what}: from the least to the most slippery, with scale values: {names}."
 
 
-def scale_sentences(found: tuple[TaskScale, ...] | NotComputed) -> list[str]:
+def scale_sentences(found: tuple[TaskScale, ...]) -> list[str]:
     """Return a paragraph a task of comparisons."""
-    if isinstance(found, NotComputed):
-        return []
     return [f"{scale_answer(task)} {fit(task)}".strip() for task in found]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.reading.listing import listed
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.wording import listed
 from slipscale.analysis.writing.numbers import (
     bracketed,
     level_of,

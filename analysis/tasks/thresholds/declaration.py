@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.tasks.declaring import of_one_statistic
+from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.thresholds import figures, section, sentences, table
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
 from slipscale.analysis.tasks.thresholds.session_tables import session_tables
@@ -38,7 +38,7 @@ ANALYSIS = of_one_statistic(
     title="Thresholds",
     answers=lambda found, level: [sentences.answer(task, level) for task in found],
     sentences=sentences.sentences,
-    section=section.thresholds,
+    blocks=section.blocks,
     figures=_figures,
     table=table.threshold_table,
     session_tables=session_tables,

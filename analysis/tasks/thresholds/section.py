@@ -4,20 +4,28 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.declaring import section_of
+from slipscale.analysis.statistics.not_computed import all_computed, computed, fold
 from slipscale.analysis.tasks.thresholds import sentences as apa_thresholds
-from slipscale.analysis.tasks.thresholds.statistics import COMPARED, THRESHOLDS
+from slipscale.analysis.tasks.thresholds.statistics import COMPARED
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.html import ReportSection, TableColumn
-from slipscale.analysis.writing.numbers import DASH, bracketed, p_value, significant, unit_number
+from slipscale.analysis.writing.html import TableColumn
+from slipscale.analysis.writing.numbers import (
+    DASH,
+    bracketed,
+    cell,
+    p_value,
+    significant,
+    unit_number,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from markupsafe import Markup
 
-    from slipscale.analysis.tasks.kind import Analysis
+    from slipscale.analysis.statistics.psychometrics.psychometric_function import (
+        PsychometricFunction,
+    )
     from slipscale.analysis.tasks.thresholds.statistics import ParticipantThreshold, TaskThresholds
 
 COLUMNS = (
@@ -48,38 +56,34 @@ WAYS = (
 )
 
 
-def thresholds(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+def blocks(
+    tasks: tuple[TaskThresholds, ...], svgs: Mapping[str, str], level: float
+) -> list[Markup]:
     """Return the section: each task's curves, tracks and table."""
-    section = section_of("Thresholds", analysis)
-    found = analysis.inference[THRESHOLDS]
-    if isinstance(found, NotComputed):
-        return section
-    level = 100 * analysis.dataset.choices.confidence
-    for task in found:
-        section.blocks.append(html.heading(apa_thresholds.title(task)))
-        if (svg := svgs.get(f"thresholds_{task.task}")) is not None:
-            section.blocks.append(html.figure(svg, _caption(task, level), _alt(task)))
-        section.blocks.append(
-            html.table(
-                list(COLUMNS),
-                [_row(each) for each in task.participants],
-                f"{FITTED[task.method == COMPARED]}. Medians and {level:g} % intervals of a "
-                "posterior in which the lapse rate is integrated. Lapses: 1 less the upper "
-                "asymptote, at most 6 %. Fit: deviance of the likeliest curve against 1,000 data "
-                "sets simulated from it.",
-            )
-        )
-        section.blocks.append(html.details("The same answers, fitted in three ways", [_ways(task)]))
-        if (svg := svgs.get(f"tracks_{task.task}")) is not None:
-            section.blocks.append(
-                html.figure(
-                    svg,
-                    "Levels trial by trial, a panel a participant, a colour a track: filled where "
-                    "the answer was correct, hollow where it was wrong. Dashed: the threshold.",
-                    f"Tracks of {len(task.participants)} participants",
-                )
-            )
-    return section
+    return [block for task in tasks for block in _task(task, svgs, level)]
+
+
+def _task(task: TaskThresholds, svgs: Mapping[str, str], level: float) -> list[Markup]:
+    return [
+        html.heading(apa_thresholds.title(task)),
+        *html.figure_if_drawn(svgs, f"thresholds_{task.task}", _caption(task, level), _alt(task)),
+        html.table(
+            list(COLUMNS),
+            [_row(each) for each in task.participants],
+            f"{FITTED[task.method == COMPARED]}. Medians and {level:g} % intervals of a "
+            "posterior in which the lapse rate is integrated. Lapses: 1 less the upper "
+            "asymptote, at most 6 %. Fit: deviance of the likeliest curve against 1,000 data "
+            "sets simulated from it.",
+        ),
+        html.details("The same answers, fitted in three ways", [_ways(task)]),
+        *html.figure_if_drawn(
+            svgs,
+            f"tracks_{task.task}",
+            "Levels trial by trial, a panel a participant, a colour a track: filled where "
+            "the answer was correct, hollow where it was wrong. Dashed: the threshold.",
+            f"Tracks of {len(task.participants)} participants",
+        ),
+    ]
 
 
 def _ways(task: TaskThresholds) -> Markup:
@@ -91,23 +95,8 @@ def _ways(task: TaskThresholds) -> Markup:
             ("maximum likelihood", each.maximum_likelihood),
             ("psignifit", each.psignifit),
         ):
-            if isinstance(found, NotComputed):
-                rows.append([each.participant, way, DASH, found.reason, DASH, DASH, DASH])
-                continue
-            slope = found.slope
-            rows.append(
-                [
-                    each.participant,
-                    way,
-                    significant(found.threshold_um_pp.value),
-                    bracketed(found.threshold_um_pp.interval, significant),
-                    DASH if isinstance(slope, NotComputed) else significant(slope.value),
-                    DASH
-                    if isinstance(slope, NotComputed)
-                    else bracketed(slope.interval, significant),
-                    f"{100 * found.lapse:.1f} %",
-                ]
-            )
+            fitted = fold(found, _fitted, lambda reason: [DASH, reason, DASH, DASH, DASH])
+            rows.append([each.participant, way, *fitted])
     return html.table(
         list(WAYS),
         rows,
@@ -117,6 +106,16 @@ def _ways(task: TaskThresholds) -> Markup:
     )
 
 
+def _fitted(found: PsychometricFunction) -> list[str]:
+    return [
+        significant(found.threshold_um_pp.value),
+        bracketed(found.threshold_um_pp.interval, significant),
+        cell(found.slope, lambda slope: significant(slope.value)),
+        cell(found.slope, lambda slope: bracketed(slope.interval, significant)),
+        f"{100 * found.lapse:.1f} %",
+    ]
+
+
 def _caption(task: TaskThresholds, level: float) -> str:
     text = (
         f"{'Called more slippery' if task.method == COMPARED else 'Correct answers'} against the "
@@ -124,34 +123,29 @@ def _caption(task: TaskThresholds, level: float) -> str:
         "everybody's answers, gathered by level. Below: each participant's threshold with its "
         f"{level:g} % interval (triangles: by maximum likelihood; squares: by psignifit)"
     )
-    if isinstance(task.population, NotComputed):
+    if computed(task.population) is None:
         return f"{text}."
     return f"{text}; red: the population's, with Student's interval."
 
 
 def _alt(task: TaskThresholds) -> str:
     shown = [
-        f"{each.participant} {significant(each.function.threshold_um_pp.value)} µm"
+        f"{each.participant} {significant(function.threshold_um_pp.value)} µm"
         for each in task.participants
-        if not isinstance(each.function, NotComputed)
+        for function in all_computed([each.function])
     ]
     return f"Psychometric functions; thresholds: {', '.join(shown)}"
 
 
 def _row(each: ParticipantThreshold) -> list[str]:
     start = [each.participant, str(each.trials), str(each.correct)]
-    function = each.function
-    if isinstance(function, NotComputed):
-        return [*start, DASH, function.reason, DASH, DASH, DASH, DASH]
-    threshold = function.threshold_um_pp
-    return [
-        *start,
-        significant(threshold.value),
-        bracketed(threshold.interval, significant),
-        DASH
-        if isinstance(each.weber_fraction, NotComputed)
-        else unit_number(each.weber_fraction.value, 3),
-        DASH if isinstance(function.slope, NotComputed) else significant(function.slope.value),
-        f"{100 * function.lapse:.1f} %",
-        DASH if isinstance(each.fit, NotComputed) else p_value(each.fit.p),
-    ]
+    weber = cell(each.weber_fraction, lambda found: unit_number(found.value, 3))
+    fit = cell(each.fit, lambda found: p_value(found.p))
+
+    def fitted(found: PsychometricFunction) -> list[str]:
+        threshold, interval, slope, _, lapse = _fitted(found)
+        return [*start, threshold, interval, weber, slope, lapse, fit]
+
+    return fold(
+        each.function, fitted, lambda reason: [*start, DASH, reason, DASH, DASH, DASH, DASH]
+    )

@@ -77,10 +77,8 @@ def answer(found: TaskThresholds, confidence: float) -> str:
     return f"{text}."
 
 
-def sentences(found: tuple[TaskThresholds, ...] | NotComputed, confidence: float) -> list[str]:
+def sentences(found: tuple[TaskThresholds, ...], confidence: float) -> list[str]:
     """Return the sentences of a results section, a paragraph a task."""
-    if isinstance(found, NotComputed):
-        return []
     texts = []
     for task in found:
         parts = [answer(task, confidence)]

@@ -10,7 +10,7 @@ import pandas as pd
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
-from slipscale.analysis.tasks.session_tables import by_task
+from slipscale.analysis.tasks.declared.session_tables import by_task
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
 from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
 from slipscale.experiments.dataset.schema import PARTICIPANT

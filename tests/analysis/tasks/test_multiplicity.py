@@ -11,9 +11,9 @@ from slipscale.analysis.json_form import form
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.statistics.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inference
-from slipscale.analysis.tasks.multiplicity import multiplicity
 
 FOREIGN = Path(__file__).parents[2] / "data" / "foreign"
 COLUMNS = {"participant": "Subject", "stimulus": "age", "response": "distance", "group": "Sex"}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from slipscale.analysis.tasks.kind import TaskAnalysis
 from slipscale.analysis.writing.html import ReportSection
@@ -12,13 +12,15 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     import pandas as pd
+    from markupsafe import Markup
     from matplotlib.figure import Figure
 
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
     from slipscale.analysis.statistics.statistic import Statistic
-    from slipscale.analysis.tasks.kind import Analysis, SectionWriter
+    from slipscale.analysis.tasks.kind import Analysis
 
 T = TypeVar("T")
+TaskBlocks: TypeAlias = "Callable[[T, Mapping[str, str], float], list[Markup]]"
 
 
 def of_one_statistic(
@@ -31,7 +33,8 @@ def of_one_statistic(
     title: str,
     answers: Callable[[T, float], list[str]],
     sentences: Callable[[T, float], list[str]],
-    section: SectionWriter,
+    heading: str = "",
+    blocks: TaskBlocks[T],
     figures: Callable[[T, pd.DataFrame], Mapping[str, Figure]],
     table: Callable[[T], pd.DataFrame],
     **others: Any,
@@ -44,6 +47,10 @@ def of_one_statistic(
         The summary's question, what the trials are called, and the heading of the sentences.
     answers, sentences : callable
         Return texts from the result and the confidence level.
+    heading : str
+        The section's heading; default: as for the sentences.
+    blocks : callable
+        Returns the section's blocks from the result, the figures and the confidence level in %.
     figures : callable
         Returns figures by file name from the result and the trials.
     table : callable
@@ -68,6 +75,14 @@ def of_one_statistic(
         found = analysis.inference.found(statistic)
         return {} if found is None else {name: table(found)}
 
+    def section(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
+        closed = analysis.prepared is not None  # magnitude estimates lead the report
+        written = ReportSection(heading or title, shown="closed" if closed else "open")
+        found = analysis.inference.found(statistic)
+        if found is not None:
+            written.blocks += blocks(found, svgs, 100 * analysis.dataset.choices.confidence)
+        return written
+
     return TaskAnalysis(
         name=name,
         trials=trials,
@@ -81,8 +96,3 @@ def of_one_statistic(
         tables=tables,
         **others,
     )
-
-
-def section_of(title: str, analysis: Analysis) -> ReportSection:
-    """Return an empty section, closed if magnitude estimates lead the report."""
-    return ReportSection(title, shown="closed" if analysis.prepared is not None else "open")

@@ -1,0 +1,1 @@
+"""What declarations of kinds of task share."""
