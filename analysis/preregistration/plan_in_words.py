@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.preprocessing.data_quality import MEANINGS
 from slipscale.analysis.reporting import methods_text
-from slipscale.analysis.statistics.multiplicity import multiplicity
+from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation.primary import TITLES
 from slipscale.analysis.writing import html

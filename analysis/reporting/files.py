@@ -14,8 +14,8 @@ from slipscale.analysis import json_form
 from slipscale.analysis.published import biet2007
 from slipscale.analysis.reporting import page
 from slipscale.analysis.reporting.latex import latex_tables
+from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.reporting.tables import quality_table, tables
-from slipscale.analysis.statistics.multiplicity import multiplicity
 from slipscale.analysis.writing.axes import with_tips
 from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.analysis.writing.output_folder import make_folder

@@ -121,15 +121,6 @@ def _rank_sums() -> Array:
     return np.cumsum(share, axis=1)
 
 
-def holm(p: Array) -> Array:
-    """Return Holm's adjusted p, each row a family, shape as ``p``."""
-    order = np.argsort(p, axis=1)
-    steps = np.take_along_axis(p, order, axis=1) * np.arange(p.shape[1], 0, -1)
-    adjusted = np.empty_like(p)
-    np.put_along_axis(adjusted, order, np.maximum.accumulate(steps, axis=1), axis=1)
-    return np.minimum(adjusted, 1.0)
-
-
 def paired_t(tables: Array) -> Array:
     """Return the paired t of the second column minus the first; two columns."""
     difference = tables[:, :, 1] - tables[:, :, 0]

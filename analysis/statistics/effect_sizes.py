@@ -147,6 +147,12 @@ def _sums(centred: Array, leave_out: bool = False) -> tuple[Array, Array]:
     return effect, squares - n * k * grand**2
 
 
+def eta_squared(values: Array) -> float:
+    """Return generalised eta squared of a complete table, shape (participants, amplitudes)."""
+    effect, total = _sums(values - values.mean())
+    return float((effect / total)[0])
+
+
 def eta_squared_interval(values: Array, confidence: float) -> ConfidenceInterval | None:
     """Return the interval of generalised eta squared; None where it is not defined.
 

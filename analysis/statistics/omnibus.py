@@ -1,22 +1,21 @@
 """Do estimates differ between amplitudes: analysis of variance, Friedman's test, trends.
 
 Each test takes a `Prepared` and returns its numbers or `NotComputed`: constant data and too few
-participants or conditions are checked first, because SciPy and pingouin answer them with NaN.
+participants or conditions are checked first, because SciPy answers them with NaN.
 """
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import pandas as pd
 
 from slipscale.analysis.json_form import OurName, bounds, record, renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
-from slipscale.analysis.statistics.effect_sizes import eta_squared_interval
+from slipscale.analysis.statistics import batched
+from slipscale.analysis.statistics.effect_sizes import eta_squared, eta_squared_interval
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
@@ -26,6 +25,7 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    import pandas as pd
     from numpy.typing import NDArray
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
@@ -187,9 +187,9 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
 
     Sphericity: Mauchly's test; degrees of freedom corrected after Greenhouse and Geisser and
     after Huynh and Feldt. Effect size: generalised eta squared, see
-    `slipscale.analysis.statistics.effect_sizes`. From pingouin and SciPy.
+    `slipscale.analysis.statistics.effect_sizes`. Not by pingouin, whose import takes longer than
+    the whole computation; a test holds all numbers against R's.
     """
-    import pingouin  # noqa: PLC0415 - a second's import
     from scipy import stats  # noqa: PLC0415
 
     table, why = log_table(data)
@@ -200,27 +200,13 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
         return NotComputed(
             f"no variance is left beside participants' and {data.quantity.levels}' means"
         )
-    long = _long(table)
-    corrected = values.shape[1] > 2  # noqa: PLR2004 - two conditions are always spherical
-    with warnings.catch_warnings():
-        # pingouin's one warning on pandas 3 (dropna in place); no other.
-        warnings.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
-        found = pingouin.rm_anova(
-            data=long,
-            dv="value",
-            within="amplitude",
-            subject="who",
-            correction=True,
-            detailed=True,
-            effsize="ng2",
-        ).iloc[0]
-        epsilon_hf = float(pingouin.epsilon(table, correction="hf")) if corrected else 1.0
-        # Its W is a determinant, which is 0 of fewer people than amplitudes, whatever they said.
-        enough = corrected and len(values) >= values.shape[1]
-        sphericity = pingouin.sphericity(table) if enough else None
     df1 = values.shape[1] - 1
     df2 = df1 * (len(values) - 1)
-    f, epsilon = float(found["F"]), float(found.get("eps", 1.0))
+    f = float(batched.repeated_measures_f(values[None])[0])
+    epsilon = float(batched.greenhouse_geisser(values[None])[0]) if df1 > 1 else 1.0
+    epsilon_hf = _huynh_feldt(epsilon, len(values), df1) if df1 > 1 else 1.0
+    # W is a determinant, which is 0 of fewer people than amplitudes, whatever they answered.
+    sphericity = _mauchly(values) if 1 < df1 < len(values) else None
     residuals = additive_residuals(values).ravel()
     normality = stats.shapiro(residuals) if residuals.size <= SHAPIRO_AT_MOST else None
     return RmAnova(
@@ -232,10 +218,10 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
         p_gg=float(stats.f.sf(f, df1 * epsilon, df2 * epsilon)),
         epsilon_hf=epsilon_hf,
         p_hf=float(stats.f.sf(f, df1 * epsilon_hf, df2 * epsilon_hf)),
-        eta2_generalised=float(found["ng2"]),
+        eta2_generalised=eta_squared(values),
         eta2_generalised_interval=eta_squared_interval(values, data.choices.confidence),
-        mauchly_w=float(sphericity.W) if sphericity else None,
-        mauchly_p=float(sphericity.pval) if sphericity else None,
+        mauchly_w=sphericity[0] if sphericity else None,
+        mauchly_p=sphericity[1] if sphericity else None,
         shapiro_w=float(normality.statistic) if normality else None,
         shapiro_p=float(normality.pvalue) if normality else None,
         n=len(table),
@@ -314,12 +300,24 @@ def linear_trend(data: Prepared) -> LinearTrend | NotComputed:
     )
 
 
-def _long(table: pd.DataFrame) -> pd.DataFrame:
-    n, k = table.shape
-    return pd.DataFrame(
-        {
-            "who": np.repeat(np.arange(n), k),
-            "amplitude": np.tile(table.columns.to_numpy(float), n),
-            "value": table.to_numpy(float).ravel(),
-        }
-    )
+def _huynh_feldt(epsilon_gg: float, n: int, df1: int) -> float:
+    """Return Huynh and Feldt's epsilon (1976), at most 1."""
+    return min((n * df1 * epsilon_gg - 2) / (df1 * (n - 1 - df1 * epsilon_gg)), 1.0)
+
+
+def _mauchly(values: NDArray[np.float64]) -> tuple[float, float]:
+    """Return W and p of Mauchly's test, as R's ``mauchly.test`` (second-order term included)."""
+    from scipy import linalg, stats  # noqa: PLC0415
+
+    n, k = len(values) - 1, values.shape[1]
+    d = k - 1
+    contrasts = linalg.helmert(k)
+    spread = contrasts @ np.cov(values, rowvar=False) @ contrasts.T
+    sign, log_determinant = np.linalg.slogdet(spread)
+    log_w = log_determinant - d * np.log(np.trace(spread) / d) if sign > 0 else -np.inf
+    df = d * (d + 1) / 2 - 1
+    scale = 1 - (2 * d**2 + d + 2) / (6 * d * n)
+    second = (d + 2) * (d - 1) * (d - 2) * (2 * d**3 + 6 * d**2 + 3 * k + 2)
+    second /= 288 * (n * d * scale) ** 2
+    first, corrected = stats.chi2.sf(-n * scale * log_w, (df, df + 4))
+    return float(np.exp(log_w)), float(first + second * (corrected - first))

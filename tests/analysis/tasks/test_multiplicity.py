@@ -11,7 +11,7 @@ from slipscale.analysis.json_form import form
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
-from slipscale.analysis.statistics.multiplicity import multiplicity
+from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inference
 

@@ -129,7 +129,6 @@ def test_what_cannot_be_compared_says_why(tasks, words):
     found = exponent_and_weber(estimates(0.75 * SPREAD), tasks)
     assert isinstance(found, NotComputed)
     assert words in found.reason
-    assert sentences(found, 0.95) == []
 
 
 def test_thresholds_alone_have_no_exponent():

@@ -13,7 +13,7 @@ from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
-from slipscale.analysis.statistics.multiplicity import multiplicity
+from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.run import conclude
 from slipscale.analysis.tasks.sessions.sentences import session_sentences
