@@ -67,7 +67,8 @@ def as_answers(
     """
     codes = _codes(frame[column])
     counts = codes.value_counts()
-    agreed, disagreed = _meaning(counts, column, problems, yes)
+    where = f"{sources[0].name}, column {problems.title(column)}" if sources else column
+    agreed, disagreed = _meaning(counts, where, yes)
     found = codes.map(dict.fromkeys(agreed, 1.0) | dict.fromkeys(disagreed, 0.0)).astype(float)
     wrong = found.isna() & codes.notna()
     shown = frame[wrong].head(LISTED_PROBLEMS)
@@ -97,22 +98,21 @@ def _codes(cells: pd.Series[Any]) -> pd.Series[Any]:
 
 
 def _meaning(
-    counts: pd.Series[int], column: str, problems: Problems, yes: str | None
+    counts: pd.Series[int], where: str, yes: str | None
 ) -> tuple[frozenset[str], frozenset[str]]:
-    """Return the codes that mean yes and those that mean no."""
+    """Return the codes that mean yes and those that mean no; `where` names file and column."""
     most_lost = max(FEW, FEW_SHARE * int(counts.sum()))
-    title = problems.title(column)
     if yes is not None:
         wanted = yes.strip().lower()
         if wanted not in counts.index:
             raise UserError(
-                f"column {title}: no answer is '{yes}'; found {_described(counts)}: expected "
+                f"{where}: no answer is '{yes}'; found {_described(counts)}: expected "
                 "--yes with one of these"
             )
         others = counts.drop(wanted)
         if len(others) and int(others.iloc[1:].sum()) > most_lost:
             raise UserError(
-                f"column {title}: besides '{yes}' there are {_described(others)}; expected two "
+                f"{where}: besides '{yes}' there are {_described(others)}; expected two "
                 "codes, yes and no: leave the other rows out (--only), or name another column"
             )
         return frozenset({wanted}), frozenset(map(str, others.index[:1]))
@@ -121,7 +121,7 @@ def _meaning(
         if int(lost.sum()) <= most_lost and int(counts.sum() - lost.sum()) > 0:
             return agreed, disagreed
     raise UserError(
-        f"column {title}: the answers are {_described(counts)}; expected yes and no. State which "
+        f"{where}: the answers are {_described(counts)}; expected yes and no. State which "
         "code means yes, for example --yes "
         f"{next(iter(counts.index), 'CODE')}; for counts of yes use --yes-count and --n"
     )

@@ -45,7 +45,7 @@ def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]
         )
     if not begun:
         return
-    last, header = max(begun, key=lambda each: str(each[1].data["started_utc"]))
+    last, header = max(begun, key=lambda each: (str(each[1].data["started_utc"]), each[0].stem))
     spec = with_plate_file(plate, study.plate.file)
     was = str(header.data["plate_spec"])
     if was != spec:

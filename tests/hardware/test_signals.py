@@ -115,6 +115,8 @@ def test_an_error_while_the_session_ends_keeps_its_own_sentence():
 MAIN = """
 import atexit, signal, sys
 from slipscale import commands
+# A parent that ignores a signal, such as nohup, hands this on.
+signal.signal(signal.{name}, signal.default_int_handler if "{name}" == "SIGINT" else signal.SIG_DFL)
 def end():
     signal.raise_signal(signal.{name})
 {moment}

@@ -92,13 +92,13 @@ def test_a_new_study_is_valid_and_never_overwrites(capsys, tmp_path):
 
 
 def test_a_full_disk_leaves_no_half_a_study_file(capsys, tmp_path, monkeypatch):
-    def full(self, text, **_):
+    def full(self, content, **_):
         self.touch()
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     path = tmp_path / "mon étude.toml"
     with monkeypatch.context() as patched:
-        patched.setattr(Path, "write_text", full)
+        patched.setattr(Path, "write_bytes", full)
         status, _, err = run(capsys, "study", "new", str(path))
     assert (status, "No space left" in err) == (2, True)
     assert list(tmp_path.iterdir()) == []
