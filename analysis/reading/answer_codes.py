@@ -26,9 +26,11 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reading.delimited import Problems, Source
 
+#: What our own tables write.
+TRUE, FALSE = frozenset({"yes", "true", "1", "1.0"}), frozenset({"no", "false", "0", "0.0"})
 #: Codes that mean yes and no, or right and wrong, wherever they occur.
 PAIRS = (
-    (frozenset({"yes", "true", "1", "1.0"}), frozenset({"no", "false", "0", "0.0"})),
+    (TRUE, FALSE),
     (frozenset({"y"}), frozenset({"n"})),
     (frozenset({"t"}), frozenset({"f"})),
     (frozenset({"ja", "j"}), frozenset({"nein", "n", "nee"})),

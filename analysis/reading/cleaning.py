@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.reading.answer_codes import as_answers
+from slipscale.analysis.reading.answer_codes import TRUE, as_answers
 from slipscale.analysis.reading.cells import FEW, FEW_SHARE, cell, places
 from slipscale.analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE, Problems, Source
 from slipscale.analysis.reading.quantity import DIGITS, PLATE_AMPLITUDE, Quantity
@@ -29,7 +29,6 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-TRUE, FALSE = {"yes", "true", "1", "1.0"}, {"no", "false", "0", "0.0"}
 PHASES = (MAIN, PRACTICE)
 #: A block's number is its name: it may be a word.
 ESTIMATION_NUMBERS = tuple(name for name in ESTIMATION.numbers if name != BLOCK)

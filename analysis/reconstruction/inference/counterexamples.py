@@ -6,7 +6,7 @@ and products that led to the verdict.
 
 from __future__ import annotations
 
-from math import isnan, sqrt
+from math import isnan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,12 +14,7 @@ import numpy as np
 from slipscale.analysis.reconstruction.inference.definitions import STATISTICS
 from slipscale.analysis.reconstruction.inference.group_statistics import of_groups, prints
 from slipscale.analysis.reconstruction.inference.printed_test_answer import PAIRED, SHOWN
-from slipscale.analysis.reconstruction.inference.printed_windows import (
-    f_window,
-    fits,
-    r_windows,
-    t_window,
-)
+from slipscale.analysis.reconstruction.inference.printed_windows import fits, windows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -89,19 +84,12 @@ def _prints_by_definition(
 ) -> Array:
     """Whether statistics of tables are printed so; NaN is not."""
     defined = ~np.isnan(values)
-    if test.kind == "correlation":
+    if test.kind in PAIRED:
+        size = values if test.kind == "correlation" else np.abs(values)
         hit = np.zeros(len(values), dtype=bool)
-        for window in r_windows(test, int(n[0])):
-            hit |= fits(values, window)
+        for window in windows(test, n.tolist()):
+            hit |= fits(size, window)
         return defined & hit
-    if test.kind in ("paired_t", "rm_f"):
-        k = len(n)
-        window = (
-            t_window(test, n[0] - 1, sqrt(n[0]))
-            if test.kind == "paired_t"
-            else f_window(test, (k - 1, (k - 1) * (int(n[0]) - 1)))
-        )
-        return defined & fits(np.abs(values), window)
     means = np.stack([x.mean(axis=1) for x in columns], axis=1)
     variances = np.stack([x.var(axis=1, ddof=1) for x in columns], axis=1)
     return defined & prints(test, values, of_groups(test, means, variances, n)[1], n)

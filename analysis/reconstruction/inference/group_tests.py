@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import nan, sqrt
+from math import nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,12 +26,7 @@ from slipscale.analysis.reconstruction.inference.printed_test_answer import (
     PrintedTestAnswer,
     Verdict,
 )
-from slipscale.analysis.reconstruction.inference.printed_windows import (
-    SLACK,
-    f_window,
-    size_of,
-    t_window,
-)
+from slipscale.analysis.reconstruction.inference.printed_windows import SLACK, windows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -84,18 +79,16 @@ def _outside(case: Case, rows: Sequence[ColumnRows]) -> PrintedTestAnswer:
     groups = [group_of(solutions) for solutions in case.columns]
     if case.test.kind == "one_way_f":
         extent = range_of_f(groups)
-        window = f_window(case.test, (len(groups) - 1, sum(g.n for g in groups) - len(groups)))
     else:
         of_kind = students_t if case.test.kind == "independent_t" else welchs_t
         t, _ = of_kind(groups[0], groups[1])
         extent = float(t.min()), float(t.max())
-        window = size_of(case.test.statistic, case.test.rounding)
-        if case.test.kind == "independent_t":
-            n = [g.n for g in groups]
-            window = t_window(case.test, sum(n) - 2, 1 / sqrt(sum(1 / m for m in n)))
     least = 0.0 if extent[0] <= 0 <= extent[1] else min(map(abs, extent))
     most = max(map(abs, extent))
-    if window[0] > most * (1 + SLACK) or window[1] < least * (1 - SLACK):
+    if not any(
+        low <= most * (1 + SLACK) and high >= least * (1 - SLACK)
+        for low, high in windows(case.test, [group.n for group in groups])
+    ):
         return impossible(case, rows, why_not(extent), extent)
     return case.said("not decided", TOO_MANY, extent)
 

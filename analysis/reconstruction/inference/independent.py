@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from math import inf, prod
+from math import inf
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,8 +27,6 @@ if TYPE_CHECKING:
 # Pairs of sum and sum of squares that are all set against those of another column; of more, only
 # the extremes of each sum are.
 ALL_OF = 1000
-# Choices of a pair for each of several groups that are all taken.
-CHOICES = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -165,24 +163,6 @@ def range_of_f(groups: Sequence[Group]) -> tuple[float, float]:
         float(_ratio(np.array(b), np.array(w))) for b, w in zip(between, within, strict=True)
     )
     return low, high
-
-
-def every_f(groups: Sequence[Group]) -> Array | None:
-    """Return the one-way F of every choice of a pair for each group; None if they are too many."""
-    k, n = len(groups), sum(group.n for group in groups)
-    if prod(len(group.mean) for group in groups) > CHOICES:
-        return None
-    means = np.meshgrid(*(group.mean for group in groups), indexing="ij")
-    variances = np.meshgrid(*(group.variance for group in groups), indexing="ij")
-    sizes = [group.n for group in groups]
-    centre = sum(size * mean for size, mean in zip(sizes, means, strict=True)) / n
-    between = sum(size * (mean - centre) ** 2 for size, mean in zip(sizes, means, strict=True)) / (
-        k - 1
-    )
-    within = sum((size - 1) * variance for size, variance in zip(sizes, variances, strict=True)) / (
-        n - k
-    )
-    return _ratio(np.asarray(between), np.asarray(within)).ravel()
 
 
 def _one_way_f(groups: Sequence[Group]) -> Conclusion:

@@ -22,16 +22,10 @@ from slipscale.analysis.reconstruction.inference.printed_test_answer import (
     UNFOUND,
     PrintedTestAnswer,
     Verdict,
+    chosen_columns,
     in_words,
 )
-from slipscale.analysis.reconstruction.inference.printed_windows import (
-    SLACK,
-    f_window,
-    fits,
-    r_windows,
-    size_of,
-    t_window,
-)
+from slipscale.analysis.reconstruction.inference.printed_windows import SLACK, fits, windows
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -55,25 +49,21 @@ def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestA
     UserError
         The test compares two columns and there are more, or pairs differ in n.
     """
-    chosen = [c for c in columns if not test.columns or c.label in test.columns]
-    if test.columns:
-        chosen.sort(key=lambda c: test.columns.index(c.label))
-    if test.of_two and len(chosen) != 2:  # noqa: PLR2004 - a pair
-        raise UserError(f"test '{test.kind}': expected the labels of its two columns")
+    chosen = chosen_columns(test, [(c.label, c) for c in columns])
     if test.kind in PAIRED and len({c.n for c in chosen}) > 1:
         raise UserError(f"test '{test.kind}': its columns differ in n; pairs need the same n")
     if wrong := next((c for c in chosen if c.reason), None):
         return _said(test, chosen, "impossible", f"column '{wrong.label}': {wrong.reason}")
     extent = _extent(test, chosen)
-    windows = _windows(test, chosen)
+    allowed = windows(test, [c.n for c in chosen])
     if not any(
         low <= extent[1] * (1 + SLACK) + SLACK and high >= extent[0] * (1 - SLACK) - SLACK
-        for low, high in windows
+        for low, high in allowed
     ):
         reason = "no mean, SD and correlation that are printed so give it"
         return _said(test, chosen, "impossible", reason, extent=extent)
     for seed in range(PATHS):
-        for window in windows:
+        for window in allowed:
             shown = _example(test, chosen, window, np.random.default_rng(seed))
             if shown:
                 return _said(test, chosen, "possible", SHOWN, extent=extent, example=shown)
@@ -102,23 +92,6 @@ def _said(
             for column, row in zip(columns, example, strict=False)
         ),
     )
-
-
-def _windows(test: PrintedTest, columns: Sequence[IntervalColumn]) -> list[tuple[float, float]]:
-    """Return the intervals of |t|, F or r that are printed so; of Welch's t by its size alone."""
-    n, k = [c.n for c in columns], len(columns)
-    if test.kind == "correlation":
-        return r_windows(test, n[0])
-    if test.kind == "paired_t":
-        found = t_window(test, n[0] - 1, sqrt(n[0]))
-    elif test.kind == "independent_t":
-        found = t_window(test, sum(n) - 2, 1 / sqrt(sum(1 / m for m in n)))
-    elif test.kind == "welch_t":
-        found = size_of(test.statistic, test.rounding)
-    else:
-        error = (k - 1) * (n[0] - 1) if test.kind == "rm_f" else sum(n) - k
-        found = f_window(test, (k - 1, error))
-    return [found] if found[0] <= found[1] else []
 
 
 def _extent(test: PrintedTest, columns: Sequence[IntervalColumn]) -> tuple[float, float]:
@@ -228,7 +201,7 @@ class _Path:
         if self.test.kind in PAIRED:
             return any(
                 bool(fits(np.array([value]), window)[0])
-                for window in _windows(self.test, self.columns)
+                for window in windows(self.test, [c.n for c in self.columns])
             )
         rows = self.rows(at)
         means = np.array([[row.mean() for row in rows]])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf, nan, sqrt
+from math import inf, nan
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,12 +17,7 @@ from slipscale.analysis.reconstruction.inference.printed_test_answer import (
     Case,
     PrintedTestAnswer,
 )
-from slipscale.analysis.reconstruction.inference.printed_windows import (
-    SLACK,
-    f_window,
-    r_windows,
-    t_window,
-)
+from slipscale.analysis.reconstruction.inference.printed_windows import SLACK, windows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -73,6 +68,7 @@ def of_pairs(case: Case) -> PrintedTestAnswer:
 def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
     """Return the least and largest C that print the test, for each choice of moments."""
     n, k = found.n, found.sums.shape[1]
+    allowed = windows(test, [n] * k)
     if test.kind == "correlation":
         reach = _reach(found)
         middle = found.sums.prod(axis=1)
@@ -83,17 +79,13 @@ def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
                 np.where(reach > 0, (high * reach + middle + slack) / n, -inf),
                 found,
             )
-            for low, high in r_windows(test, n)
+            for low, high in allowed
         ]
-    if test.kind == "paired_t":
-        low, high = (value**2 for value in t_window(test, n - 1, sqrt(n)))
-        window = t_window(test, n - 1, sqrt(n))
-        empty = window[0] > window[1]
-    else:
-        low, high = f_window(test, (k - 1, (k - 1) * (n - 1)))
-        empty = low > high
-    if empty:
+    if not allowed:
         return []
+    # t² is the F of two columns.
+    power = 2 if test.kind == "paired_t" else 1
+    low, high = (value**power for value in allowed[0])
     top = (n - 1) * found.between.astype(float)
     # Without any error the statistic is not defined, so n k times the error is 1 or more.
     with np.errstate(divide="ignore", invalid="ignore"):

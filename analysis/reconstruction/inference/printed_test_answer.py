@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import inf
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 from slipscale.analysis.reconstruction.inference.comparable_columns import values_of
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.inference.conclusions import Ratings
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 
+T = TypeVar("T")
 Verdict = Literal["possible", "impossible", "not decided"]
 WORDS = {
     "paired_t": "paired t",
@@ -115,6 +117,22 @@ class Case:
 SHOWN = "the ratings below print it"
 TOO_MANY = "too many sums and sums of squares print the columns to examine all of them"
 UNFOUND = "its bounds allow it, but no ratings that print it were found"
+
+
+def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[T]:
+    """Return the columns that a test compares, in its order, from labels and columns.
+
+    Raises
+    ------
+    UserError
+        It compares two columns, and there are more.
+    """
+    chosen = [column for _, column in columns]
+    if test.columns:
+        chosen = [column for wanted in test.columns for label, column in columns if label == wanted]
+    if test.of_two and len(chosen) != 2:  # noqa: PLR2004 - a pair
+        raise UserError(f"test '{test.kind}': expected the labels of its two columns")
+    return chosen
 
 
 def in_words(test: PrintedTest) -> str:

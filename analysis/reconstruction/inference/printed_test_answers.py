@@ -25,8 +25,8 @@ from slipscale.analysis.reconstruction.inference.printed_test_answer import (
     PAIRED,
     Case,
     PrintedTestAnswer,
+    chosen_columns,
 )
-from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,11 +43,7 @@ def answer(test: PrintedTest, columns: Sequence[Solutions]) -> PrintedTestAnswer
     UserError
         It compares two columns, and there are more, or columns that cannot be compared.
     """
-    chosen = [s for s in columns if not test.columns or s.column.label in test.columns]
-    if test.columns:
-        chosen.sort(key=lambda s: test.columns.index(s.column.label))
-    if test.of_two and len(chosen) != 2:  # noqa: PLR2004 - a pair
-        raise UserError(f"test '{test.kind}': expected the labels of its two columns")
+    chosen = chosen_columns(test, [(s.column.label, s) for s in columns])
     if test.kind in PAIRED:
         require_comparable(chosen)
     case = Case(test, tuple(chosen))

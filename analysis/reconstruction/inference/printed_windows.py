@@ -14,6 +14,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
     from slipscale.analysis.reconstruction.table.rounding import Printed
@@ -103,6 +105,27 @@ def r_windows(test: PrintedTest, n: int) -> list[Window]:
     low, high = between(test.statistic, test.rounding)
     both = ((max(low, -far), min(high, -near)), (max(low, near), min(high, far)))
     return [window for window in dict.fromkeys(both) if window[0] <= window[1]]
+
+
+def windows(test: PrintedTest, n: Sequence[int]) -> list[Window]:
+    """Return the intervals of |t|, F or r that print a test of columns of these sizes.
+
+    Empty if nothing does. Of Welch's t, whose degrees of freedom depend on the data, by its size
+    alone.
+    """
+    k, first = len(n), int(n[0])
+    if test.kind == "correlation":
+        return r_windows(test, first)
+    if test.kind == "paired_t":
+        found = t_window(test, first - 1, sqrt(first))
+    elif test.kind == "independent_t":
+        found = t_window(test, sum(n) - 2, 1 / sqrt(sum(1 / m for m in n)))
+    elif test.kind == "welch_t":
+        found = size_of(test.statistic, test.rounding)
+    else:
+        error = (k - 1) * (first - 1) if test.kind == "rm_f" else sum(n) - k
+        found = f_window(test, (k - 1, error))
+    return [found] if found[0] <= found[1] else []
 
 
 def fits(values: Array, window: Window) -> Array:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.reading.cleaning import TRUE, labels, numbers
+from slipscale.analysis.reading.answer_codes import TRUE
+from slipscale.analysis.reading.cleaning import labels, numbers
 from slipscale.analysis.reading.labelled_tasks import (
     TaskTrials,
     add_counts,
