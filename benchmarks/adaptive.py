@@ -6,7 +6,7 @@
 ``speed``: QUEST+ runs at once beside a loop over `questplus`, and one trial's computation beside
 one frame of 60 Hz. ``recovery``: tracks of a known observer, a Weibull function fitted to each by
 maximum likelihood, and how often the 95 % intervals hold the truth; scales likewise. The figures
-stand in ``docs/thresholds.md``. One thread: with several, BLAS waits for itself on small products.
+are in ``docs/explanation/thresholds.md``. One thread: with several, BLAS waits on small products.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ Chromium. A frame is late where it comes more than half a frame after its time. 
 is measured twice, in turn, so that a machine whose speed drifts treats them alike. Some two and a
 half minutes.
 
-``--write`` puts the tables into docs/console.md, in place of those that are there.
+``--write`` puts the tables into docs/how-to/console.md, in place of those that are there.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from playwright.sync_api import Browser, sync_playwright
 PEOPLE = 12
 PAGES = ("", "live", "study", "data", "pilot")
 HERE = Path(__file__).resolve().parent
-DOCS = HERE.parent / "docs" / "console.md"
+DOCS = HERE.parent / "docs" / "how-to" / "console.md"
 MARK = "<!-- benchmarks/console.py writes what follows -->"
 END = "<!-- end of what benchmarks/console.py writes -->"
 LATE = 1.5  # frames
@@ -153,7 +153,9 @@ def main() -> None:
     parser.add_argument("--pages", type=int, nargs="+", default=[0, 1, 2, 4, 8])
     parser.add_argument("--seconds", type=float, default=8.0, help="of each of two rounds")
     parser.add_argument("--loads", type=int, default=7, help="of each page, for the first paint")
-    parser.add_argument("--write", action="store_true", help="write the tables to docs/console.md")
+    parser.add_argument(
+        "--write", action="store_true", help="write the tables to docs/how-to/console.md"
+    )
     options = parser.parse_args()
     load_before = os.getloadavg()[0]
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")

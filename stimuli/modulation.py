@@ -159,7 +159,7 @@ class Modulator:
         """Return the share of a sinusoidal modulation's depth that the friction follows with.
 
         By the squeeze-film model of 2007, which has a finger that does not move: see
-        docs/squeeze-film.md for what was measured since.
+        docs/explanation/squeeze-film.md for what was measured since.
         """
         film_hz = 1 / (2 * math.pi * self.film_time_constant_s)
         return self.passed(modulation_hz) / math.hypot(1, modulation_hz / film_hz)

@@ -20,7 +20,9 @@ from slipscale.stimuli.quantities import MICRO, MILLI, Array, not_negative, posi
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-SQUEEZE_NUMBER_MIN = 10.0  # Section II-C: "larger than 10"; see docs/squeeze-film.md for doubts
+SQUEEZE_NUMBER_MIN = (
+    10.0  # Section II-C: "larger than 10"; see docs/explanation/squeeze-film.md for doubts
+)
 _NODES = 96  # Gauss-Legendre nodes over half a ridge: 1e-12 at h_r = 0.01 µm, h_vib = 5 µm
 
 

@@ -123,8 +123,8 @@ class VirtualSurface:
         normal_force_n : float
             Force of the finger; the default is Section II-C's.
         model : {"reynolds", "closed form"}
-            Reynolds' equation (3) in full, or the closed form (13), which at the paper's
-            working point makes the film 1.3 to 1.5 times too strong (docs/squeeze-film.md).
+            Reynolds' equation (3) in full, or the closed form (13), which at the paper's working
+            point makes the film 1.3 to 1.5 times too strong (docs/explanation/squeeze-film.md).
 
         Returns
         -------

@@ -1,6 +1,6 @@
-"""Print docs/data-set.md, made from the schema.
+"""Print docs/reference/data-set.md, made from the schema.
 
-Use: ``PYTHONPATH=. python tools/data_set_page.py > docs/data-set.md``.
+Use: ``PYTHONPATH=. python tools/data_set_page.py > docs/reference/data-set.md``.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ MEASURED_TEXT = """
 ## What is measured beside
 
 Columns after `exploration_time`, in the tables of the runs that measured them: of the finger where
-a source of its [place or forces](finger.md) was used, of the plate where it tells them.
+a source of its [place or forces](../how-to/finger.md) was used, of the plate where it tells them.
 """
 FLAG_TEXT = f"""
 ## Flags

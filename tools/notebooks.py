@@ -105,7 +105,7 @@ def main() -> int:
     parser.add_argument("--write", action="store_true", help="store the outputs")
     write = parser.parse_args().write
     differing = []
-    for path in sorted(DOCS.glob("*.ipynb")):
+    for path in sorted(DOCS.rglob("*.ipynb")):
         stored = read(path)
         with TemporaryDirectory() as folder:
             done = executed(stored, Path(folder))

@@ -1,10 +1,10 @@
-"""Figures of campaigns, put into docs/reliability.md between two marks."""
+"""Figures of campaigns, put into docs/validation/reliability.md between two marks."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-PAGE = Path(__file__).parents[1] / "docs" / "reliability.md"
+PAGE = Path(__file__).parents[1] / "docs" / "validation" / "reliability.md"
 END = "<!-- end of figures -->\n"
 
 

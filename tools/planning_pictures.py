@@ -1,10 +1,10 @@
-"""Make the pictures of docs/planning.md anew: its own commands, one after the other.
+"""Make the pictures of docs/how-to/planning.md anew: its own commands, one after the other.
 
 Usage: python tools/planning_pictures.py [--only WORD ...]
 
-A picture ``images/planning/A-B.svg`` is the file ``B.svg`` of the folder ``plan/A/`` that a command
-wrote, ``images/planning/A.svg`` the file ``A.svg``. With ``--only`` the commands that hold one of
-the words, and their pictures. Some minutes.
+A picture ``A-B.svg`` in docs/images/planning is the file ``B.svg`` of the folder ``plan/A/`` that a
+command wrote, ``A.svg`` the file ``A.svg``. With ``--only``, commands that contain one of the words
+and their pictures. Takes some minutes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ import tempfile
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "planning.md"
+PAGE = ROOT / "docs" / "how-to" / "planning.md"
 PICTURES = ROOT / "docs" / "images" / "planning"
 MOST_BYTES = 150_000
 
@@ -33,7 +33,7 @@ def commands(page: str) -> list[list[str]]:
 
 def pictures(page: str) -> list[str]:
     """Return the names of the page's pictures, without their folder."""
-    return sorted(set(re.findall(r"\]\(images/planning/([\w-]+\.svg)\)", page)))
+    return sorted(set(re.findall(r"\]\(\.\./images/planning/([\w-]+\.svg)\)", page)))
 
 
 def study_file(page: str, begun: str) -> str:

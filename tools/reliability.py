@@ -1,4 +1,4 @@
-"""Run every line of docs/reliability.md: each promise, by the command that stands beside it.
+"""Run every line of docs/validation/reliability.md: each promise with its command.
 
 Use: ``make reliability`` (an hour on a quiet machine), ``make reliability ARGS=--list``,
 ``make reliability ARGS="--line 5 --line 7"``, ``ARGS=--write`` for the figures on the page.

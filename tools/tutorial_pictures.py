@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.psychopy_window.scene import Scene
 
 
-IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images"
+IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images" / "tutorials"
 
 
 class Tutorial(NamedTuple):
@@ -58,9 +58,9 @@ def picture_name(study: str, what: str) -> str:
     """Return the name of a picture; ``what`` is "screen" or "figure".
 
     >>> picture_name("paired_comparison", "screen")
-    'tutorial-paired-comparison-screen.png'
+    'paired-comparison-screen.png'
     """
-    return f"tutorial-{study.replace('_', '-')}-{what}.png"
+    return f"{study.replace('_', '-')}-{what}.png"
 
 
 def main_screen(study: str) -> Scene:

@@ -139,7 +139,7 @@ def add_data(parser: ArgumentParser) -> None:
 def add_mapping(parser: ArgumentParser) -> None:
     """Add the options that say what the columns of a foreign table mean."""
     group = parser.add_argument_group(
-        "data of your own", "what the columns of a table mean; see docs/your-data.md"
+        "data of your own", "what the columns of a table mean; see docs/how-to/your-data.md"
     )
     for name, (metavar, text) in COLUMN_OPTIONS.items():
         option = f"--{name.replace('_', '-')}"

@@ -1,7 +1,7 @@
 """What was measured in a trial beside the plate's own readback: columns that only some runs have.
 
-A run has the columns of what it measured at least once; docs/decisions/0220 says where the samples
-lie that position and force are worked out from.
+A run has the columns of what it measured at least once. Position and force come from samples in the
+journal (docs/decisions/one-journal.md).
 """
 
 from __future__ import annotations

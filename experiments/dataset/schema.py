@@ -1,8 +1,8 @@
 """What a data set holds: every file's columns and entries, their kinds, units, levels, meanings.
 
 The one place for it: `slipscale.experiments.dataset.bids` writes by it,
-`slipscale.analysis.reading` reads by it, and docs/data-set.md is made from it. What belongs to one
-task only its protocol declares (see `slipscale.experiments.protocols.base.Protocol`); `columns`
+`slipscale.analysis.reading` reads by it; docs/reference/data-set.md is generated. What belongs to
+one task only its protocol declares (see `slipscale.experiments.protocols.base.Protocol`); `columns`
 puts both together.
 """
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from slipscale.stimuli.texture import Grating
 
 Kind = Literal["number", "label", "text"]
-# The rule that orders are drawn by; every journal names it (docs/decisions/0130).
+# The rule that orders are drawn by; every journal names it (docs/decisions/random-orders.md).
 ORDER_VERSION = 2
 EVERYBODY = "every participant"  # no participant's label: those have no spaces
 

@@ -258,8 +258,8 @@ def check_plate(planned: PlannedSession) -> Finding:
 def _scatter(plate: PlateDriver) -> Iterator[str]:
     """Yield what is to be done where a standing plate's readings scatter too much for a session.
 
-    A reading out of tolerance is a fault (docs/decisions/0022): at a fifth of it, five standard
-    deviations, that does not happen by chance.
+    A reading out of tolerance is a fault (docs/decisions/one-tolerance.md). With a scatter of a
+    fifth of the tolerance, five standard deviations, that does not happen by chance.
     """
     told = []
     for _ in range(READINGS):
@@ -321,7 +321,7 @@ def check_display(planned: PlannedSession) -> Finding:
             passed=None,
             detail=f"{seen}; key presses are not stamped by their device",
             remedy="response times will be the window's, some 10 ms late and less regular, and "
-            "marked so; see docs/response-times.md",
+            "marked so; see docs/explanation/response-times.md",
         )
     return Finding(name="display", passed=True, detail=f"{seen}, key presses stamped")
 

@@ -1,7 +1,8 @@
 """What the finger does while a participant strokes or answers: measured, written down, followed.
 
-Each step's samples are records of the journal (docs/decisions/0220): they are on disk before the
-step's answer is, and a step that is broken off and repeated leaves its own, marked as such.
+Each step's samples are records of the journal (docs/decisions/one-journal.md). They are on disk
+before the step's answer is. A step that is interrupted and repeated leaves its own samples, marked
+as such.
 """
 
 from __future__ import annotations

@@ -308,7 +308,8 @@ class Session:
     def _ask_again(self) -> None:
         """Ask again what the operator wants to be: the new answer takes the old one's place.
 
-        The protocol is not told: what it has asked for since stays as it is (docs/decisions/0162).
+        The protocol is not told: what it has asked for since stays as it is. No
+        shipped protocol decides by such an answer, and one that did could not undo its steps.
         """
         for question in self._interruptions.take_questions():
             reply = self._interruptions.attempt(partial(self._ask_apart, question))

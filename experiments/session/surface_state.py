@@ -6,11 +6,11 @@ its first step before the participant is asked anything more, or feels the next 
 is taken about a surface that is not there, or that this finger, in this hour, has not felt.
 
 A surface outside a trial stays wanted until the protocol silences the plate. One that a trial
-silences before its question is part of its script, and so remembered (docs/decisions/0160, 0260).
+silences before its question is part of its script, and so remembered
+(docs/decisions/interrupted-trials.md).
 
 A surface that was explored and silenced outside a trial is a *standard*: what the trials after it
-are compared with. After an interruption it is felt again before the next of them
-(docs/decisions/0210).
+are compared with. After an interruption it is felt again before the next of them.
 """
 
 from __future__ import annotations
@@ -211,8 +211,8 @@ class SurfaceState:
         """Raise a `PlateFault` unless the plate still makes the wanted surface.
 
         The tolerance is the driver's own: what it would not take for the surface when it was
-        presented is not taken for it when it was rated (docs/decisions/0022). Of a texture both
-        the command and the reading are means.
+        presented is not taken for it when it was rated (docs/decisions/one-tolerance.md). For a
+        texture, command and reading are means.
         """
         if self._wanted is not None:
             self.read_back_um_pp()

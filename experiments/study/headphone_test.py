@@ -1,6 +1,11 @@
 """The headphone test before the tasks: whether headphones are worn, and noise heard in both ears.
 
-Why these tones: docs/decisions/0333. Whoever fails is not turned away: the operator decides.
+Tones of 200 Hz, one quieter, one in antiphase (Woods, Siegel, Traer and McDermott 2017,
+doi:10.3758/s13414-017-1361-2): from loudspeakers the tone in antiphase cancels in the air. The test
+detects headphones that are not worn, not plugged in or not selected. Milne and others (2021,
+doi:10.3758/s13428-020-01514-0) admit fewer loudspeakers but reject a fifth of the headphones, which
+does not pay if an operator is present. Antiphase cannot reveal one silent side, so noise is played
+to each ear first. If a participant fails, the operator decides what to do.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 A study's text is what travels: into journals, into the data set's ``code`` folder, into the hash
 that tells one study from another. So the words of a texts file are put into it when it is read,
-and whatever becomes of the file, it is known what a participant read (docs/decisions/0330).
+and whatever becomes of the file, it is known what a participant read. Shipped
+languages are only those that somebody here could check: participants cannot tell a bad translation.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ SPEC: ``scpi:RESOURCE,option=value,...`` where RESOURCE is a VISA resource
 the generator, which is V peak to peak at its own output.
 
 The generator has **no watchdog**: when this computer dies the plate goes on vibrating. Use a
-hardware interlock (docs/function-generator.md). It also has no readback of the vibration, so that
+hardware interlock (docs/how-to/function-generator.md). It also cannot read the vibration, so that
 what is read back is the drive that is on.
 """
 

@@ -277,7 +277,7 @@ def to_toml(calibration: Calibration) -> str:
     import tomlkit  # noqa: PLC0415 - not needed where no calibration is
 
     document = tomlkit.document()
-    document.add(tomlkit.comment("A plate's calibration: see docs/calibration.md"))
+    document.add(tomlkit.comment("A plate's calibration: see docs/how-to/calibration.md"))
     document.add(CHECKSUM, checksum(calibration))
     document.add(tomlkit.nl())
     document.update(calibration.model_dump(exclude_none=True))

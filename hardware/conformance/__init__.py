@@ -1,1 +1,1 @@
-"""Whether a driver board follows docs/board-protocol.md: `slipscale plate conform`."""
+"""Whether a driver board follows docs/reference/board-protocol.md: `slipscale plate conform`."""

@@ -23,7 +23,10 @@ RANG_DOWN_S = 0.25  # 7 time constants of a plate with Q = 3,400 at 30.5 kHz
 SILENT_SHARE = 0.05  # of the amplitude that was commanded, or 0.05 µm: what a sensor's noise may be
 SILENT_UM = 0.05
 AGREES = 0.1  # as a fraction: two drives that should give the same amplitude
-BAND, BAND_UM = 0.025, 0.025  # of the mean of many readings in HOLD, as in docs/board-protocol.md
+BAND, BAND_UM = (
+    0.025,
+    0.025,
+)  # of the mean of many readings in HOLD, as in docs/reference/board-protocol.md
 RAMP_SHARE = 0.8  # of the settled voltage: less is on the plate while a ramp has just begun
 STEP_MS = 200.0
 PROBES_S = (0.1, 0.3, 0.5, 0.7)  # the middles of a list's points

@@ -61,7 +61,7 @@ class _Simulated(ContactSource):
         if finger is None or finger.unit != "mm":
             raise UserError(
                 "simulated position and force are a simulated participant's; a person's are "
-                "measured (see docs/finger.md)"
+                "measured (see docs/how-to/finger.md)"
             )
         self._finger = finger
         self._surroundings = surroundings

@@ -2,7 +2,7 @@
 
 Pure: bytes and the time go in, bytes come out; the plate behind it is the twin. The reference
 firmware (hardware/firmware) does the same in C++, and both are tested against the transcript in
-docs/board-protocol.md.
+docs/reference/board-protocol.md.
 """
 
 from __future__ import annotations

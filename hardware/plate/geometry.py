@@ -131,7 +131,7 @@ class Density:
             raise UserError("mesh density: every count of bricks must be 1 or more")
 
 
-# How far the prototype's driven mode lies above the finest mesh's: see docs/plate-models.md.
+# How far the driven mode lies above the finest mesh's: docs/explanation/plate-models.md.
 QUICK = Density(along_ceramic=3, across_ceramic=2)  # 1.3 %, half a second
 DEFAULT = Density()  # 0.4 %, 3 s, 0.4 GB
 FINE = Density(

@@ -1,4 +1,4 @@
-"""docs/first-day.md, followed command by command in a scratch directory."""
+"""docs/tutorials/first-day.md, followed command by command in a scratch directory."""
 
 import os
 import re
@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "first-day.md"
+PAGE = ROOT / "docs" / "tutorials" / "first-day.md"
 BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```", re.MULTILINE | re.DOTALL)
 PATIENCE_S = 600.0  # of a machine that does much else; usually it takes seconds
 

@@ -7,7 +7,7 @@ import pytest
 from tools import notebooks
 from tools.site.notebooks import pages
 
-PATHS = sorted(notebooks.DOCS.glob("*.ipynb"))
+PATHS = sorted(notebooks.DOCS.rglob("*.ipynb"))
 
 
 @pytest.mark.parametrize("path", PATHS, ids=lambda path: path.name)
@@ -31,7 +31,7 @@ def test_another_output_is_seen_and_another_drawing_of_a_figure_is_not():
 
 
 def test_the_site_shows_table_3_and_the_figure_of_the_notebook():
-    page = pages()["in-python.md"]
+    page = pages()["how-to/in-python.md"]
     assert "```python\nimport slipscale\n" in page
     assert page.count("<svg") == 2
     assert "12.75</td>" in page

@@ -1,4 +1,4 @@
-"""docs/planning.md, followed command by command in a quick form: fewer people, fewer studies."""
+"""docs/how-to/planning.md, followed by command: fewer people, fewer studies."""
 
 from pathlib import Path
 

@@ -82,13 +82,13 @@ def pages(site):
     return {path: Page(path.read_text(encoding="utf-8")) for path in site.rglob("*.html")}
 
 
-def test_a_page_of_docs_that_no_menu_names_stands_under_how_to(pages, site):
-    written = {
-        path.relative_to(ROOT / "docs").with_suffix(".html")
-        for path in (ROOT / "docs").rglob("*.md")
-    }
-    assert written <= {path.relative_to(site) for path in pages}
-    assert {hooks.HOW_TO: ["new.md"]} in hooks.menu(["new.md"])
+def test_every_page_of_docs_is_built_and_in_the_menu_under_its_folder(pages, site):
+    written = [path.relative_to(ROOT / "docs") for path in (ROOT / "docs").rglob("*.md")]
+    built = {path.relative_to(site) for path in pages}
+    assert {path.with_suffix(".html") for path in written} <= built
+    assert {str(path.parts[0]) for path in written} <= {*hooks.MENU, "decisions"}
+    menu = hooks.menu(["how-to/magnitude-estimation.md", "how-to/new.md"])
+    assert {"How to": ["how-to/magnitude-estimation.md", "how-to/new.md"]} in menu
 
 
 def test_the_pages_request_nothing_from_the_network(pages, site):

@@ -16,13 +16,13 @@ from tools.tutorial_pictures import TUTORIALS, picture_name
 
 pytestmark = pytest.mark.usefixtures("without_models")
 
-DOCS = Path(__file__).parents[2] / "docs"
+DOCS = Path(__file__).parents[2] / "docs" / "tutorials"
 BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)
 MOST_BYTES = 150_000
 
 
 def page_of(study):
-    name = f"tutorial-{study.replace('_', '-')}.md"
+    name = f"{study.replace('_', '-')}.md"
     return (DOCS / name).read_text(encoding="utf-8")
 
 
@@ -63,8 +63,8 @@ def test_the_commands_of_a_page_lead_from_a_new_study_to_a_report(
 def test_a_page_shows_its_two_pictures_and_they_are_small(study):
     for what in ("screen", "figure"):
         name = picture_name(study, what)
-        assert f"](images/{name})" in page_of(study)
-        assert (DOCS / "images" / name).stat().st_size < MOST_BYTES
+        assert f"](../images/tutorials/{name})" in page_of(study)
+        assert (DOCS.parent / "images" / "tutorials" / name).stat().st_size < MOST_BYTES
 
 
 @pytest.mark.parametrize("study", TUTORIALS)

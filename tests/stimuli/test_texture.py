@@ -103,7 +103,7 @@ def test_friction_follows_as_plate_and_film_do_in_series():
     film_hz = 1 / (2 * math.pi * 0.006)
     assert modulator.friction_passed(0.0) == 1
     assert modulator.friction_passed(film_hz) == pytest.approx(math.sqrt(0.5), rel=0.01)
-    # The figures of docs/squeeze-film.md.
+    # The figures of docs/explanation/squeeze-film.md.
     assert modulator.friction_passed(16) == pytest.approx(0.855, abs=5e-4)
     assert modulator.friction_passed(254) == pytest.approx(0.0735, abs=5e-5)
 

@@ -1,4 +1,4 @@
-"""docs/reliability.md: each promise's command is one, and finds the tests that it names."""
+"""docs/validation/reliability.md: each command exists and finds its tests."""
 
 import shlex
 

@@ -1,4 +1,4 @@
-"""The campaign of kills and disk faults, in short: docs/reliability.md has its figures."""
+"""The campaign of kills and disk faults, in short (docs/validation/reliability.md)."""
 
 import shutil
 import sys

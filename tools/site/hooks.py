@@ -50,28 +50,17 @@ AT_THE_ROOT = {
     "CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
 }
-# The menu. A page of docs/ that no line names comes at the end of "How to": none is unreachable.
-FIRST = ("index.md", "first-day.md")
-HOW_TO = "How to"
+# The menu: the folders of docs/, each with the pages that come first; the others follow by name.
 MENU: dict[str, tuple[str, ...]] = {
-    HOW_TO: (),
-    "Background": (
-        "normalisation.md",
-        "response-times.md",
-        "squeeze-film.md",
-        "plate-models.md",
-        "board-protocol.md",
-    ),
-    "Studies": ("studies/index.md", "studies/*"),
-    "Reference": (
-        "reference/study-file.md",
-        "reference/commands.md",
-        "reference/plates.md",
-        "plug-ins.md",
-        "reference/python/index.md",
-    ),
-    "Project": ("changelog.md", "contributing.md", "releasing.md", "decisions/index.md"),
+    "tutorials": ("tutorials/first-day.md",),
+    "how-to": ("how-to/magnitude-estimation.md",),
+    "studies": ("studies/index.md",),
+    "explanation": (),
+    "validation": (),
+    "reference": ("reference/study-file.md", "reference/commands.md", "reference/plates.md"),
+    "extending": (),
 }
+PROJECT = ("changelog.md", "contributing.md", "decisions/index.md")
 # Found after the pages that a user reads.
 SPECIAL = ("decisions/", "reference/python/")
 
@@ -88,18 +77,18 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def menu(pages: list[str]) -> list[str | dict[str, list[str]]]:
-    """Return the menu: what `MENU` names, and the rest of ``docs/`` under "How to"."""
-    named = {*FIRST, *(page for entries in MENU.values() for page in entries)}
-    rest = sorted(page for page in pages if "/" not in page and page not in named)
-    studies = sorted(p for p in pages if p.startswith("studies/") and p not in named)
-    found = {
-        title: [
-            page for entry in entries for page in (studies if entry == "studies/*" else [entry])
-        ]
-        for title, entries in MENU.items()
-    }
-    found[HOW_TO] += rest
-    return [*FIRST, *({title: entries} for title, entries in found.items())]
+    """Return the menu: each folder of `MENU` with all its pages."""
+    found: dict[str, list[str]] = {}
+    for folder, first in MENU.items():
+        inside = sorted(
+            page
+            for page in pages
+            if page.startswith(f"{folder}/") and not page.startswith(SPECIAL) and page not in first
+        )
+        found[folder.replace("-", " ").capitalize()] = [*first, *inside]
+    found["Reference"].append("reference/python/index.md")
+    found["Project"] = list(PROJECT)
+    return ["index.md", *({title: entries} for title, entries in found.items())]
 
 
 def on_post_build(config: MkDocsConfig) -> None:
@@ -126,6 +115,6 @@ def on_page_markdown(markdown: str, *, page: Page, **_: object) -> str:
     """Show the name of a page's files, and doctests as what they are; rank the page in a search."""
     if page.file.src_uri.startswith(SPECIAL):
         page.meta["search"] = {"boost": 0.3}
-    markdown = markdown.replace("](../README.md", "](index.md").replace(".ipynb)", ".md)")
+    markdown = markdown.replace("](../../README.md", "](../index.md").replace(".ipynb)", ".md)")
     markdown = re.sub(r"^```(\w+) file=(\S+)$", r'```\1 title="\2"', markdown, flags=re.MULTILINE)
     return markdown.replace("```python\n>>> ", "```pycon\n>>> ")

@@ -19,7 +19,10 @@ SHOWN = {
 
 def pages() -> dict[str, str]:
     """Return a page for each notebook."""
-    return {f"{path.stem}.md": page(read(path)) for path in sorted(DOCS.glob("*.ipynb"))}
+    return {
+        str(path.relative_to(DOCS).with_suffix(".md")): page(read(path))
+        for path in sorted(DOCS.rglob("*.ipynb"))
+    }
 
 
 def page(notebook: Notebook) -> str:

@@ -55,4 +55,4 @@ def _markdown(docstring: str) -> str:
         else:
             found.append(line)
     text = "\n".join(found).replace("``", "`")
-    return re.sub(r"docs/([\w-]+\.md)", r"[\1](../\1)", text)
+    return re.sub(r"docs/([\w-]+/)([\w-]+\.md)", r"[\2](../\1\2)", text)

@@ -14,7 +14,7 @@ LEFT_OUT = ("cli", "psychopy_window")
 INTRODUCTION = """# Python API
 
 From the docstrings: public names, with their units, shapes and errors. How they work together:
-[the analysis in Python](../../in-python.md). Names that are not here may change without notice.
+[the analysis in Python](../../how-to/in-python.md). Other names may change without notice.
 """
 
 

@@ -121,6 +121,6 @@ def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
     lines.append(
         f"Tests: {PRIMARY_TESTS[design.choices.primary]}; normalised by {design.rule}; excluded: "
         f"{', '.join(design.choices.exclusions) or 'nobody'}. How people are is assumed: see "
-        "docs/simulated-people.md."
+        "docs/explanation/simulated-people.md."
     )
     return lines

@@ -1,7 +1,7 @@
 """Thresholds: a participant's psychometric function and its intervals, in three ways.
 
 Levels are µm peak to peak: an amplitude (detection) or a difference of amplitudes
-(discrimination). The definitions and figures measured stand in ``docs/thresholds.md``.
+(discrimination). The definitions and figures measured stand in ``docs/explanation/thresholds.md``.
 """
 
 from __future__ import annotations

@@ -243,7 +243,8 @@ class Keyboard:
 
         X11 tells the smallest window under the pointer that listens to keys. pyglet has its child
         listen too, but Xlib composes (dead keys, Compose) only keys of the window that the input
-        context was made for: with the pointer inside, ^ e was heard as e (docs/decisions/0161).
+        context was made for: with the pointer inside, ^ e was heard as e. The child
+        therefore stops listening, and X11 hands its keys to the outer window.
         """
         xlib, handle = self._pyglet.libs.x11.xlib, self._handle
         everything_else = handle._default_event_mask & ~(  # noqa: SLF001  pyglet offers no other way

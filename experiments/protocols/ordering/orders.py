@@ -2,7 +2,7 @@
 
 All orders are uniform over what their rule admits, in whole numbers throughout: the same on every
 machine. A change of any draw needs a new `ORDER_VERSION`: a run is resumed only with the orders
-of its beginning (docs/decisions/0002, 0130).
+of its beginning (docs/decisions/random-orders.md).
 """
 
 from __future__ import annotations

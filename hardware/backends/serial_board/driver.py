@@ -1,4 +1,4 @@
-"""A driver board on a serial line (docs/board-protocol.md), kept alive by a heartbeat.
+"""A driver board on a serial line (docs/reference/board-protocol.md), kept alive by a heartbeat.
 
 SPEC: ``serial:PORT`` or ``serial:PORT,option=value,...`` with
 

@@ -1,4 +1,4 @@
-"""The driver board's language: frames, checks, status, codes. docs/board-protocol.md is its text.
+"""The driver board's language (docs/reference/board-protocol.md): frames, checks, status, codes.
 
 Pure: bytes in, records out. Both ends use it, the serial backend and the emulated board.
 """

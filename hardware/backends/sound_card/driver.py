@@ -16,7 +16,7 @@ SPEC: ``sound:DEVICE,option=value,...`` where DEVICE is a number or a part of a 
 
 Whatever ends the session normally ramps the carrier down. When this process is killed, the
 system closes the device; when the machine freezes, **nothing** stops a card that repeats its last
-buffer: use a hardware interlock (docs/sound-card.md). Nothing is measured.
+buffer: use a hardware interlock (docs/how-to/sound-card.md). Nothing is measured.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@
 
 namespace {
 
-// By docs/board-protocol.md, and not by the firmware's own constants.
+// By docs/reference/board-protocol.md, and not by the firmware's own constants.
 constexpr float kHighestV = 16.5F, kLowestHz = 25000.0F, kHighestHz = 40000.0F;
 constexpr uint32_t kWatchdogMs = 500;
 constexpr float kHair = 1e-3F;

@@ -1,4 +1,4 @@
-// The driver board's rules: docs/board-protocol.md in C++, for any processor.
+// The driver board's rules: docs/reference/board-protocol.md in C++, for any processor.
 //
 // Nothing here knows a pin or a library. The sketch (slipscale_plate.ino) hands in bytes, the
 // time and a Hal; the host builds (../host) do the same on a desk computer.

@@ -13,7 +13,7 @@ import pytest
 
 from slipscale import commands
 
-DOCS = Path(__file__).parents[3] / "docs"
+REFERENCE = Path(__file__).parents[3] / "docs" / "reference"
 HEADER = "label,n,mean,sd,scale_maximum\n"
 TABLES = {
     "paired": HEADER + "a,5,2.40,1.14,9\nb,5,6.40,1.14,9\n",
@@ -26,7 +26,9 @@ TABLES = {
 def schema():
     from jsonschema import Draft202012Validator  # noqa: PLC0415 - seconds, in one process only
 
-    return Draft202012Validator(json.loads((DOCS / "reconstruct.schema.json").read_text("utf-8")))
+    return Draft202012Validator(
+        json.loads((REFERENCE / "reconstruct.schema.json").read_text("utf-8"))
+    )
 
 
 @pytest.mark.parametrize("design", ["paired", "independent"])
@@ -72,7 +74,7 @@ statistic = 4.71
 
 @pytest.mark.skipif(shutil.which("Rscript") is None, reason="R is not installed")
 def test_the_r_example_runs_and_prints_what_the_page_says(tmp_path):
-    page = (DOCS / "reconstruct.md").read_text("utf-8")
+    page = (REFERENCE.parent / "how-to" / "reconstruct.md").read_text("utf-8")
     (code,) = re.findall(r"^```r\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     (tmp_path / "example.R").write_text(code)
     command = Path(sys.executable).with_name("slipscale")

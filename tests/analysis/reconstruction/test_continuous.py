@@ -129,7 +129,7 @@ def test_the_command_answers_for_geometric_means(tmp_path, capsys):
     path.write_text(printed_table(x, "paired_t", logarithms=True, statistic=true))
     assert commands.main(["reconstruct", str(path), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
-    schema = Path(__file__).parents[3] / "docs" / "reconstruct.schema.json"
+    schema = Path(__file__).parents[3] / "docs" / "reference" / "reconstruct.schema.json"
     Draft202012Validator(json.loads(schema.read_text("utf-8"))).validate(found)
     assert found["tests"][0]["verdict"] == "possible"
     assert found["intervals"][0]["logarithms"] is True

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from slipscale.analysis.reconstruction.table.table_files import from_toml
 
-PAGE = Path(__file__).parents[3] / "docs" / "reconstruct.md"
+PAGE = Path(__file__).parents[3] / "docs" / "how-to" / "reconstruct.md"
 
 
 def test_every_line_of_python_prints_what_the_page_says(capsys):

@@ -33,7 +33,7 @@ def test_the_page_on_the_data_set_is_the_schema():
     spec = importlib.util.spec_from_file_location("page", ROOT / "tools" / "data_set_page.py")
     tool = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tool)
-    assert tool.page() == (ROOT / "docs" / "data-set.md").read_text(encoding="utf-8")
+    assert tool.page() == (ROOT / "docs" / "reference" / "data-set.md").read_text(encoding="utf-8")
 
 
 def task_of(made, name):

@@ -1,4 +1,4 @@
-"""docs/adding-a-protocol.md, followed literally: built, installed apart, and used to its end."""
+"""docs/extending/adding-a-protocol.md, followed literally: built, installed and used."""
 
 import json
 import os
@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-PAGE = Path(__file__).parents[3] / "docs" / "adding-a-protocol.md"
+PAGE = Path(__file__).parents[3] / "docs" / "extending" / "adding-a-protocol.md"
 BLOCK = re.compile(r"^```\w+ file=(\S+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 # A pilot without its analysis, which takes as long as all else.
 UNDISTURBED = """

@@ -1,4 +1,4 @@
-"""docs/adding-a-backend.md, followed literally in a scratch directory."""
+"""docs/extending/adding-a-backend.md, followed literally in a scratch directory."""
 
 import configparser
 import json
@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-PAGE = Path(__file__).parents[3] / "docs" / "adding-a-backend.md"
+PAGE = Path(__file__).parents[3] / "docs" / "extending" / "adding-a-backend.md"
 
 SESSION = """
 import json, sys

@@ -1,4 +1,4 @@
-/* A driver board in C, written from docs/board-protocol.md alone.
+/* A driver board in C, written from docs/reference/board-protocol.md alone.
  *
  * It has neither vibration sensor nor thermometer, both of which the page allows, and plays lists.
  * It opens a pseudo-terminal, prints its name, and is a board there until its input is closed.

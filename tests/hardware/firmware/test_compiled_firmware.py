@@ -1,6 +1,6 @@
 """The reference firmware, built for this computer, and the emulated board: one and the same.
 
-Both are replayed against the transcript in docs/board-protocol.md, then against each other.
+Both replay the transcript in docs/reference/board-protocol.md, then are compared with each other.
 """
 
 import random
@@ -22,7 +22,7 @@ from slipscale.stimuli.texture import Grating
 
 ROOT = Path(__file__).parents[3]
 FIRMWARE = ROOT / "hardware" / "firmware"
-PAGE = ROOT / "docs" / "board-protocol.md"
+PAGE = ROOT / "docs" / "reference" / "board-protocol.md"
 COMPILER = shutil.which("g++") or shutil.which("c++") or shutil.which("clang++")
 FLAGS = ["-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror"]
 

@@ -5,7 +5,7 @@ import pytest
 
 from slipscale.hardware.plate.design import requirements
 
-DOCS = Path(__file__).parents[3] / "docs"
+DOCS = Path(__file__).parents[3] / "docs" / "explanation"
 
 
 def blocks(name, language):

@@ -192,7 +192,7 @@ def test_truth_is_recovered_and_intervals_hold_it_as_often_as_stated():
     """Means within 3 standard errors; of 200 intervals of 95 %, 182 to 197 hold the truth.
 
     Right intervals fail the count once in 250 times, right estimates once in 180 (two of them);
-    the seed is fixed, so that neither does. More runs and other methods: docs/thresholds.md.
+    the seed is fixed, so that neither does. More: docs/explanation/thresholds.md.
     """
     counts = simulated(11, np.geomspace(0.06, 1.0, 8), 120)
     model = likelihood.Model(curve=CURVES["weibull"])

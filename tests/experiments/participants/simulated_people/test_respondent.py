@@ -222,7 +222,9 @@ def test_a_population_that_there_is_not_is_refused_with_those_there_are():
 
 
 def test_the_page_on_simulated_people_names_every_habit_with_its_realistic_value():
-    page = (Path(__file__).parents[4] / "docs" / "simulated-people.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[4] / "docs" / "explanation" / "simulated-people.md").read_text(
+        encoding="utf-8"
+    )
     for name, value in REALISTIC.model_dump().items():
         assert f"| `{name}` | {value:g} |" in page
 
