@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.figure_style import BLUE, GREY, INK, ORANGE, canvas, styled
+from slipscale.stimuli.shared_load import NOT_VALIDATED, band
 from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
@@ -23,7 +24,9 @@ def perception_figure(
     frequency_hz: float = 30_500.0,
     normal_force_n: float = 0.5,
 ) -> Figure:
-    """Return estimates of slipperiness against predicted relative friction, by both film models.
+    """Return estimates of slipperiness against predicted relative friction.
+
+    By both film models, and as a band by the shared load of asperities and film.
 
     Parameters
     ----------
@@ -66,6 +69,12 @@ def perception_figure(
             elinewidth=1,
             label=name,
         )
+    bands = [
+        band(surface.amplitude_um_peak, frequency_hz=frequency_hz, normal_force_n=normal_force_n)
+        for surface in surfaces
+    ]
+    least, most = zip(*bands, strict=True)
+    axes.fill_betweenx(means, least, most, color=GREY, alpha=0.25, linewidth=0, label=NOT_VALIDATED)
     for amplitude, x, y in zip(amplitudes_um_pp, friction, means, strict=True):
         axes.annotate(
             f"{amplitude:g} µm",
@@ -83,7 +92,7 @@ def perception_figure(
         ylim=(0, 105),
         title="Perception against predicted friction",
     )
-    axes.legend(loc="upper left", title=f"h_r = {roughness_um:g} µm, {normal_force_n:g} N")
+    axes.legend(loc="center right", title=f"h_r = {roughness_um:g} µm, {normal_force_n:g} N")
     if standard_deviations is not None:
         axes.text(
             0.99,

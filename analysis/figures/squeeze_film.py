@@ -19,8 +19,9 @@ from slipscale.figure_style import (
     note,
     styled,
 )
-from slipscale.stimuli import reynolds, squeeze_film
+from slipscale.stimuli import reynolds, shared_load, squeeze_film
 from slipscale.stimuli.reynolds import WorkingPoint
+from slipscale.stimuli.shared_load import NOT_VALIDATED
 from slipscale.stimuli.squeeze_film import FINGER, Finger
 from slipscale.stimuli.surface import peak_from_pp, pp_from_peak
 
@@ -169,17 +170,21 @@ def closed_form_figure() -> Figure:
     solved = 1 - np.array([state.overpressure for state in states]) * 1e5 / pressed
     left.plot(amplitude, closed, color=BLUE, label="closed form (13)")
     left.plot(amplitude, solved, color=ORANGE, linestyle="--", label="Reynolds (3), ours")
+    least, most = zip(*(shared_load.band(float(a)) for a in peak), strict=True)
+    left.fill_between(
+        amplitude, least, most, color=GREY, alpha=0.25, linewidth=0, label=NOT_VALIDATED
+    )
     for level in (0.5, 1.2, 2.3):
         left.axvline(level, color=GREY, linewidth=0.8, linestyle=":")
-    left.text(0.53, 0.52, "the experiment's\namplitudes", color=GREY, fontsize=9, va="bottom")
+    left.text(0.53, 0.03, "the experiment's\namplitudes", color=GREY, fontsize=9, va="bottom")
     left.set(
         xlabel="Amplitude (µm peak to peak)",
         ylabel="Relative friction µ'/µ",
         xlim=(0, 2.35),
-        ylim=(0.5, 1.02),
+        ylim=(0, 1.02),
         title="At the plate's working point",
     )
-    left.legend(loc="upper right")
+    left.legend(loc="lower left", bbox_to_anchor=(0, 0.12), fontsize=8)
 
     numbers, ratio = convergence_data(np.geomspace(0.03, 700, 12))
     flat_numbers, flat = convergence_data(

@@ -259,6 +259,7 @@ def run_simulated(
         surroundings = Surroundings(
             clock=clock,
             seed=plan.seed,
+            participant=plan.participant,
             finger=person.finger,
             vibration_um_pp=plate.vibration_um_pp,
         )

@@ -121,6 +121,12 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
         (
             f"          {result['relative_friction_closed_form']:.2f} by the paper's closed form"
             + ("" if result["closed_form_holds"] else " (squeeze number below 10: out of range)")
+            + ","
+        ),
+        (
+            "          "
+            + " to ".join(f"{end:.2f}" for end in result["relative_friction_band"])
+            + " if asperities and film share the load (not validated)"
         ),
         "",
         (

@@ -5,13 +5,15 @@ deviation of a reading, mm). SPEC of a force: ``simulated`` or ``simulated:frict
 
 ==============  ==================================================================
 ``friction``    coefficient of friction on the plate at rest (0.8: our assumption)
-``roughness``   average roughness h_r of the film model, µm (0.6, Section IV-A)
+``film``        ``reynolds`` (2007), or ``shared_load``: each simulated participant has a skin of
+                their own within the ranges of `slipscale.stimuli.shared_load` (not validated)
+``roughness``   average roughness h_r of the film ``reynolds``, µm (0.6, Section IV-A)
 ``rate``        samples a second (100)
 ``noise``       standard deviation of a reading of either force, N (0.005)
 ==============  ==================================================================
 
-The film carries a part of the finger (`slipscale.stimuli.reynolds`), and friction is that of the
-rest; where the model lets the finger levitate there is none.
+The film carries a part of the finger, and friction is that of the rest; where the model lets the
+finger levitate there is none.
 
 A reading depends on the seed, the finger and the time, never on how often it was asked for: an
 interrupted and resumed pilot measures what an undisturbed one would have.
@@ -20,13 +22,14 @@ interrupted and resumed pilot measures what an undisturbed one would have.
 from __future__ import annotations
 
 import math
+import zlib
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
 from slipscale.hardware.contact.source import FORCE, POSITION, ContactSource, Sample
-from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.surface import VirtualSurface, peak_from_pp
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,14 +40,24 @@ RATE_HZ = 100.0
 POSITION_NOISE_MM, FORCE_NOISE_N = 0.02, 0.005
 FRICTION, ROUGHNESS_UM = 0.8, 0.6
 AMPLITUDE_DIGITS = 1  # the film is solved for so many decimals of a µm: a solution takes 50 ms
+FORCE_DIGITS = 1  # and of a N, if its share depends on the force
 WORD = (1 << 64) - 1
 
 POSITION_OPTIONS: dict[str, Callable[[str], Any]] = {
     "rate": addresses.positive_number,
     "noise": addresses.number,
 }
+
+
+def _film(text: str) -> str:
+    if text not in FILMS:
+        raise ValueError(f"expected {' or '.join(FILMS)}")
+    return text
+
+
 FORCE_OPTIONS: dict[str, Callable[[str], Any]] = {
     **POSITION_OPTIONS,
+    "film": _film,
     "friction": addresses.positive_number,
     "roughness": addresses.positive_number,
 }
@@ -140,20 +153,22 @@ class SimulatedForce(_Simulated):
         noise: float = FORCE_NOISE_N,
         friction: float = FRICTION,
         roughness_um: float = ROUGHNESS_UM,
+        film: str = "reynolds",
     ) -> None:
         super().__init__(surroundings, rate_hz=rate_hz, noise=noise)
         if surroundings.vibration_um_pp is None:
             raise UserError("--force simulated: there is no plate whose film could be simulated")
         self._vibration_um_pp = surroundings.vibration_um_pp
         self._friction = friction
-        self._roughness_um = roughness_um
+        self._film = film
+        # Reynolds' film has a roughness, a shared load has a skin; each is one number.
+        self._surface = roughness_um if film == "reynolds" else _place_in_band(surroundings)
 
     def _exact(self, time_s: float, touch: Touch) -> tuple[float, float]:
         before = self._finger.at(time_s - 0.5 / self._rate_hz)
         moved = touch.x - before.x if before else 0.0
-        carried_n = film_force_n(
-            round(self._vibration_um_pp(), AMPLITUDE_DIGITS), self._roughness_um
-        )
+        amplitude_um_pp = round(self._vibration_um_pp(), AMPLITUDE_DIGITS)
+        carried_n = FILMS[self._film](amplitude_um_pp, self._surface, touch.normal_n)
         lateral = self._friction * max(touch.normal_n - carried_n, 0.0)
         return touch.normal_n, math.copysign(lateral, moved) if moved else 0.0
 
@@ -162,20 +177,45 @@ class SimulatedForce(_Simulated):
         return {
             **super().describe(),
             "friction_at_rest": self._friction,
-            "roughness_um": self._roughness_um,
-            "film": "reynolds",
+            "roughness_um" if self._film == "reynolds" else "place_in_band": self._surface,
+            "film": self._film,
         }
 
 
 @cache
-def film_force_n(amplitude_um_pp: float, roughness_um: float) -> float:
-    """Return the force by which the film carries the finger: it does not depend on its weight."""
+def _film_force_n(amplitude_um_pp: float, roughness_um: float) -> float:
+    """Return the force by which Reynolds' film carries the finger, whatever its weight."""
     if amplitude_um_pp == 0:
         return 0.0
     relative = VirtualSurface(amplitude_um_pp=amplitude_um_pp).predicted_relative_friction(
         roughness_um=roughness_um, normal_force_n=1.0
     )
     return 1.0 - relative
+
+
+def _shared_force_n(amplitude_um_pp: float, place: float, normal_n: float) -> float:
+    """Return the force by which the film carries a finger that asperities carry too."""
+    from slipscale.stimuli.shared_load import skin_between, solve  # noqa: PLC0415 - SciPy
+
+    force_n = max(round(normal_n, FORCE_DIGITS), 10.0**-FORCE_DIGITS)
+    skin = skin_between(place)
+    return normal_n * solve(skin, peak_from_pp(amplitude_um_pp), normal_force_n=force_n).film_share
+
+
+FILMS: dict[str, Callable[[float, float, float], float]] = {
+    "reynolds": lambda amplitude_um_pp, roughness_um, _: _film_force_n(
+        amplitude_um_pp, roughness_um
+    ),
+    "shared_load": _shared_force_n,
+}
+
+
+def _place_in_band(surroundings: Surroundings) -> float:
+    """Return a simulated participant's place in the band, 0 to 1."""
+    import numpy as np  # noqa: PLC0415 - as above
+
+    person = zlib.crc32(surroundings.participant.encode())
+    return float(np.random.default_rng([surroundings.seed & WORD, person]).random())
 
 
 def open_position(address: str, surroundings: Surroundings) -> ContactSource:
@@ -197,4 +237,5 @@ def open_force(address: str, surroundings: Surroundings) -> ContactSource:
         noise=options.get("noise", FORCE_NOISE_N),
         friction=options.get("friction", FRICTION),
         roughness_um=options.get("roughness", ROUGHNESS_UM),
+        film=options.get("film", "reynolds"),
     )

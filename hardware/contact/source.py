@@ -76,6 +76,8 @@ class Surroundings:
         Its samples are on this clock.
     seed : int
         For a source that simulates.
+    participant : str
+        Whom it simulates.
     finger : Finger or None
         For the sources that ask who has the finger.
     vibration_um_pp : callable or None
@@ -84,6 +86,7 @@ class Surroundings:
 
     clock: Clock
     seed: int = 0
+    participant: str = ""
     finger: Finger | None = None
     vibration_um_pp: Callable[[], float] | None = None
 

@@ -54,6 +54,19 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             "equation, h_r 0.6 µm, 30.5 kHz, 0.5 N)"
         )
         section.blocks.append(_models(found.friction.comparison, title))
+        bands = "; ".join(
+            f"{quantity.value(amplitude)} {found.friction.reduction[amplitude]:.2f}, "
+            f"{least:.2f} to {most:.2f}"
+            for amplitude, (least, most) in found.friction.shared_load.items()
+        )
+        section.blocks.append(
+            html.paragraph(
+                "The reduction by Reynolds' equation, and its range if the skin's asperities and "
+                f"the film share the load (second model, not validated): {bands}. Growth against "
+                "friction therefore depends on the model.",
+                "note",
+            )
+        )
     if "exponents" in svgs:
         section.blocks.append(_exponents(analysis, svgs["exponents"]))
     own = found.individual

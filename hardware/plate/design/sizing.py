@@ -17,7 +17,7 @@ from slipscale.faults import UserError
 from slipscale.hardware.plate.beam import BeamSection
 from slipscale.hardware.plate.geometry import Layout
 from slipscale.hardware.plate.materials import BeamCeramic, Isotropic, Piezoceramic
-from slipscale.stimuli import reynolds, squeeze_film
+from slipscale.stimuli import reynolds, shared_load, squeeze_film
 from slipscale.stimuli.reynolds import WorkingPoint
 
 if TYPE_CHECKING:
@@ -81,8 +81,11 @@ class Design:
     relative_friction : float
         By Reynolds' equation (3), at the brief's amplitude, roughness and force and the lowest
         frequency.
+    relative_friction_band : tuple of 2 floats
+        Least and greatest by the second model, shared load (`slipscale.stimuli.shared_load`):
+        not validated.
     relative_friction_closed_form : float
-        The same by the closed form (13), which the paper designs with.
+        As `relative_friction`, by the closed form (13), which the paper designs with.
     closed_form_holds : bool
         Whether the squeeze number there is at least 10, the paper's criterion.
     candidates : tuple of Candidate
@@ -94,6 +97,7 @@ class Design:
     half_wave_max_mm: float
     half_wave_max_printed_mm: float
     relative_friction: float
+    relative_friction_band: tuple[float, float]
     relative_friction_closed_form: float
     closed_form_holds: bool
     candidates: tuple[Candidate, ...]
@@ -174,6 +178,9 @@ def design(brief: Brief) -> Design:
         half_wave_max_mm=longest,
         half_wave_max_printed_mm=printed.half_wave_for_frequency_mm(floor),
         relative_friction=float(solved.relative_friction),
+        relative_friction_band=shared_load.band(
+            wanted.amplitude_um_peak, frequency_hz=floor, normal_force_n=wanted.normal_force_n
+        ),
         relative_friction_closed_form=float(closed.relative_friction),
         closed_form_holds=bool(closed.closed_form_holds),
         candidates=tuple(plates),

@@ -100,3 +100,6 @@ def test_perception_figure_puts_estimates_over_falling_friction():
     reynolds, closed = (line.get_xdata() for line in axes.get_lines()[:2])
     assert list(reynolds) == sorted(reynolds, reverse=True)
     assert all(closed[1:] < reynolds[1:])
+    (shared,) = axes.collections[-1:]
+    assert shared.get_label() == "shared load, not validated"
+    assert shared.get_paths()[0].get_extents().x0 < min(closed)  # and reaches 1 at rest

@@ -3,6 +3,7 @@
 import math
 import sys
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -13,7 +14,8 @@ from slipscale.hardware.contact import daq
 from slipscale.hardware.contact.emulated_line import EmulatedLine
 from slipscale.hardware.contact.registry import open_source
 from slipscale.hardware.contact.source import Sample, SensorFault, Surroundings, Touch
-from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.shared_load import band
+from slipscale.stimuli.surface import VirtualSurface, peak_from_pp
 
 
 class Moving:
@@ -130,6 +132,23 @@ def test_a_finger_that_levitates_has_no_friction():
     source = open_source("force", "simulated:noise=0", around)
     around.clock.sleep(0.1)
     assert source.take()[-1].values[1] == 0.0
+
+
+def test_under_a_shared_load_each_participant_has_a_skin_of_their_own_within_the_band():
+    def friction(participant):
+        around = replace(virtual(Moving(), 1.2), participant=participant)
+        source = open_source("force", "simulated:film=shared_load,friction=0.8,noise=0", around)
+        source.begin()
+        around.clock.sleep(0.1)
+        normal_n, lateral_n = source.take()[-1].values
+        assert source.describe()["film"] == "shared_load"
+        return lateral_n / normal_n
+
+    found = [friction(label) for label in ("01", "02", "03")]
+    assert len(set(found)) == 3
+    assert friction("01") == found[0]
+    least, most = band(peak_from_pp(1.2))
+    assert all(0.8 * least <= each <= 0.8 * most for each in found)
 
 
 # Serial ---------------------------------------------------------------------------------------
@@ -293,6 +312,7 @@ def test_a_missing_library_is_one_sentence(monkeypatch):
         ("force", "load_cells:COM3,lateral=0", "expected the number of normal"),
         ("force", "daq:normal=Dev1/ai0", "expected normal_scale, lateral, lateral_scale"),
         ("force", "simulated:friction=-1", "expected a number above 0"),
+        ("force", "simulated:film=air", "film is 'air', expected reynolds or shared_load"),
     ],
 )
 def test_a_wrong_spec_is_one_sentence(kind, spec, told, library):

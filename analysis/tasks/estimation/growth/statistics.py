@@ -44,11 +44,15 @@ class FrictionGrowth:
         Of participants' power functions of the reduction.
     reduction : Mapping
         Amplitude (µm peak to peak) -> predicted reduction of friction, 0 to 1.
+    shared_load : Mapping
+        Amplitude -> least and greatest reduction by the second model
+        (`slipscale.stimuli.shared_load`), which is not validated.
     """
 
     comparison: GrowthComparison
     exponent: MeanOverParticipants | NotComputed
     reduction: Mapping[float, float]
+    shared_load: Mapping[float, tuple[float, float]]
 
     def json_form(self) -> Mapping[str, object]:
         """Return the result under its keys."""
@@ -129,6 +133,14 @@ def predicted_reduction(amplitude_um_pp: float) -> float:
     return 1.0 - VirtualSurface(amplitude_um_pp=amplitude_um_pp).predicted_relative_friction()
 
 
+def _shared_load_reduction(amplitude_um_pp: float) -> tuple[float, float]:
+    from slipscale.stimuli.shared_load import band  # noqa: PLC0415 - as above
+    from slipscale.stimuli.surface import peak_from_pp  # noqa: PLC0415
+
+    least, most = band(peak_from_pp(amplitude_um_pp))
+    return 1 - most, 1 - least
+
+
 def against_friction(logs: pd.DataFrame, confidence: float = 0.95) -> FrictionGrowth | NotComputed:
     """Compare growth functions against the reduction of friction that the film predicts.
 
@@ -160,4 +172,5 @@ def against_friction(logs: pd.DataFrame, confidence: float = 0.95) -> FrictionGr
         comparison=found,
         exponent=mean_over_participants(slopes, confidence),
         reduction={float(a): float(r) for a, r in zip(amplitudes, reductions, strict=True)},
+        shared_load={float(a): _shared_load_reduction(float(a)) for a in amplitudes},
     )

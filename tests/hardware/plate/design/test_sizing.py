@@ -36,6 +36,16 @@ def test_the_paper_s_brief_leads_to_the_paper_s_bounds_and_plate():
     assert prototype.frequency_hz == pytest.approx(35.7e3, rel=0.01)
 
 
+def test_friction_of_a_design_is_a_range_by_the_second_model():
+    base, more = (
+        design(Brief.model_validate({"requirements": {"amplitude_um_peak": peak}}))
+        for peak in (0.5, 1.5)
+    )
+    least, most = base.relative_friction_band
+    assert 0 <= least < most < 1
+    assert more.relative_friction_band[1] < most
+
+
 def test_every_plate_covers_the_workspace():
     found = design(Brief.model_validate({"requirements": {"workspace_mm": [80, 30]}}))
     assert all(c.length_mm >= 80 and c.width_mm >= 30 for c in found.candidates)
@@ -67,6 +77,7 @@ def test_the_verdict_is_the_finite_elements_at_the_place_of_the_finger(tmp_path,
     said = capsys.readouterr().out
     assert "8.20 mm" in said
     assert "83 x 49" in said
+    assert "0.00 to 0.69 if asperities and film share the load (not validated)" in said
     assert "none reaches the amplitude where the finger is" in said
     path = tmp_path / "edge.toml"
     path.write_text('[requirements]\nfinger_place = "edge"\n', encoding="utf-8")
