@@ -128,8 +128,8 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     other_tasks, read_sources = read_others(others, folder, problems, counts)
     sources += read_sources
     # What the journals say and the tables do not: rows edited by hand, runs without tables.
-    differences = [str(problem) for problem in verify(folder)] if journals(folder) else []
-    problems.add_many(differences, "slipscale data verify tells all")
+    differences = tuple(map(str, verify(folder))) if journals(folder) else None
+    problems.add_many(differences or (), "slipscale data verify lists all")
     problems.add_many(faults, "analyses of other packages")
     tables = _divided(kinds, read, problems, counts)
     participants = metadata.participants(folder, sources, problems)
@@ -149,6 +149,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         choices=choices,
         frozen=frozen,
         unchanged=unchanged,
+        journal_differences=differences,
         problems=tuple(problems.sentences),
         sources=tuple(sources),
         folder=folder,

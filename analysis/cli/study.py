@@ -58,6 +58,18 @@ def add_study(parser: ArgumentParser) -> None:
         default="",
         help="when the collection of data ends (default: after the planned number)",
     )
+    freeze.add_argument(
+        "--existing-data",
+        metavar="TEXT",
+        default="",
+        help="which data exist already, and what you know of them; registries ask for it",
+    )
+    freeze.add_argument(
+        "--sample-size",
+        metavar="TEXT",
+        default="",
+        help="why the planned number of participants suffices; registries ask for it",
+    )
     add_population(freeze)
 
 
@@ -117,6 +129,8 @@ def _written(args: Namespace, power: Path | None) -> int:
                 study_name=args.study,
                 population=population,
                 stopping_rule=args.stopping,
+                existing_data=args.existing_data,
+                sample_size=args.sample_size,
                 power=power,
                 notes=args.notes,
             ),

@@ -32,6 +32,8 @@ KIND_OF_CHOICE: Mapping[str, Kind] = {
     "primary": "tests",
 }
 MISSING = "n/a"
+#: Differences between tables and journals that are listed one by one.
+MOST_DIFFERENCES = 20
 
 
 def check_plan(bundle: Bundle, analysis: Analysis, options: Sequence[str] = ()) -> PlanCheck:
@@ -112,6 +114,21 @@ def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
         others = [other for other in data.details.get(key, ()) if other != value]
         if others:
             yield f"Runs have {key} {', '.join(others)}; planned: {value}."
+
+
+def _of_data(_: Bundle, analysis: Analysis) -> Iterator[str]:
+    """Yield where the tables differ from the journals, or that there are no journals."""
+    differences = analysis.dataset.journal_differences
+    if differences is None:
+        yield (
+            "The data have no journals (sourcedata/): whether tables were changed after the "
+            "sessions cannot be checked."
+        )
+        return
+    yield from (f"{each}." for each in differences[:MOST_DIFFERENCES])
+    if len(differences) > MOST_DIFFERENCES:
+        more = len(differences) - MOST_DIFFERENCES
+        yield f"{more} more differences from the journals; slipscale data verify lists all."
 
 
 def _flat(table: object, key: str = "") -> dict[str, object]:
@@ -232,6 +249,7 @@ def _codebook(planned: str, analysis: Analysis) -> Iterator[Deviation]:
 LOOKS: Sequence[tuple[Kind, Callable[[Bundle, Analysis], Iterator[str]]]] = (
     ("bundle", _of_bundle),
     ("study", _of_study),
+    ("data", _of_data),
     ("participants", _of_participants),
     ("dates", _of_dates),
     ("normalisation", _of_rule),

@@ -47,6 +47,8 @@ class Wanted:
         Whom the plan was made with.
     stopping_rule : str
         When the collection of data ends; empty for the planned number.
+    existing_data, sample_size : str
+        Which data exist already, and why the planned number suffices; empty if not stated.
     power : Path or None
         The folder of a finished `slipscale power --out`.
     notes : Path or None
@@ -56,6 +58,8 @@ class Wanted:
     study_name: str
     population: Population
     stopping_rule: str = ""
+    existing_data: str = ""
+    sample_size: str = ""
     power: Path | None = None
     notes: Path | None = None
 
@@ -105,6 +109,8 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
         seed=study.seed,
         language=study.language,
         stopping_rule=stopping,
+        existing_data=wanted.existing_data,
+        sample_size=wanted.sample_size,
         choices=study.analysis,
         chosen=tuple(sorted(study.analysis.model_fields_set)),
         normalisation=analysis.rule,

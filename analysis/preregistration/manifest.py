@@ -48,6 +48,8 @@ class Manifest(_Frozen):
     seed: int
     language: str
     stopping_rule: str
+    existing_data: str
+    sample_size: str
     choices: AnalysisChoices
     chosen: tuple[str, ...]
     normalisation: str

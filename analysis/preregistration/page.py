@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 from importlib.resources import files
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup
 
+from slipscale.analysis.preregistration import registry
 from slipscale.analysis.preregistration.manifest import STUDY
 from slipscale.analysis.preregistration.plan_in_words import plan_blocks
 from slipscale.analysis.writing import html
 from slipscale.experiments.running.study_commands import show
+from slipscale.experiments.study.file import read_study
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,6 +22,11 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis
 
 PAGE = "plan.html"
+NOT_PROVED = (
+    "The SHA-256 values detect accidental changes. They do not prove the date, and somebody who "
+    "edits files can compute them again: deposit the bundle, or its digest, where a third party "
+    "keeps the date."
+)
 
 
 def render(
@@ -46,6 +53,7 @@ def render(
     sections = [
         _participants(plan, people),
         *_hypotheses(contents),
+        _registry(plan, analysis, study),
         _analysis(plan, analysis),
         *_power(plan, contents),
         _design(study),
@@ -97,6 +105,13 @@ def _hypotheses(contents: Mapping[str, bytes]) -> list[html.ReportSection]:
     return found
 
 
+def _registry(plan: Manifest, analysis: Analysis, study: str) -> html.ReportSection:
+    section = html.ReportSection("What registries ask")
+    asked = registry.answers(plan, analysis, read_study(study)[0])
+    section.blocks += [html.labelled(question, answer) for question, answer in asked]
+    return section
+
+
 def _analysis(plan: Manifest, analysis: Analysis) -> html.ReportSection:
     section = html.ReportSection("Analysis plan")
     section.blocks += [
@@ -127,11 +142,7 @@ def _power(plan: Manifest, contents: Mapping[str, bytes]) -> list[html.ReportSec
     ]
     titles = ("Participants", "Ratings of each surface", "Effect", "Power of the weakest")
     columns = [html.TableColumn(title=title) for title in titles]
-    own = any(row[0] == str(plan.participants) for row in rows)
-    if not own:
-        section.blocks.append(
-            html.paragraph(f"No condition has the planned {plan.participants} participants.")
-        )
+    section.blocks += [html.paragraph(each) for each in _remarks(told, plan.participants)]
     section.blocks.append(
         html.table(
             columns,
@@ -146,6 +157,25 @@ def _power(plan: Manifest, contents: Mapping[str, bytes]) -> list[html.ReportSec
             Markup('<figure><img src="power/power.svg" alt="{}"></figure>').format(alt)
         )
     return [section]
+
+
+def _remarks(power: dict[str, Any], participants: int) -> list[str]:
+    """Return what the power result says against the planned number of participants."""
+    planned = [
+        each for each in power.get("conditions", []) if each.get("participants") == participants
+    ]
+    if not planned:
+        return [f"No condition has the planned {participants} participants."]
+    weakest = max(each["weakest"] for each in planned)
+    if weakest >= float(power.get("target", 0)):
+        return []
+    remark = (
+        f"The planned {participants} participants do not reach the target: in {weakest:.0%} of "
+        "simulated studies every planned comparison is significant; the target is "
+        f"{float(power['target']):.0%}. State why the study is run nevertheless, or plan more "
+        "participants, fewer comparisons or more repetitions."
+    )
+    return [remark]
 
 
 def _design(study: str) -> html.ReportSection:
@@ -169,5 +199,6 @@ def _provenance(plan: Manifest) -> html.ReportSection:
     section.blocks += [
         html.table(two, software, "What takes part in the analysis; all packages: packages.txt."),
         html.table(three, listed, "Every file but this page and manifest.json."),
+        html.paragraph(NOT_PROVED, "note"),
     ]
     return section

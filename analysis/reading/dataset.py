@@ -65,6 +65,8 @@ class Dataset:
     unchanged : bool or None
         Whether that file is the one that the sessions ran with, so that they were frozen before
         there was data; None where the sidecars do not say.
+    journal_differences : tuple of str or None
+        How the tables differ from the journals, one sentence each; None without journals.
     problems : tuple of str
         One sentence each.
     sources : tuple of Source
@@ -86,6 +88,7 @@ class Dataset:
     choices: AnalysisChoices = field(default_factory=AnalysisChoices)
     frozen: tuple[str, ...] = ()
     unchanged: bool | None = None
+    journal_differences: tuple[str, ...] | None = None
     problems: tuple[str, ...] = ()
     sources: tuple[Source, ...] = ()
     folder: Path | None = None

@@ -8,6 +8,7 @@ from typing import Literal
 Kind = Literal[
     "bundle",
     "study",
+    "data",
     "participants",
     "dates",
     "exclusions",

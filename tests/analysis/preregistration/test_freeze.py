@@ -108,6 +108,36 @@ def test_notes_and_a_stopping_rule_are_taken_in(frozen, tmp_path):
     assert "whatever they show" not in page
 
 
+def test_the_page_answers_what_registries_ask(frozen):
+    page = freeze(wanted(frozen, existing_data="None.", sample_size="As in 2007."), NOON)[1][
+        "plan.html"
+    ].decode()
+    for words in (
+        "Existing data",
+        "None.",
+        "Vibration amplitude of the plate: 0, 1.2, 2.3 µm peak to peak.",
+        "(column estimate)",
+        "As in 2007.",
+        "Rule for zeros: exclude",
+        "Friedman",
+    ):
+        assert words in page, words
+    unstated = (frozen / "plan" / "plan.html").read_text()
+    assert "Not stated. State it with slipscale study freeze --existing-data TEXT." in unstated
+
+
+def test_a_power_below_the_target_gets_a_remark(frozen, tmp_path):
+    power = {"study": "small", "target": 0.8, "conditions": [{"participants": 4, "weakest": 0.0}]}
+    (tmp_path / "power.json").write_text(json.dumps(power))
+    page = freeze(wanted(frozen, power=tmp_path), NOON)[1]["plan.html"].decode()
+    assert "in 0% of simulated studies every planned comparison is significant" in page
+    power["conditions"][0]["weakest"] = 0.8
+    (tmp_path / "power.json").write_text(json.dumps(power))
+    assert (
+        "do not reach" not in freeze(wanted(frozen, power=tmp_path), NOON)[1]["plan.html"].decode()
+    )
+
+
 def test_the_power_is_computed_or_taken_in(frozen, tmp_path, capsys):
     study = str(frozen / "small.toml")
     out, again = tmp_path / "plan", tmp_path / "again"

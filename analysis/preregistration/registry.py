@@ -1,0 +1,87 @@
+"""What registries ask before data are collected, answered from the study and its analysis.
+
+The questions are those of OSF's and AsPredicted's forms. What only the authors can answer is taken
+from the command's options; without them the page reports that it is not stated.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.analysis.reporting.multiplicity import multiplicity
+from slipscale.experiments.protocols.registry import load_protocol
+
+if TYPE_CHECKING:
+    from slipscale.analysis.preregistration.manifest import Manifest
+    from slipscale.analysis.tasks.kind import Analysis
+    from slipscale.experiments.study.model import Study
+
+NOT_STATED = "Not stated. State it with slipscale study freeze {option}."
+BLINDING = (
+    "Trial orders are drawn by the computer from the study's seed. The screens of participant and "
+    "operator do not show the surface, unless the operator unblinds the session."
+)
+MISSING = (
+    "Nothing is imputed. Practice trials, voided trials and trials without an answer are left out "
+    "and counted. Tests of repeated measures use the participants who have a value at every level; "
+    "the report gives n for each test. Rule for zeros: {rule}."
+)
+
+
+def answers(plan: Manifest, analysis: Analysis, study: Study) -> list[tuple[str, str]]:
+    """Return each question with its answer.
+
+    Parameters
+    ----------
+    plan : Manifest
+    analysis : Analysis
+        Of one simulated study.
+    study : Study
+        The study that is frozen.
+    """
+    confirmatory, exploratory = _families(analysis)
+    return [
+        ("Existing data", plan.existing_data or NOT_STATED.format(option="--existing-data TEXT")),
+        ("Manipulated variables", _manipulated(study)),
+        ("Measured variables", _measured(study)),
+        ("Blinding", BLINDING),
+        (
+            "Sample size, rationale",
+            plan.sample_size or NOT_STATED.format(option="--sample-size TEXT"),
+        ),
+        ("Missing data", MISSING.format(rule=plan.choices.zero_rule)),
+        ("Confirmatory", confirmatory),
+        ("Exploratory", exploratory),
+    ]
+
+
+def _manipulated(study: Study) -> str:
+    levels = ", ".join(f"{level:g}" for level in study.amplitudes_um_pp)
+    textures = ", ".join(each.label for each in study.gratings)
+    return f"Vibration amplitude of the plate: {levels} µm peak to peak" + (
+        f"; textures: {textures}." if textures else "."
+    )
+
+
+def _measured(study: Study) -> str:
+    found = []
+    for options in study.tasks:
+        protocol = load_protocol(options.protocol).for_task(options)
+        main = protocol.response[protocol.answer].description
+        found.append(f"{protocol.task}: {main.rstrip('.')} (column {protocol.answer})")
+    return "; ".join(found) + "."
+
+
+def _families(analysis: Analysis) -> tuple[str, str]:
+    """Return the names of the primary families, and of all others."""
+    choices = analysis.dataset.choices
+    found = multiplicity(
+        analysis.inference, choices.primary, choices.confidence, analysis.dataset.quantity
+    )
+    named = [
+        "; ".join(family.name for family in found.families if family.primary == primary)
+        for primary in (True, False)
+    ]
+    return (f"{named[0]}." if named[0] else "No test."), (
+        f"{named[1]}; and every result without a p value." if named[1] else "Everything else."
+    )
