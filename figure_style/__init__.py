@@ -70,7 +70,9 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
         import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
         from matplotlib.figure import Figure  # noqa: PLC0415
 
-        with mpl.rc_context(dict(mpl.rcParamsDefault) | STYLE):
+        # Setting a backend imports pyplot, which no figure here needs.
+        defaults = {key: value for key, value in mpl.rcParamsDefault.items() if key != "backend"}
+        with mpl.rc_context(defaults | STYLE):
             made = draw(*args, **kwargs)
         if isinstance(made, Figure):
             made._repr_svg_ = partial(svg, made)  # type: ignore[attr-defined]
@@ -137,11 +139,14 @@ def svg(figure: Figure, *, salt: str = "") -> str:
     ``salt`` keeps the element's identifiers apart from those of other figures on the same page.
     """
     import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
+    from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: PLC0415
 
     stream = io.StringIO()
     lay_out(figure)
     with mpl.rc_context(STYLE | {"svg.hashsalt": f"slipscale {salt}", "svg.id": salt or None}):
-        figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+        # Not `savefig`, which draws once more for a layout that is already made.
+        backend: Any = FigureCanvasSVG(figure)
+        backend.print_svg(stream, metadata=FORMATS[".svg"])
     text = re.sub(r"<metadata>.*?</metadata>", "", stream.getvalue(), flags=re.DOTALL)
     text = text[text.index("<svg") :].strip()
     # Matplotlib names its groups figure_1, axes_1, ... in every figure: once a page is enough.
