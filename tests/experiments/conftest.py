@@ -1,5 +1,7 @@
 """A small laboratory: whole sessions on a mock plate in virtual time."""
 
+import json
+import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,6 +18,36 @@ from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.registry import open_plate
+
+# Also where a place of the same kind is tried already; minutes.
+EVERY_PLACE = "SLIPSCALE_EVERY_PLACE" in os.environ
+
+
+@pytest.fixture(scope="session")
+def stride():
+    """Return the distance between two polls, or commands, at which a run is interrupted."""
+    return 1 if EVERY_PLACE else 5
+
+
+@pytest.fixture(scope="session")
+def places():
+    """Return a function from a journal to the numbers of lines after which it is to be cut.
+
+    One place of every kind, or each. Kinds of places differ in the records before and after them,
+    and in their steps and tasks.
+    """
+    return _places
+
+
+def _places(journal):
+    kinds, step = [], ()
+    for record in map(json.loads, journal):
+        if record["kind"] == "begin":
+            what = record["what"]
+            step = (what["type"], what.get("name"), (what.get("trial") or {}).get("task"))
+        kinds.append((record["kind"], step))
+    last = {(kinds[cut - 1], kinds[cut]): cut for cut in range(1, len(kinds))}
+    return range(1, len(kinds)) if EVERY_PLACE else last.values()
 
 
 def make_plan(text=None, **changes):

@@ -1,4 +1,8 @@
-"""A study with every option, interrupted everywhere: no answer differs, nothing unfelt is rated."""
+"""A study with every option, interrupted everywhere: no answer differs, nothing unfelt is rated.
+
+By default one place of every kind is tried, and every fifth poll and command; all of them with
+SLIPSCALE_EVERY_PLACE=1 (minutes).
+"""
 
 import os
 import sys
@@ -175,14 +179,14 @@ def test_the_study_has_what_it_claims(laboratory, sit_down, everything):
 
 
 def test_wherever_a_run_is_cut_every_row_comes_out_the_same_and_was_felt(
-    laboratory, sit_down, everything, tmp_path
+    laboratory, sit_down, everything, tmp_path, places
 ):
     laboratory.folder = tmp_path / "whole"
     felt = sit_down(everything)
     expected = rows(laboratory.records(everything), everything)
     assert all(len(each) == 1 for each in felt.values())
     lines = everything.journal_path(laboratory.folder).read_bytes().splitlines(keepends=True)
-    for kept in range(1, len(lines)):
+    for kept in places(lines):
         laboratory.folder = tmp_path / f"cut{kept}"
         path = everything.journal_path(laboratory.folder)
         path.parent.mkdir(parents=True)
@@ -254,7 +258,7 @@ class PausesAt(UnattendedOperator):
 
 
 def test_whenever_the_operator_pauses_what_is_rated_was_felt_and_the_trial_says_so(
-    laboratory, sit_down, plan, tmp_path
+    laboratory, sit_down, plan, tmp_path, stride
 ):
     everything = plan(EVERY_OPTION, participant="01", session="1", run="01")
     laboratory.folder = tmp_path / "whole"
@@ -267,11 +271,11 @@ def test_whenever_the_operator_pauses_what_is_rated_was_felt_and_the_trial_says_
         paused = any(record.kind == "pause" for record in records)
         assert set(again) == set(felt)
         assert_felt_and_flagged(records, everything, again)
-        poll += 1
+        poll += stride
 
 
 def test_wherever_the_rig_fails_what_is_rated_was_felt_and_the_trial_says_so(
-    laboratory, sit_down, plan, tmp_path
+    laboratory, sit_down, plan, tmp_path, stride
 ):
     everything = plan(EVERY_OPTION, participant="01", session="1", run="01")
     command, failed = 2, True  # the first connects
@@ -281,7 +285,7 @@ def test_wherever_the_rig_fails_what_is_rated_was_felt_and_the_trial_says_so(
         records = laboratory.records(everything)
         failed = any(record.kind == "fault" for record in records)
         assert_felt_and_flagged(records, everything, rated)
-        command += 1
+        command += stride
     assert command > 50
 
 
@@ -294,15 +298,15 @@ class PersonsClock:
 
 
 def test_wherever_a_persons_run_is_taken_up_what_is_rated_was_felt_and_the_trial_says_so(
-    laboratory, sit_down, plan, tmp_path, monkeypatch
+    laboratory, sit_down, plan, monkeypatch, places
 ):
     monkeypatch.setattr(sys.modules[type(laboratory).__module__], "VirtualClock", PersonsClock)
     everything = plan(EVERY_OPTION, participant="01", session="1", run="01")
-    laboratory.folder = tmp_path / "whole"
+    laboratory.folder /= "whole"
     sit_down(everything)
     lines = everything.journal_path(laboratory.folder).read_bytes().splitlines(keepends=True)
-    for kept in range(1, len(lines)):
-        laboratory.folder = tmp_path / f"cut{kept}"
+    for kept in places(lines):
+        laboratory.folder = laboratory.folder.with_name(f"cut{kept}")
         path = everything.journal_path(laboratory.folder)
         path.parent.mkdir(parents=True)
         path.write_bytes(b"".join(lines[:kept]))

@@ -1,7 +1,8 @@
 """Every protocol with intervals, killed at every record of its trials: the same bytes, all felt.
 
-Each study is a shipped one, made short. A pilot of it is cut after each record and gone on with;
-a person's run is paused at every moment, and loses its plate at every command.
+Each study is a shipped one, made short. A pilot of it is cut after a record and gone on with; a
+person's run is paused at some moment, and loses its plate at some command: by default one place of
+every kind, and every fifth moment and command; all of them with SLIPSCALE_EVERY_PLACE=1.
 """
 
 import os
@@ -111,12 +112,12 @@ def tables(folder):
     return {name: content for name, content in files.items() if name.suffix == ".tsv"}
 
 
-def test_wherever_a_pilot_is_cut_its_tables_are_the_same_bytes(laboratory, short, tmp_path):
+def test_wherever_a_pilot_is_cut_its_tables_are_the_same_bytes(laboratory, short, tmp_path, places):
     laboratory.folder = tmp_path / "whole"
     assert laboratory.run(short) == "complete"
     expected = tables(laboratory.folder)
     lines = short.journal_path(laboratory.folder).read_bytes().splitlines(keepends=True)
-    for kept in range(1, len(lines)):
+    for kept in places(lines):
         laboratory.folder = tmp_path / f"cut{kept}"
         path = short.journal_path(laboratory.folder)
         path.parent.mkdir(parents=True)
@@ -197,7 +198,7 @@ def assert_all_felt(plan, answered):
 
 
 def test_whenever_the_operator_pauses_all_intervals_are_felt_before_the_answer(
-    laboratory, sit_down, disturbed, tmp_path
+    laboratory, sit_down, disturbed, tmp_path, stride
 ):
     poll, paused, turned = 1, True, []
     while paused:
@@ -207,7 +208,7 @@ def test_whenever_the_operator_pauses_all_intervals_are_felt_before_the_answer(
         paused = bool(laboratory.records(disturbed, kind="pause"))
         discarded = laboratory.records(disturbed, kind="discarded")
         turned += [record.data["answer"].get("trace", []) for record in discarded]
-        poll += 1
+        poll += stride
     # What was turned until a pause is kept, though it is turned again from the start.
     adjusts = disturbed.tasks()[0][0].answer == "matched_um_pp"
     assert any(len(trace) > 1 for trace in turned) == adjusts
@@ -215,14 +216,14 @@ def test_whenever_the_operator_pauses_all_intervals_are_felt_before_the_answer(
 
 
 def test_wherever_the_rig_fails_all_intervals_are_felt_before_the_answer(
-    laboratory, sit_down, disturbed, tmp_path
+    laboratory, sit_down, disturbed, tmp_path, stride
 ):
     command, failed = 2, True  # the first connects
     while failed:
         laboratory.folder = tmp_path / f"fault{command}"
         assert_all_felt(disturbed, sit_down(disturbed, spec=f"mock:fault=lost@{command}"))
         failed = bool(laboratory.records(disturbed, kind="fault"))
-        command += 1
+        command += stride
     assert command > 8
 
 
