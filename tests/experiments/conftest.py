@@ -40,7 +40,8 @@ def places():
 
 
 def _places(journal):
-    kinds, step = [], ()
+    kinds = []
+    step: tuple[object, ...] = ()
     for record in map(json.loads, journal):
         if record["kind"] == "begin":
             what = record["what"]
