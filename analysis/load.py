@@ -31,6 +31,7 @@ from slipscale.analysis.reading.labelled_tasks import (
 )
 from slipscale.analysis.reading.mapping import beside
 from slipscale.analysis.reading.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
+from slipscale.analysis.reading.suspicions import notes_on_answers
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY
 from slipscale.analysis.tasks.outside.guard import installed_kinds
@@ -232,6 +233,8 @@ def _load_foreign(path: Path, mapping: TableMapping) -> Dataset:
 
 def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quantity) -> Dataset:
     counts: dict[str, int] = {}
+    notes = notes_on_answers(table.estimates, PARTICIPANT, *ESTIMATION.required, file=path.name)
+    problems.add_many(list(notes), "suspicious answers")
     read = {"estimates": table.estimates, "differences": table.differences}
     kinds = [kind for kind in TRIALS if kind.name in read]
     tables = _divided(kinds, read, problems, counts)

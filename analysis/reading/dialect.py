@@ -43,6 +43,8 @@ def _certain(mark: str, other: str) -> re.Pattern[str]:
 
 CERTAIN: dict[Decimal, re.Pattern[str]] = {".": _certain(".", ","), ",": _certain(",", ".")}
 AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
+#: A number whose point may part thousands, in a file's text.
+THOUSANDS_POINT = re.compile(rb"(?<![\d.])[1-9]\d{0,2}\.\d{3}(?![\d.])")
 
 
 def in_points(cell: str, decimal: Decimal) -> str:
@@ -112,20 +114,22 @@ def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
     Raises
     ------
     UserError
-        A comma may part thousands or be the decimal mark, and nothing decides; or both marks
-        are there as often.
+        A comma may part thousands or be the decimal mark, and nothing decides; so may a point, in a
+        column that holds whole numbers too; or both marks are there as often.
     """
     counts: dict[Decimal, int] = {".": 0, ",": 0}
     example: dict[Decimal, tuple[str, str]] = {}
     either: tuple[str, str] | None = None
     for column, values in cells.items():
+        # Programs write all decimals of a column or none: 1.080 beside 540 is probably 1080.
+        whole = any(value.strip().isdigit() and value.strip() != "0" for value in values)
         for value, count in values.items():
             text = value.strip()
             for mark, form in CERTAIN.items():
                 if form.fullmatch(text):
                     counts[mark] += count
                     example.setdefault(mark, (column, text))
-            if either is None and "," in text and AMBIGUOUS.fullmatch(text):
+            if either is None and AMBIGUOUS.fullmatch(text) and ("," in text or whole):
                 either = (column, text)
     points, commas = counts["."], counts[","]
     if points and points == commas:
@@ -136,10 +140,10 @@ def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
         )
     if points == commas == 0 and either is not None:
         column, text = either
-        plain = text.replace(",", "")
+        plain, decimals = re.sub("[.,]", "", text), text.replace(",", ".")
         raise UserError(
-            f"{name}: column {column}: '{text}' can be {plain} or {text.replace(',', '.')}, and no "
-            "other number of the file tells which; expected numbers without marks between "
-            "thousands, or the decimal mark named (--decimal)"
+            f"{name}: column {column}: '{text}' can be {plain} or {decimals}, and no other number "
+            "of the file decides; write numbers without marks between thousands, or state the "
+            "decimal mark (--decimal)"
         )
     return "," if commas > points else "."

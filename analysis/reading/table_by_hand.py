@@ -17,12 +17,14 @@ from slipscale.analysis.reading.delimited import (
 )
 from slipscale.analysis.reading.dialect import (
     FALLBACK,
+    THOUSANDS_POINT,
     decimal_of,
     decoded,
     in_points,
     separator_of,
 )
 from slipscale.analysis.reading.spreadsheets import read_excel, read_spss
+from slipscale.analysis.reading.suspicions import check_labels
 from slipscale.analysis.reading.table_lines import complain, listed_lines, plain, split
 from slipscale.faults import UserError
 
@@ -99,7 +101,10 @@ def read_table(
         quoted = _quoted_identifiers(frame, identifier, text)
     frame["file"] = 0
     _with_points(frame, numbers, decimal, path.name)
-    return only_named(frame, identifier, problems, path.name, quoted=quoted), source
+    frame = only_named(frame, identifier, problems, path.name, quoted=quoted)
+    who = [str(label) for label in frame[identifier].unique()]
+    problems.add_many(check_labels(who, identifier, path.name), "labels that differ in case only")
+    return frame, source
 
 
 def _as_utf_8(content: bytes, path: Path, problems: Problems) -> bytes:
@@ -141,9 +146,10 @@ def _read_text(
     for phrase in lines.left_out:
         problems.add(f"{path.name}, {phrase}")
     # Only quotes let a comma into a cell between commas.
-    commas = b"," in lines.body if separator != "," else b'"' in lines.body
+    marked = b"," in lines.body if separator != "," else b'"' in lines.body
+    marked = marked or THOUSANDS_POINT.search(lines.body) is not None
     there = [name for name in numbers if name in lines.names]
-    frame = _parsed(lines, path, separator, numbers, words, as_written=there if commas else ())
+    frame = _parsed(lines, path, separator, numbers, words, as_written=there if marked else ())
     frame["line"] = lines.places
     return frame
 

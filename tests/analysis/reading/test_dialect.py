@@ -145,7 +145,7 @@ def test_an_identifier_in_quotes_is_a_name(table_by_hand):
 @pytest.mark.parametrize("names", [("1", "2", "3"), ("A", "B", "C")])
 def test_trials_that_are_numbered_anew_in_each_part_are_no_doubles(table_by_hand, part, names):
     rows = [f"participant_id,{part},trial,amplitude_um_pp,estimate"]
-    rows += [f"{who},{p},{t},{t},{t}" for who in "abc" for p in names for t in (1, 2, 3, 4)]
+    rows += [f"{w},{p},{t},{t},{t}{ord(w)}" for w in "abc" for p in names for t in (1, 2, 3, 4)]
     data = load(table_by_hand("\n".join(rows)))
     assert len(data.estimates) == len(rows) - 1 == 36
     assert data.problems == ()

@@ -1,0 +1,110 @@
+"""What a table by hand contains that is probably not data: refused, or noted and kept.
+
+Refused, because the number of participants would be wrong: rows that summarise the table, and one
+participant under two spellings. Noted: labels that differ in case only, answers that were pasted
+twice or copied from somebody else, and numbers that usually code a missing answer.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    import pandas as pd
+
+#: Names of rows below a table. Two letters may be somebody's initials.
+SUMMARIES = re.compile(
+    r"(grand |geometric )?(mean|average|avg|median|total|sum|mittel(wert)?|moyenne|media|promedio)"
+    r"|st(andar)?d\.? ?dev(iation)?\.?|stdev|streuung|standardabweichung|écart[- ]type",
+    re.IGNORECASE,
+)
+WHOLE_NUMBER = re.compile(r"0*(\d+)([.,]0*)?")
+#: Codes of missing answers in questionnaires and statistics programs.
+MISSING_CODES = (99.0, 999.0, 9999.0, 99999.0, 88.0, 888.0, 77.0, 777.0)
+#: A code is this many times the largest other number.
+FAR = 3.0
+#: So many answers, of so many different values, are not the same by chance.
+FEWEST_ALIKE, FEWEST_VALUES = 8, 4
+
+
+def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
+    """Return notes on participants' labels.
+
+    Parameters
+    ----------
+    labels : sequence of str
+        Every label once.
+    column, file : str
+        For messages.
+
+    Raises
+    ------
+    UserError
+        A label names a summary, or two labels are the same number.
+    """
+    summaries = [label for label in labels if SUMMARIES.fullmatch(label)]
+    if summaries:
+        raise UserError(
+            f"{file}, column {column}: '{summaries[0]}' looks like a summary of the table, not a "
+            "participant; remove the row, or rename the participant"
+        )
+    numbers: dict[str, str] = {}
+    for label in labels:
+        if found := WHOLE_NUMBER.fullmatch(label):
+            first = numbers.setdefault(found[1], label)
+            if first != label:
+                raise UserError(
+                    f"{file}, column {column}: '{first}' and '{label}' are one number; write each "
+                    "participant's label in one way in the whole file"
+                )
+    lower: dict[str, str] = {}
+    return [
+        f"{file}, column {column}: '{lower[label.lower()]}' and '{label}' differ in case only; "
+        "they count as two participants"
+        for label in labels
+        if lower.setdefault(label.lower(), label) != label
+    ]
+
+
+def notes_on_answers(
+    frame: pd.DataFrame, participant: str, level: str, answer: str, file: str
+) -> Iterator[str]:
+    """Yield notes on answers that were probably copied, and on codes of missing ones.
+
+    Parameters
+    ----------
+    frame : DataFrame
+        One row per answer in the order of the file, with participants' labels, levels and
+        answers as numbers under these three names.
+    participant, level, answer, file : str
+    """
+    values = frame[answer].dropna()
+    others = values[~values.isin(MISSING_CODES)]
+    for code in MISSING_CODES:
+        count = int((values == code).sum())
+        if count and len(others) and code > FAR * others.max():
+            yield (
+                f"{file}: {count} answers are {code:g}, the next largest is {others.max():g}; if "
+                f"{code:g} stands for a missing answer, write n/a"
+            )
+    known: dict[tuple[tuple[float, float], ...], str] = {}
+    for who, rows in frame.groupby(participant, observed=True, sort=False):
+        own = tuple(zip(rows[level].tolist(), rows[answer].tolist(), strict=True))
+        half = len(own) // 2
+        if len(own) % 2 == 0 and _alike(own[:half]) and own[:half] == own[half:]:
+            yield f"{file}: the last {half} answers of {who} repeat the first {half}; pasted twice?"
+        if _alike(own) and known.setdefault(own, str(who)) != str(who):
+            yield (
+                f"{file}: {known[own]} and {who} have the same {len(own)} answers in the same "
+                "order; copied?"
+            )
+
+
+def _alike(own: tuple[tuple[float, float], ...]) -> bool:
+    """Return whether so many answers can hardly be the same by chance."""
+    return len(own) >= FEWEST_ALIKE and len({answer for _, answer in own}) >= FEWEST_VALUES
