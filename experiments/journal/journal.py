@@ -1,8 +1,18 @@
-"""The journal: an append-only record of every step and response, on disk before the next step.
+"""The journal: an append-only record of every step and response.
 
 How a line looks, and what proves it, is `slipscale.experiments.journal.record`; how a journal is
-read is `slipscale.experiments.journal.reading`: a torn last line (the machine died while writing)
-is cut off on resume, anything else that is not whole is refused.
+read is `slipscale.experiments.journal.reading`: a torn end (the machine died while writing) is cut
+off on resume, anything else that is not whole is refused.
+
+What is on disk when:
+
+- `Journal.append` hands a record to the system and returns: a killed process loses none. A thread
+  (`slipscale.experiments.journal.keeper`) takes it to the disk.
+- `Journal.wait_for` is the barrier. A session waits there before each question for the last answer,
+  and nothing is called kept or saved before. Power cuts lose nothing from before a barrier.
+- `Journal.write` does both. Only what a participant's trial must not wait for is appended.
+- If the disk fails, the records that it has not confirmed are cut off, and the next call of any
+  of these raises: `append`, `wait_for`, `check` (at each frame), `close`.
 
 An interrupted run is resumed by `slipscale.experiments.session.session`, which replays these
 records.
@@ -22,6 +32,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from slipscale.experiments.journal import locks
+from slipscale.experiments.journal.keeper import Keeper, Mark
 from slipscale.experiments.journal.reading import read_records
 from slipscale.experiments.journal.record import Record, chained, encode
 from slipscale.faults import UserError
@@ -86,6 +97,7 @@ class Journal:
         self.tell: Callable[[str], None] = _tell_on_standard_error
         self._clock = clock
         self._stream = stream
+        self._keeper: Keeper | None = None
         self._unfinished = False  # a record is being written, or a signal came while it was
         try:
             locks.take(stream, path)
@@ -115,9 +127,14 @@ class Journal:
             ) from None
         except OSError as error:
             raise UserError(f"journal {path}: {error.strerror}") from None
-        if synced:
-            _sync_folder(path.parent)
-        return cls(path, clock, stream=stream, records=[], synced=synced)
+        journal = cls(path, clock, stream=stream, records=[], synced=synced)
+        try:
+            if synced:
+                _sync_folder(path.parent)
+        except OSError as error:
+            journal.close()
+            raise UserError(f"journal {path}: {error.strerror}") from None
+        return journal
 
     @classmethod
     def reopen(cls, path: Path, clock: Clock, *, synced: bool = True) -> Self:
@@ -135,10 +152,17 @@ class Journal:
         return journal
 
     def write(self, kind: str, **data: Any) -> Record:
-        """Append a record and return once it is on disk.
+        """Append a record and return once it is on disk."""
+        record = self.append(kind, **data)
+        self.wait_for(record.number + 1)
+        return record
 
-        A signal may end it anywhere; the next record then follows what reached the disk.
+    def append(self, kind: str, **data: Any) -> Record:
+        """Append a record and return once the system has it; a thread takes it to the disk.
+
+        A signal may end it anywhere; the next record then follows what reached the system.
         """
+        self.check()
         if self._unfinished:
             self._take_stock()
         if not self._in_place():
@@ -147,30 +171,69 @@ class Journal:
         number = len(self.records)
         record = Record(number=number, time_s=self._clock.now(), kind=kind, data=data)
         record = chained(record, self.records[-1].hash if self.records else "")
-        whole = self._stream.tell()
+        before = self._mark()
         try:
             self._put(encode(record))
         except OSError as error:
             # A half-written line would make the file unreadable for whatever follows it.
             with suppress(OSError):
-                self._cut(whole)
-            raise UserError(
-                f"journal {self.path}: cannot write ({error.strerror}); all responses until now "
-                f"are on disk: {REMEDIES.get(error.errno or 0, CHECK_DISK)}, then slipscale resume"
-            ) from None
+                self._cut(before.length)
+            raise self._not_written(error) from None
         self.records.append(record)
+        if self.synced:
+            self._keeper = self._keeper or Keeper(self._stream.fileno(), before)
+            self._keeper.want(self._mark())
+            locks.refresh(self.path)  # nobody waits for a pilot long enough to take it for gone
         self._unfinished = False
-        if self.synced:  # nobody waits for a pilot long enough to take it for gone
-            locks.refresh(self.path)
         return record
 
+    def wait_for(self, records: int) -> None:
+        """Return once so many of the first records are on disk.
+
+        Raises
+        ------
+        UserError
+            The disk failed or does not answer. What it had not confirmed may be lost.
+        """
+        if keeper := self._keeper:
+            if self._unfinished:
+                self._take_stock()
+            records = min(records, len(self.records))
+            if keeper.wanted.records < records:  # a signal came before it was handed over
+                keeper.want(self._mark())
+            if not keeper.wait(records):
+                self._keeper = None  # its thread hangs in the system
+                raise self._not_written(OSError(errno.ETIMEDOUT, os.strerror(errno.ETIMEDOUT)))
+        self.check()
+
+    def check(self) -> None:
+        """Raise `UserError` if the disk has failed since the last call. Cheap."""
+        keeper = self._keeper
+        if keeper is None or keeper.failure is None:
+            return
+        self._keeper = None
+        if not isinstance(keeper.failure, OSError):
+            self._unfinished = True
+            raise keeper.failure
+        del self.records[keeper.kept.records :]
+        with suppress(OSError):
+            self._cut(keeper.kept.length)
+        raise self._not_written(keeper.failure)
+
+    def _not_written(self, error: OSError) -> UserError:
+        return UserError(
+            f"journal {self.path}: cannot write ({error.strerror}); all responses before the last "
+            f"are on disk: {REMEDIES.get(error.errno or 0, CHECK_DISK)}, then slipscale resume"
+        )
+
+    def _mark(self) -> Mark:
+        return Mark(len(self.records), self._stream.tell())
+
     def _put(self, line: bytes) -> None:
-        """Write bytes to the disk; OSError where they do not all get there."""
+        """Hand bytes to the system; OSError if it does not take them all."""
         # Unbuffered: what a full disk refused must not come again at the next try or the end.
         while line:
             line = line[self._stream.write(line) :]
-        if self.synced:
-            os.fsync(self._stream.fileno())
 
     def _in_place(self) -> bool:
         """Return whether the open file is still the one that the path names."""
@@ -186,7 +249,7 @@ class Journal:
     def _move(self) -> None:
         """Go on in the fallback folder, with all records until now."""
         gone, self.lost = self.path, self.lost or self.path
-        self._stream.close()
+        self._close_file()
         for folder in fallback_folders():
             path = folder.joinpath(*gone.parts[-3:])
             try:
@@ -195,6 +258,7 @@ class Journal:
                 self._stream, self.path = stream, path
                 locks.take(stream, path)
                 self._put(b"".join(encode(record) for record in self.records))
+                os.fsync(stream.fileno())
                 _sync_folder(path.parent)
             except OSError:
                 continue
@@ -223,16 +287,25 @@ class Journal:
         self._stream.seek(length)
         self._unfinished = False
 
-    def _let_go(self) -> None:
+    def _close_file(self) -> None:
+        if self._keeper:
+            self._keeper.stop()
+            self._keeper = None
         self._stream.close()
+
+    def _let_go(self) -> None:
+        self._close_file()
         locks.release(self.path)
 
     def close(self) -> None:
         """Close the file and give up the lock; a journal that never began leaves no file."""
-        if not self.synced:
-            with suppress(OSError):  # what a full disk refused was told at its record
-                os.fsync(self._stream.fileno())
-        self._let_go()
+        try:
+            self.wait_for(len(self.records))
+            if not self.synced:
+                with suppress(OSError):  # what a full disk refused was told at its record
+                    os.fsync(self._stream.fileno())
+        finally:
+            self._let_go()
         if not self.records:
             with suppress(OSError):
                 self.path.unlink()

@@ -5,6 +5,9 @@ set: damage in one place costs that place only. The rules:
 
 - A record's place is its number, not its line: lines that were moved are read in their order.
 - Of several records with one number the one counts whose hash its neighbours confirm.
+- A torn end is no damage: the last line, cut short or with bytes of 0. No record holds one; a disk
+  that lost its power leaves them in place of a sector. The end begins earlier if several records
+  were on their way to the disk: `kept`, in the "begin" of each question, counts those on disk.
 - Numbers that are missing leave one mark; a record that does not follow from the one before it is
   replaced by a mark. Every line that is not as written is reported.
 """
@@ -12,6 +15,7 @@ set: damage in one place costs that place only. The rules:
 from __future__ import annotations
 
 from bisect import bisect_left
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -49,9 +53,9 @@ class Reading:
     damage : list of Damage
         Where and why; empty for a whole journal.
     length : int
-        Length in bytes of what is whole up to the end: a torn last line begins there.
+        Length in bytes of what is whole up to the end: a torn end begins there.
     torn : bool
-        Whether the last line is torn: the machine stopped while writing it. That is no damage.
+        Whether the end is torn: the machine stopped while writing it. That is no damage.
     """
 
     records: list[Record] = field(default_factory=list)
@@ -102,13 +106,12 @@ def read_whole(path: Path, most: int | None = None) -> Reading:
     found: list[_Line] = []
     wrong: list[int] = []  # lines that hold no record
     lines = [line for line in lines if line]
-    for place, line in enumerate(lines):
+    whole = _before_torn_end(lines)
+    reading.torn = whole < len(lines)
+    for place, line in enumerate(lines[:whole]):
         try:
             record, covered = decode(line)
         except ValueError as error:
-            if place == len(lines) - 1 and _is_torn(line):
-                reading.torn = True
-                break
             wrong.append(place)
             reading.damage.append(Damage(line=place + 1, reason=str(error)))
         else:
@@ -227,13 +230,31 @@ def damaged(path: Path, damage: Damage) -> UserError:
     )
 
 
-def _is_torn(line: bytes) -> bool:
-    """Tell whether a last line is one that the machine did not finish.
+def _before_torn_end(lines: list[bytes]) -> int:
+    """Return how many lines there are before the end that the machine did not finish."""
+    torn = [place for place, line in enumerate(lines) if line[-1:] != b"\n" or b"\0" in line]
+    if not torn or torn[0] == len(lines) - 1:
+        return torn[0] if torn else len(lines)
+    before, after = _records(lines[: torn[0]]), _records(lines[torn[0] :])
+    first_lost = before[-1].number + 1 if before else 0
+    if _kept(before) and _kept(after) <= first_lost:
+        return torn[0]
+    return len(lines) - (torn[-1] == len(lines) - 1)
 
-    No record holds a byte of 0: a disk that lost its power leaves them where a sector of the last
-    record was not written, even when a later one was.
-    """
-    return not line.endswith(b"\n") or b"\0" in line
+
+def _kept(records: list[Record]) -> int:
+    """Return how many records were on disk, as far as some of them say."""
+    said = [record.data.get("kept") for record in records]
+    return max((each for each in said if isinstance(each, int)), default=0)
+
+
+def _records(lines: list[bytes]) -> list[Record]:
+    """Return the records that are whole; one may follow an empty sector in the same line."""
+    found = []
+    for line in lines:
+        with suppress(ValueError):
+            found.append(decode(line.rpartition(b"\0")[2])[0])
+    return found
 
 
 def _check_format(path: Path, first: Record) -> None:

@@ -65,6 +65,7 @@ class _Header(_Shape):
 class _Begin(_Shape):
     step: Number
     what: Text
+    kept: Number = 0
 
 
 class _Done(_Shape):

@@ -113,7 +113,7 @@ class Adjusting:
         made = self.surface.feel_again(reference, explore)
         self.markers.mark(Event.SETTLED, reference)
         trial = reference.trial.number if reference.trial else None
-        self.journal.write("felt_again", trial=trial, answer=answer_record(made))
+        self.journal.append("felt_again", trial=trial, answer=answer_record(made))
         self.wait()
 
 

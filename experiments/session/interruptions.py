@@ -101,8 +101,9 @@ class Interruptions:
                 paused = True
 
     def watch(self) -> None:
-        """Check the plate and the operator: runs at every frame of a participant's step."""
+        """Check plate, disk and operator: runs at every frame of a participant's step."""
         self._surface.check()
+        self._journal.check()
         self.watch_operator()
 
     def watch_operator(self) -> None:

@@ -1,6 +1,6 @@
 """What the finger does while a participant strokes or answers: measured, written down, followed.
 
-Each step's samples are records of the journal (docs/decisions/one-journal.md). They are on disk
+Each step's samples are records of the journal (docs/decisions/one-journal.md). They are written
 before the step's answer is. A step that is interrupted and repeated leaves its own samples, marked
 as such.
 """
@@ -115,7 +115,7 @@ class _Trace:
         quantities = self._source.quantities
         unreadable = self._source.unreadable - self._unreadable
         self._unreadable += unreadable
-        journal.write(
+        journal.append(
             "contact",
             source=self.kind,
             trial=self._step.trial.number if self._step.trial else None,

@@ -63,4 +63,4 @@ class ResonanceTracking:
 
         found = track(self._plate, measured_um_pp)
         self._last_s = clock.now()
-        journal.write("tracking", trial=step.trial.number, **asdict(found))
+        journal.append("tracking", trial=step.trial.number, **asdict(found))

@@ -1,8 +1,9 @@
 """The one loop: interprets a protocol's steps against a plate, a participant and a journal.
 
-The rule that governs it: **a step is over when its answer is on disk; only then is the protocol
-told of it.** So a crash loses at most the step in progress, and resume is the same loop with the
-first answers taken from the journal.
+The rule that governs it: **a step is over when its answer is in the journal; only then is the
+protocol told of it. The next question comes when that answer is on disk.** So a crash loses at most
+the step in progress, and a power cut at most the last answer. Resume is the same loop with the
+first answers taken from the journal. The disk works while surfaces are presented and explored.
 """
 
 from __future__ import annotations
@@ -70,6 +71,8 @@ if TYPE_CHECKING:
 RunOutcome = Literal["complete", "stopped"]
 # After these a step is carried out once more, from its beginning.
 BEGUN_ANEW = ("go_on", "retry")
+# Before any other step, the last answer must be on disk.
+WHILE_THE_DISK_WORKS = (Present, Explore, Silence, Feedback, EndTrial)
 
 
 class Past(NamedTuple):
@@ -174,6 +177,7 @@ class Session:
             watch=self._interruptions.watch,
             wait=self._wait,
         )
+        self._answered = len(journal.records)  # with the last answer, from the first record on
         self._rewinds = False  # the surface was lost because a pilot was interrupted
         self._actions: Mapping[type, Callable[[Any], Answer]] = {
             Instruct: self._show,
@@ -299,10 +303,16 @@ class Session:
 
     def _live(self, step: Step, number: int) -> Answer:
         """Carry out a step, however often it takes, and write down its answer."""
-        self._journal.write("begin", step=number, what=step_record(step))
+        answers = not isinstance(step, WHILE_THE_DISK_WORKS)
+        if answers:
+            self._journal.wait_for(self._answered)
+        kept = {"kept": self._answered} if answers else {}
+        self._journal.append("begin", step=number, what=step_record(step), **kept)
         self._progress.begins(step)
         answer = self._interruptions.attempt(lambda: self._actions[type(step)](step))
-        self._journal.write("done", step=number, answer=answer_record(answer))
+        done = self._journal.append("done", step=number, answer=answer_record(answer))
+        if answers:
+            self._answered = done.number + 1
         return answer
 
     def _ask_again(self) -> None:

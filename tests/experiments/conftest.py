@@ -1,7 +1,9 @@
 """A small laboratory: whole sessions on a mock plate in virtual time."""
 
+import errno
 import json
 import os
+import threading
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -119,6 +121,33 @@ class Laboratory:
     def records(self, plan=None, kind=None):
         records = read_plan((plan or make_plan()).journal_path(self.folder))[1]
         return [record for record in records if kind is None or record.kind == kind]
+
+
+class SlowDisk:
+    """Takes 200 ms while it is busy, notes what it has, and fails at one of its waits."""
+
+    def __init__(self):
+        self.kept = b""
+        self.waits = 0
+        self.fails_at = None
+        self.free = threading.Event()
+        self.free.set()
+
+    def fsync(self, descriptor):
+        self.waits += 1
+        if self.waits == self.fails_at:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        written = Path(f"/proc/self/fd/{descriptor}")
+        content = written.read_bytes() if written.is_file() else self.kept
+        self.free.wait(0.2)
+        self.kept = content
+
+
+@pytest.fixture
+def slow_disk(monkeypatch):
+    disk = SlowDisk()
+    monkeypatch.setattr(os, "fsync", disk.fsync)
+    return disk
 
 
 @pytest.fixture

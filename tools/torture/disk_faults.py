@@ -68,6 +68,7 @@ class Disk:
         self.kills = 0
         self.dead = False
         self.struck = False
+        self.kept = 0  # bytes that the disk was made to keep
         self._random = random.Random(f"{fault}/{at}")
         self._fsync = os.fsync
 
@@ -85,7 +86,9 @@ class Disk:
             self.dead = True
             self.kills += 1
             part = {"kill before": b"", "kill within": line[:half], "kill after": line}
-            stream.raw(part[fault] if fault in part else self._sectors(stream, line))
+            stream.raw(part.get(fault, line))
+            if fault == "power cut":
+                self._lose_sectors(stream)
             raise Killed
         name, _, place = fault.partition(" ")
         if name in ERRORS:
@@ -97,10 +100,12 @@ class Disk:
         """Synchronise, or fail to."""
         if self.dead:
             raise Killed
-        if self.fault == "fsync EIO" and self.writes == self.at + 1 and not self.struck:
+        if self.fault == "fsync EIO" and -1 < self.at < self.writes and not self.struck:
             self.struck = True
             raise OSError(errno.EIO, os.strerror(errno.EIO))
+        length = os.fstat(descriptor).st_size
         self._fsync(descriptor)
+        self.kept = length
 
     def revive(self) -> None:
         """Begin the next life: without a fault, unless it is to die again and again."""
@@ -108,15 +113,15 @@ class Disk:
         dies = self.fault == AGAIN and self.kills < LIVES
         self.at = self.writes + self._random.randrange(LIFE) if dies else -1
 
-    def _sectors(self, stream: Stream, line: bytes) -> bytes:
-        """Return a record of which some sectors of the disk were not written."""
-        start, torn = stream.tell(), bytearray(line)
-        end = start + len(line)
-        for first in range(start - start % SECTOR, end, SECTOR):
+    def _lose_sectors(self, stream: Stream) -> None:
+        """Empty some sectors of what the disk was not made to keep."""
+        end = stream.tell()
+        for first in range(self.kept - self.kept % SECTOR, end, SECTOR):
             if self._random.random() < 0.5:  # noqa: PLR2004 - each sector written or not
-                low, high = max(first, start), min(first + SECTOR, end)
-                torn[low - start : high - start] = bytes(high - low)
-        return bytes(torn)
+                low, high = max(first, self.kept), min(first + SECTOR, end)
+                stream.seek(low)
+                stream.raw(bytes(high - low))
+        stream.seek(end)
 
 
 class Stream:
@@ -140,27 +145,27 @@ class Stream:
 def below_the_journal(disk: Disk) -> Iterator[None]:
     """Put a disk below every journal that is opened."""
     begin = Journal.__init__
-    write = Journal.write
+    append = Journal.append
     close = Journal.close
 
     def __init__(journal, path, clock, *, stream, records, synced=True):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN202, N807
         begin(journal, path, clock, stream=Stream(stream, disk), records=records, synced=synced)  # type: ignore[arg-type]
 
-    def writing(journal, kind, **data):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN003, ANN202
+    def appending(journal, kind, **data):  # type: ignore[no-untyped-def] # noqa: ANN001, ANN003, ANN202
         if disk.fault in GONE and disk.writes == disk.at and not disk.struck:
             disk.struck = True
             take_away(journal.path, disk.fault)
-        return write(journal, kind, **data)
+        return append(journal, kind, **data)
 
     def closing(journal: Journal) -> None:
         if not disk.dead:
             close(journal)
         else:  # a dead process tidies nothing up
-            journal._stream.close()  # noqa: SLF001 - the system does this for it
+            journal._close_file()  # noqa: SLF001 - the system does this for it
 
     with (
         mock.patch.object(Journal, "__init__", __init__),
-        mock.patch.object(Journal, "write", writing),
+        mock.patch.object(Journal, "append", appending),
         mock.patch.object(Journal, "close", closing),
         mock.patch.object(os, "fsync", disk.fsync),
         mock.patch.object(journal_module, "_tell_on_standard_error"),

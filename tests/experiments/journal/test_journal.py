@@ -3,7 +3,9 @@ import hashlib
 import json
 import multiprocessing
 import os
+import signal
 import sys
+import threading
 import zlib
 from pathlib import Path
 
@@ -12,6 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from slipscale.experiments.journal import journal as module
+from slipscale.experiments.journal import keeper
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.reading import DAMAGED, has_begun, read_records, read_whole
@@ -411,6 +414,95 @@ def test_a_signal_while_writing_leaves_a_journal_that_can_be_read(
     assert kept == [record.kind for record in read_records(path)[0]]
     # An answer that reached the disk is kept.
     assert kept == ["header", "begin", *["done"] * (times if reached is None else 0), "stop"]
+
+
+def failing(code):
+    def fail(_descriptor):
+        raise OSError(code, os.strerror(code))
+
+    return fail
+
+
+def test_a_disk_that_fails_behind_an_appended_record_is_told_at_the_barrier(tmp_path, monkeypatch):
+    """What it has not confirmed is cut off: a later record must not stand behind a gap."""
+    path = tmp_path / "a.jsonl"
+    with Journal.create(path, VirtualClock()) as journal:
+        journal.write("header", format=2)
+        monkeypatch.setattr(os, "fsync", failing(errno.EIO))
+        journal.append("done", value=1)
+        with pytest.raises(UserError, match="before the last are on disk: check the disk"):
+            journal.wait_for(2)
+        monkeypatch.undo()
+        assert [record.kind for record in journal.records] == ["header"]
+        journal.write("note")
+    assert [record.kind for record in read_records(path)[0]] == ["header", "note"]
+
+
+@pytest.mark.parametrize("told_by", ["append", "check", "close"])
+def test_a_disk_that_failed_is_told_by_whatever_comes_next(tmp_path, monkeypatch, told_by):
+    journal = Journal.create(tmp_path / "a.jsonl", VirtualClock())
+    journal.write("header", format=2)
+    monkeypatch.setattr(os, "fsync", failing(errno.ENOSPC))
+    journal.append("done")
+    journal._keeper._thread.join(timeout=60)
+    words = ["done"] if told_by == "append" else []
+    with pytest.raises(UserError, match="free some space"):
+        getattr(journal, told_by)(*words)
+    monkeypatch.undo()
+    journal.close()
+    assert [record.kind for record in read_records(journal.path)[0]] == ["header"]
+
+
+def test_a_disk_that_hangs_is_not_waited_for_for_ever(tmp_path, monkeypatch):
+    freed = threading.Event()
+    with Journal.create(tmp_path / "a.jsonl", VirtualClock()) as journal:
+        journal.write("header", format=2)
+        monkeypatch.setattr(keeper, "PATIENCE_S", 0.05)
+        monkeypatch.setattr(os, "fsync", lambda _descriptor: freed.wait(60))
+        with pytest.raises(UserError, match=r"timed out.*check the disk"):
+            journal.write("done")
+        freed.set()
+
+
+def test_a_signal_at_any_moment_of_a_wait_leaves_all_that_was_appended(tmp_path, monkeypatch):
+    """The next barrier hands over again what the signal kept from the thread."""
+    want = keeper.Keeper.want
+    monkeypatch.setattr(keeper.Keeper, "want", lambda *_: signal.raise_signal(signal.SIGINT))
+    with Journal.create(tmp_path / "a.jsonl", VirtualClock()) as journal:
+        with pytest.raises(KeyboardInterrupt):
+            journal.append("header", format=2)
+        monkeypatch.setattr(keeper.Keeper, "want", want)
+        journal.wait_for(1)
+        assert journal._keeper.kept.records == 1
+
+
+def on_its_way(tmp_path, *, kept_after):
+    """Return a journal of which record 2 was not written by a disk that lost its power."""
+    path = tmp_path / "a.jsonl"
+    with Journal.create(path, VirtualClock()) as journal:
+        journal.write("header", format=2)
+        journal.append("begin", kept=1)
+        journal.append("done")
+        journal.append("begin", kept=kept_after)
+        journal.append("done")
+    lines = path.read_bytes().splitlines(keepends=True)
+    lines[2] = bytes(len(lines[2]))
+    path.write_bytes(b"".join(lines))
+    return path
+
+
+def test_what_follows_a_record_on_its_way_to_the_disk_is_a_torn_end(tmp_path):
+    path = on_its_way(tmp_path, kept_after=2)
+    with Journal.reopen(path, VirtualClock()) as journal:
+        assert [record.kind for record in journal.records] == ["header", "begin"]
+        journal.write("done")
+    assert len(read_records(path)[0]) == 3
+
+
+def test_a_record_that_was_on_disk_and_is_not_any_more_is_damage(tmp_path):
+    path = on_its_way(tmp_path, kept_after=3)
+    with pytest.raises(UserError, match="line 3: damaged"):
+        read_records(path)
 
 
 def test_each_hash_covers_all_records_before_it(tmp_path):

@@ -75,16 +75,16 @@ def test_where_no_place_is_left_the_session_ends_with_a_sentence(tmp_path, monke
 
 
 def test_a_session_whose_folder_goes_is_whole_in_the_fallback(laboratory, plan, monkeypatch):
-    write = Journal.write
+    append = Journal.append
     gone = []
 
     def losing(journal, kind, **data):
         if len(journal.records) == 50 and not gone:
             gone.append(journal)
             shutil.rmtree(laboratory.folder)
-        return write(journal, kind, **data)
+        return append(journal, kind, **data)
 
-    monkeypatch.setattr(Journal, "write", losing)
+    monkeypatch.setattr(Journal, "append", losing)
     assert laboratory.run() == "complete"
     kept = gone[0].path.parents[2]
     assert build_dataset(kept) == []

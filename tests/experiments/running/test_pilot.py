@@ -27,13 +27,8 @@ def test_a_pilot_waits_for_the_disk_once_a_run_unless_faults_are_tried(
 ):
     (plan,) = pilot_plans("biet2007", participants=1, seed=1, language="en")
     run_simulated(tmp_path, plan, spec)
-    records = len(read_plan(plan.journal_path(tmp_path))[1])
-    assert len(syncs) >= records if each_record else len(syncs) == 1
-
-
-def test_a_person_s_record_is_on_disk_before_the_next(laboratory, syncs):
-    laboratory.run()
-    assert len(syncs) >= len(laboratory.records())
+    barriers = sum("kept" in each.data for each in read_plan(plan.journal_path(tmp_path))[1])
+    assert len(syncs) >= barriers > 20 if each_record else len(syncs) == 1
 
 
 def test_a_pilot_s_records_are_those_of_a_journal_that_waits_for_the_disk(tmp_path, laboratory):

@@ -1,16 +1,17 @@
 import contextlib
 import signal
+import sys
 from collections import Counter
 
 import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.participants.base import StopRequested, Unfinished
 from slipscale.experiments.participants.scripted import ScriptedParticipant
 from slipscale.experiments.protocols.steps import (
     Ask,
     Explore,
+    Instruct,
     NumberQuestion,
     TextQuestion,
     YesNoQuestion,
@@ -19,6 +20,8 @@ from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.faults import UserError
 from slipscale.hardware.errors import PlateFault
 from slipscale.hardware.signals import EndedBySignal, signals_raise
+
+linux = pytest.mark.skipif(sys.platform != "linux", reason="reads an open file by its number")
 
 
 def sensible(step):
@@ -70,21 +73,60 @@ def test_a_session_ends_complete_with_the_plate_silent(laboratory):
     assert laboratory.records(kind="end")
 
 
-def test_every_answer_is_on_disk_before_the_next_step_begins(laboratory, monkeypatch):
-    order = []
-    write = Journal.write
+def steps_done(content):
+    return content.count(b'"kind":"done"')
 
-    def noting(journal, kind, **data):
-        record = write(journal, kind, **data)
-        stored = journal.path.read_bytes().count(b"\n")
-        order.append((kind, stored == record.number + 1))
-        return record
 
-    monkeypatch.setattr(Journal, "write", noting)
-    laboratory.run()
-    kinds = [kind for kind, _ in order]
-    assert all(durable for _, durable in order)
-    assert kinds == ["header", *["begin", "done"] * (len(kinds) // 2 - 1), "end"]
+@linux
+def test_every_answer_is_on_disk_before_the_next_question_begins(laboratory, slow_disk):
+    asked = []
+
+    class Looking(ScriptedParticipant):
+        def perform(self, step, watch):
+            if isinstance(step, Ask | Instruct):
+                asked.append(steps_done(slow_disk.kept))
+            return super().perform(step, watch)
+
+    laboratory.run(person=lambda _: Looking(sensible, laboratory.clock))
+    begun = [each.data["what"] for each in laboratory.records(kind="begin")]
+    screens = ("Ask", "Instruct", "EndBlock")
+    places = [n for n, what in enumerate(begun) if what["type"] in screens]
+    assert len(asked) == len(places) > 20
+    for kept, place in zip(asked, places, strict=True):
+        unkept = {what["type"] for what in begun[kept:place]}
+        assert unkept <= {"Present", "Explore", "Silence", "EndTrial"}
+
+
+@linux
+def test_the_disk_works_while_the_participant_explores(laboratory, slow_disk):
+    unkept = []
+
+    class Stroking(ScriptedParticipant):
+        def perform(self, step, watch):
+            if isinstance(step, Explore) and not slow_disk.free.is_set():
+                unkept.append(steps_done(slow_disk.kept) <= self.answer)
+            slow_disk.free.set()
+            reply = super().perform(step, watch)
+            if isinstance(step, Ask) and step.trial:
+                self.answer = laboratory.records()[-1].data["step"]
+                slow_disk.free.clear()
+            return reply
+
+    laboratory.run(person=lambda _: Stroking(sensible, laboratory.clock))
+    assert len(unkept) > 8
+    assert all(unkept)
+
+
+@pytest.mark.parametrize("at", [3, 4, 9, 30, 60])
+def test_a_disk_that_fails_ends_the_session_with_the_plate_silent(laboratory, slow_disk, at):
+    slow_disk.fails_at = at
+    with pytest.raises(UserError, match=r"all responses before the last are on disk.*resume$"):
+        laboratory.run()
+    assert laboratory.plate.twin.drive.target_um_pp in (None, 0.0)
+    slow_disk.fails_at = None
+    lost = laboratory.records()
+    assert laboratory.run() == "complete"
+    assert laboratory.records()[: len(lost)] == lost
 
 
 def test_the_participant_is_never_handed_an_amplitude(laboratory):
