@@ -35,7 +35,7 @@ from typing import TYPE_CHECKING, Any
 from unittest import mock
 
 from slipscale import commands
-from slipscale.experiments.journal.locks import is_being_written
+from slipscale.experiments.journal import locks
 from slipscale.experiments.journal.plan_and_progress import is_complete, read_plan
 from slipscale.experiments.journal.reading import read_whole
 from slipscale.experiments.participants.psychopy_window.display import import_visual
@@ -102,7 +102,7 @@ def judge(journal: Path, before: list[str], status: int | None, said: str) -> st
     if _tracebacks(said):
         return said[-800:]
     # A lock file of a dead process is no obstacle: the signal came as it was made.
-    if is_being_written(journal) or list(journal.parent.glob("*.live")):
+    if locks.is_being_written(journal) or list(journal.parent.glob("*.live")):
         return "another session would be kept out, or sees this one as running"
     return _lost(journal, before)
 
@@ -168,6 +168,7 @@ def signal_cases(count: int, seed: int) -> dict[str, Any]:
             kill.cancel()
             kill.join()
             gc.collect()  # a file that was being opened: a process that ends lets go of it
+            locks.release(journal)  # the same for its lock file, which names this process
             signals._Noted.name = ""  # noqa: SLF001 - the next case is a process of its own
             complete = journal.exists() and _is_over(journal)
             number += complete

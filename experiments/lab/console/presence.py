@@ -1,20 +1,22 @@
 """Which consoles are open on this folder: each holds a locked file while it is.
 
-The lock goes with the process: a console that was killed leaves a file that nobody holds.
+The lock goes with the process: a console that was killed leaves a file that nobody holds. The
+files are located where no other user can write.
 """
 
 from __future__ import annotations
 
 import hashlib
-import tempfile
 import time
 from contextlib import suppress
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import portalocker
 
+from slipscale.experiments.lab.console.private_folder import private_folder
+
 if TYPE_CHECKING:
+    from pathlib import Path
     from typing import IO
 
 
@@ -32,7 +34,7 @@ class Presence:
     def __init__(self, folder: Path, port: int) -> None:
         key = hashlib.sha256(str(folder.resolve()).encode()).hexdigest()[:16]
         self._prefix = f"slipscale-console-{key}-"
-        self._place = Path(tempfile.gettempdir())
+        self._place = private_folder()
         self._own = self._place / f"{self._prefix}{time.time_ns()}-{port}"
         self._held: IO[bytes] | None = None
 

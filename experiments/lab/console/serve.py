@@ -9,18 +9,23 @@ import subprocess
 import sys
 import webbrowser
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING
 
 import uvicorn
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from slipscale.experiments.lab.console.app import make_app
 from slipscale.experiments.lab.console.jobs import Jobs
-from slipscale.experiments.lab.console.security import Access
+from slipscale.experiments.lab.console.private_folder import private_folder, write_private
+from slipscale.experiments.lab.console.security import TO_THE_PAGES, Access
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
+    import asyncio
+
     from starlette.applications import Starlette
 
     from slipscale.experiments.lab.console.app import Console
@@ -61,13 +66,44 @@ def serve(*, port: int, lan: str | None, browser: bool) -> None:
         config = _configuration(app, access, Path(place))
         print(f"the console: {access.address}")
         only = "only shows, to whoever has this address" if lan else "on this computer alone"
-        print(f"{only}; Ctrl-C ends it, and no session")
+        print(f"{only}; the address opens one browser, once; Ctrl-C ends it, and no session")
         sys.stdout.flush()
+        door = private_folder() / f"console-{access.port}.html"
+        access.entrance.renewed = partial(_renew, access, door)
+        write_private(door, TO_THE_PAGES.format(access.address))
         if browser:
-            _open(access.address)
+            _open(door.as_uri())
         server = _Server(config, console)
-        with suppress(KeyboardInterrupt):
-            server.run(sockets=[listening])
+        try:
+            with suppress(KeyboardInterrupt):
+                server.run(sockets=[listening])
+        finally:
+            door.unlink(missing_ok=True)
+
+
+def _renew(access: Access, door: Path) -> None:
+    """Print the address for another browser, and write it into the file that opens one."""
+    write_private(door, TO_THE_PAGES.format(access.address))
+    print(f"opened; for another browser: {access.address}", flush=True)
+
+
+class _Impatient(H11Protocol):
+    """Closes a connection on which no whole request arrives in time."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        super().connection_made(transport)
+        self._wait_for_a_request()
+
+    def data_received(self, data: bytes) -> None:
+        super().data_received(data)
+        if self.cycle is None or self.cycle.response_complete:
+            self._wait_for_a_request()
+
+    def _wait_for_a_request(self) -> None:
+        self._unset_keepalive_if_required()
+        self.timeout_keep_alive_task = self.loop.call_later(
+            self.timeout_keep_alive, self.timeout_keep_alive_handler
+        )
 
 
 class _Server(uvicorn.Server):
@@ -89,6 +125,7 @@ def _configuration(app: Starlette, access: Access, place: Path) -> uvicorn.Confi
         log_level="error",
         access_log=False,
         server_header=False,
+        http=_Impatient,
         timeout_graceful_shutdown=3,
         ssl_certfile=certificate[0] if certificate else None,
         ssl_keyfile=certificate[1] if certificate else None,
@@ -139,7 +176,10 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
 
 
 def _open(address: str) -> None:
-    """Open a browser, where there is one; the address is on the terminal in any case."""
+    """Open a browser, where there is one, with the file that leads to the console.
+
+    Other users can read a program's arguments: the token is not among them.
+    """
     try:
         opened = webbrowser.open(address)
     except webbrowser.Error:

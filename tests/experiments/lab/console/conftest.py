@@ -44,7 +44,7 @@ class Visitor:
         address = access.address.partition("/?")[0]
         self.client = TestClient(app, base_url=address, follow_redirects=False)
         self.access, self.jobs = access, jobs
-        self.client.cookies.set(access.cookie, access.token)
+        self.client.cookies.set(access.cookie, access.entrance.secret)
 
     def see(self, path="/", **headers):
         answer = self.client.get(path, headers={"accept-language": "en", **headers})
@@ -59,6 +59,9 @@ class Visitor:
 @pytest.fixture
 def lab(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
+    runtime = tmp_path.with_name(f"{tmp_path.name}-runtime")
+    runtime.mkdir(mode=0o700)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(runtime))
     init(tmp_path, {"plate": "serial:COM9"}, None)
     return tmp_path
 

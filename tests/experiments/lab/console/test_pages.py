@@ -145,7 +145,7 @@ def test_what_a_participant_says_is_entered_on_the_page(visitor, session):
 
 def test_two_consoles_see_the_same_session_and_both_may_ask(visitor, session, make_visitor):
     other = make_visitor(replace(visitor.access, port=8471))
-    other.client.cookies.set(other.access.cookie, other.access.token)
+    other.client.cookies.set(other.access.cookie, other.access.entrance.secret)
     with session(STATUS) as (box, _):
         pages = [words_of(each.see("/live")) for each in (visitor, other)]
         assert pages[0] == pages[1]

@@ -1,17 +1,24 @@
 """Each way in that is not the operator's own browser, tried."""
 
+import http.client
 import json
+import multiprocessing
+import os
 import shutil
 import socket
 import ssl
 import subprocess
 import sys
+import tempfile
 import urllib.request
+from pathlib import Path
 
 import pytest
 
 from slipscale.commands import main
 from slipscale.experiments.lab.console import serve as serving
+from slipscale.experiments.lab.console.presence import Presence
+from slipscale.experiments.lab.console.private_folder import private_folder
 from slipscale.experiments.lab.console.security import LARGEST_BODY, POLICY, Access
 from slipscale.faults import UserError
 
@@ -42,18 +49,125 @@ def test_a_guessed_token_opens_nothing(visitor, token):
 
 def test_the_address_gives_a_cookie_that_no_script_and_no_other_site_sees(visitor):
     visitor.client.cookies.clear()
-    answer = visitor.client.get("/", params={"token": visitor.access.token})
-    assert (answer.status_code, answer.headers["location"]) == (303, "/")
+    token = visitor.access.entrance.token
+    answer = visitor.client.get("/", params={"token": token})
+    assert (answer.status_code, "0;url=/" in answer.text) == (200, True)
     cookie = answer.headers["set-cookie"]
     assert "HttpOnly" in cookie
     assert "SameSite=strict" in cookie
+    assert token not in cookie
     assert visitor.client.get("/").status_code == 200
 
 
-def test_the_token_is_new_each_time_and_stands_in_no_repr():
+def test_an_address_opens_one_browser_and_the_next_address_another(visitor):
+    visitor.client.cookies.clear()
+    told = []
+    entrance = visitor.access.entrance
+    entrance.renewed = lambda: told.append(entrance.token)
+    first = entrance.token
+    statuses = []
+    for token in (first, first, entrance.secret):
+        statuses.append(visitor.client.get("/", params={"token": token}).status_code)
+        visitor.client.cookies.clear()
+    assert statuses == [200, 403, 403]
+    assert told != [first]
+    assert visitor.client.get("/", params={"token": told[0]}).status_code == 200
+
+
+@pytest.mark.parametrize("path", ["//evil.example/..", "/%5C%5Cevil.example"])
+def test_a_token_leads_to_no_other_site(visitor, path):
+    answer = visitor.client.get(path, params={"token": visitor.access.entrance.token})
+    assert "location" not in answer.headers
+    assert "evil" not in answer.text
+
+
+def test_tokens_and_secrets_are_new_each_time_and_stand_in_no_repr():
     one, other = Access(port=1), Access(port=1)
-    assert one.token != other.token
-    assert one.token not in repr(one)
+    told = [each.entrance.token for each in (one, other)]
+    told += [each.entrance.secret for each in (one, other)]
+    assert len(set(told)) == 4
+    assert not any(each in repr(one) for each in told)
+
+
+@pytest.fixture
+def served(lab):
+    """Serve a console in a process of its own; yield the address and the door's folder."""
+    words = [sys.executable, "-P", "-m", "slipscale", "lab", "--no-browser", "--port", "0"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, cwd=lab) as process:
+        yield process.stdout.readline().split()[-1]
+        process.terminate()
+
+
+def _ask_as(user, address, told):
+    "x".encode("idna")  # loaded while its file can be read
+    os.setuid(user)
+    host, _, path = address.removeprefix("http://").partition("/")
+    line = http.client.HTTPConnection(host, timeout=20)
+    line.request("GET", f"/{path}")
+    answer = line.getresponse()
+    told.put((answer.status, answer.read().decode()))
+
+
+@pytest.mark.skipif(os.name != "posix" or os.getuid() != 0, reason="needs to become another user")
+def test_another_user_of_this_computer_is_refused_whatever_they_hold(served):
+    """They have read the token, and this is their only try."""
+    context = multiprocessing.get_context("fork")
+    answers = []
+    for user in (65534, 0):
+        told = context.Queue()
+        asking = context.Process(target=_ask_as, args=(user, served, told))
+        asking.start()
+        answers.append(told.get(timeout=60))
+        asking.join()
+    assert answers[0] == (403, "This console is another user's.\n")
+    assert answers[1][0] == 200
+
+
+def test_a_connection_on_which_nothing_is_asked_is_closed(served, monkeypatch):
+    host, _, port = served.removeprefix("http://").partition("/")[0].partition(":")
+    with socket.create_connection((host, int(port)), timeout=20) as idle:
+        idle.sendall(b"GET / HTTP/1.1\r\n")
+        assert idle.recv(1) == b""
+
+
+def test_a_browser_is_opened_by_a_file_that_only_its_owner_can_read(lab, monkeypatch):
+    """A program's arguments can be read by every user of the computer."""
+    found = []
+
+    def note(address):
+        path = Path(address.removeprefix("file://"))
+        found.append((address, path.stat().st_mode & 0o777, path.read_text(encoding="utf-8")))
+        return True
+
+    monkeypatch.setattr(serving.webbrowser, "open", note)
+    monkeypatch.setattr(serving._Server, "run", lambda *_, **__: None)
+    serving.serve(port=0, lan=None, browser=True)
+    ((address, mode, text),) = found
+    assert "token" not in address
+    assert mode == 0o600
+    assert "?token=" in text
+    assert not list(Path(os.environ["XDG_RUNTIME_DIR"]).rglob("*.html"))
+
+
+def test_other_users_cannot_stop_the_console_by_files_they_make(lab, monkeypatch):
+    """Names in the temporary folder can be guessed and taken; the console uses none there."""
+    monkeypatch.setattr(tempfile, "gettempdir", lambda: pytest.fail("the folder is everybody's"))
+    presence = Presence(lab, 8470)
+    presence.announce()
+    assert presence.first()
+    presence.close()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="rights of POSIX")
+def test_a_folder_that_others_can_write_is_not_used(lab, monkeypatch):
+    open_to_all = Path(os.environ["XDG_RUNTIME_DIR"], "slipscale")
+    open_to_all.mkdir()
+    open_to_all.chmod(0o777)
+    monkeypatch.setenv("HOME", str(lab))
+    assert private_folder() == lab / ".cache/slipscale"
+    private_folder().chmod(0o750)
+    with pytest.raises(UserError, match="chmod 700"):
+        private_folder()
 
 
 @pytest.mark.parametrize(
@@ -195,7 +309,7 @@ def test_in_the_network_the_console_only_shows(phone, recorded, asking):
 
 def test_in_the_network_its_cookie_goes_through_tls_only(phone):
     phone.client.cookies.clear()
-    answer = phone.client.get("/", params={"token": phone.access.token})
+    answer = phone.client.get("/", params={"token": phone.access.entrance.token})
     assert "Secure" in answer.headers["set-cookie"]
 
 
@@ -227,7 +341,8 @@ def test_the_certificate_is_for_the_address_and_plain_http_is_not_served(lab, tm
             opener = urllib.request.build_opener(
                 urllib.request.HTTPSHandler(context=context), urllib.request.HTTPCookieProcessor()
             )
-            with opener.open(request, timeout=20) as answer:
+            opener.open(request, timeout=20).close()
+            with opener.open(address.partition("?")[0], timeout=20) as answer:
                 assert "only shows" in answer.read().decode()
             with (
                 pytest.raises(OSError, match=r".*"),

@@ -1,0 +1,53 @@
+"""A folder of this user's own for what a console keeps while it runs: no other user gets in."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+from slipscale.faults import UserError
+
+OWNER_ONLY = 0o700
+
+
+def private_folder() -> Path:
+    """Return the folder; make it if it is not there.
+
+    It is located in the system's folder for running programs, else in the user's cache.
+
+    Raises
+    ------
+    UserError
+        Neither can be made for this user alone.
+    """
+    places = (os.environ.get("XDG_RUNTIME_DIR"), str(Path.home() / ".cache"))
+    for place in filter(None, places):
+        folder = Path(place, "slipscale")
+        try:
+            folder.mkdir(mode=OWNER_ONLY, parents=True, exist_ok=True)
+            if _is_private(folder):
+                return folder
+        except OSError:
+            continue
+    raise UserError(
+        f"{Path.home() / '.cache' / 'slipscale'}: expected a folder that only you can read and "
+        "write; remove it, or make it yours (chmod 700)"
+    )
+
+
+def write_private(path: Path, text: str) -> None:
+    """Write a file in place of an older one; only its owner can read it."""
+    path.unlink(missing_ok=True)
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
+        stream.write(text)
+
+
+def _is_private(folder: Path) -> bool:
+    """Return whether a folder, and no link to one, is this user's alone."""
+    if os.name != "posix":
+        return True
+    found = folder.lstat()
+    closed = not found.st_mode & (stat.S_IRWXG | stat.S_IRWXO)
+    return stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and closed
