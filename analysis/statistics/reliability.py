@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -11,11 +11,13 @@ from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.variance_components import reml_components
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    import pandas as pd
     from numpy.typing import NDArray
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
@@ -24,6 +26,9 @@ if TYPE_CHECKING:
 
 #: A correlation this close to 1 has no finite Fisher's z.
 CLOSE_TO_ONE = 1 - 1e-9
+CELL = [PARTICIPANT, "amplitude_um_pp"]
+#: Fits of REML without a part of the participants.
+GROUPS = 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,8 +56,12 @@ class Reliability:
         Of one estimate, and of the mean of a participant's repetitions at an amplitude.
     variance_participants, variance_interaction, variance_repetitions : float
         Components, squared natural logarithms; not below 0.
-    n, amplitudes, repetitions : int
-        Of the complete block that they are computed from.
+    n, amplitudes, trials : int
+        What they are computed from.
+    repetitions : float
+        Of each cell; its harmonic mean if cells differ.
+    method : {"mean squares", "REML"}
+        The second if cells differ in their number of estimates.
     """
 
     single: IntraclassCorrelation
@@ -62,35 +71,47 @@ class Reliability:
     variance_repetitions: float
     n: int
     amplitudes: int
-    repetitions: int
+    repetitions: float
+    trials: int
+    method: Literal["mean squares", "REML"]
 
 
 def reliability(data: Prepared) -> Reliability | NotComputed:
     """Return intraclass correlations over repetitions, by components of variance.
 
-    Components from the mean squares of the complete block of participants, amplitudes and
-    repetitions (Searle, Casella and McCulloch 1992, Variance Components, ch. 4). Intervals are a
-    jackknife over participants on Fisher's z, Student's n - 1 degrees of freedom, because a
-    participant's amplitudes are not independent targets. An estimate of zero is no repetition;
-    people who lack one are left out.
+    If every participant has as many estimates above zero of every amplitude, components are those
+    of the mean squares (Searle, Casella and McCulloch 1992, Variance Components, ch. 4); otherwise
+    restricted maximum likelihood uses all estimates. Intervals are a jackknife over participants on
+    Fisher's z, because a participant's amplitudes are not independent targets.
     """
     if data.refused:
         return NotComputed(data.zero_sentence)
-    block, why = _block(data)
-    if why:
-        return NotComputed(why)
-    n, k, repetitions = block.shape
-    squares = _sums_of_squares(block)
-    whole = _components(squares.sum(axis=0), n, k, repetitions)
+    usable = data.trials.loc[data.trials["log"].notna(), [*CELL, "log"]]
+    cells = usable.groupby(CELL, observed=True)["log"]
+    counts = cells.size().unstack(fill_value=0)  # noqa: PD010 - a Series has no pivot_table
+    if not len(counts) or counts.to_numpy().max() < 2:  # noqa: PLR2004
+        return NotComputed(
+            f"no repetitions: reliability needs two estimates of a {data.quantity.stimulus} or more"
+        )
+    n, k = counts.shape
+    if n < FEWEST:
+        return NotComputed(few("participants with estimates above zero", n))
+    there = counts.to_numpy(float)
+    balanced = there.min() == there.max()
+    repetitions = there.max() if balanced else there[there > 0].size / (1 / there[there > 0]).sum()
+    if balanced:
+        whole, without = _by_mean_squares(usable, (n, k, int(repetitions)))
+    else:
+        means = cells.mean().unstack().to_numpy()  # noqa: PD010
+        around = (usable["log"] - cells.transform("mean")) ** 2
+        squares = around.groupby(usable[CELL[0]], observed=True).sum().to_numpy()
+        whole, without = _by_reml(means, there, squares)
     if whole[2] <= TINY:
         return NotComputed(
             "every repetition gave the same estimate: no spread within to compare with"
         )
-    # Leaving one of n out of a sum of squares around their mean takes n / (n - 1) of its own.
-    own = squares * [n / (n - 1), n / (n - 1), 1.0]
-    without = _components(squares.sum(axis=0) - own, n - 1, k, repetitions)
     single, mean = (
-        _coefficient(whole, without, r, data.choices.confidence) for r in (1, repetitions)
+        _coefficient(whole, without, r, data.choices.confidence) for r in (1.0, repetitions)
     )
     return Reliability(
         single=single,
@@ -100,39 +121,35 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
         variance_repetitions=float(whole[2]),
         n=n,
         amplitudes=k,
-        repetitions=repetitions,
+        repetitions=int(repetitions) if balanced else float(repetitions),
+        trials=len(usable),
+        method="mean squares" if balanced else "REML",
     )
 
 
-def _block(data: Prepared) -> tuple[Array, str | None]:
-    """Return log estimates, shape (participants, amplitudes, repetitions), and why there are none.
+def _by_mean_squares(usable: pd.DataFrame, shape: tuple[int, int, int]) -> tuple[Array, Array]:
+    """Return the components of everybody, and with each participant left out in turn."""
+    n, k, repetitions = shape
+    block = usable.sort_values(CELL, kind="stable")["log"].to_numpy(float).reshape(shape)
+    squares = _sums_of_squares(block)
+    # Leaving one of n out of a sum of squares around their mean takes n / (n - 1) of its own.
+    own = squares * [n / (n - 1), n / (n - 1), 1.0]
+    without = _components(squares.sum(axis=0) - own, n - 1, k, repetitions)
+    return _components(squares.sum(axis=0), n, k, repetitions), without
 
-    The most frequent number of repetitions counts; more are cut, who has fewer is left out.
-    """
-    nothing = np.empty((0, 0, 0))
-    cell = [PARTICIPANT, "amplitude_um_pp"]
-    usable = data.trials.loc[data.trials["log"].notna(), [*cell, "log"]]
-    sizes = usable.groupby(cell, observed=True).size()
-    if not len(sizes) or sizes.max() < 2:  # noqa: PLR2004
-        return nothing, (
-            f"no repetitions: reliability needs two estimates of a {data.quantity.stimulus} or more"
-        )
-    repetitions = int(sizes[sizes >= 2].mode().iloc[0])  # noqa: PLR2004
-    nth = usable.groupby(cell, observed=True).cumcount()
-    rows = usable.assign(nth=nth)[nth < repetitions]
-    table = rows.pivot_table(
-        index=PARTICIPANT, columns=["amplitude_um_pp", "nth"], values="log", observed=True
-    )
-    amplitudes = table.columns.get_level_values(0)
-    # Counted: an amplitude that nobody repeated has fewer columns.
-    present = table.notna().T.groupby(amplitudes).sum().eq(repetitions).T
-    # An amplitude that hardly anybody has whole would leave nobody.
-    kept = present.columns[present.mean() >= 0.5]  # noqa: PLR2004
-    table = table.loc[:, amplitudes.isin(kept)].dropna()
-    n, k = len(table), len(kept)
-    if n < FEWEST or k < 1:
-        return nothing, few("participants with every repetition above zero", n)
-    return table.to_numpy(float).reshape(n, k, repetitions), None
+
+def _by_reml(means: Array, counts: Array, squares: Array) -> tuple[Array, Array]:
+    """Return the same by REML; of many participants, groups of them are left out in turn."""
+    whole = reml_components(means, counts, squares)
+    if whole[2] <= TINY:
+        return whole, whole[None]
+    group = np.arange(len(means)) % GROUPS
+    start = (whole[:2] / whole[2] + 1e-3).tolist()
+    without = [
+        reml_components(means[kept], counts[kept], squares[kept], (start,))
+        for kept in (group != left for left in range(min(len(means), GROUPS)))
+    ]
+    return whole, np.array(without)
 
 
 def _sums_of_squares(block: Array) -> Array:
@@ -161,7 +178,9 @@ def _components(squares: Array, n: int, k: int, repetitions: int) -> Array:
     )
 
 
-def _coefficient(whole: Array, without: Array, r: int, confidence: float) -> IntraclassCorrelation:
+def _coefficient(
+    whole: Array, without: Array, r: float, confidence: float
+) -> IntraclassCorrelation:
     from scipy import stats  # noqa: PLC0415 - a second's import
 
     def ratio(components: Array) -> Array:

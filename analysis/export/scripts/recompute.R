@@ -7,7 +7,7 @@ close_enough <- 1e-5 # relative; fits that are iterated agree within the next
 close_fits <- 1e-2
 # Where participants do not differ, an optimiser stops anywhere near 0.
 almost_none <- 5e-3 # standard deviation of participants, of the residual one
-fitted <- "^(mixed_model|growth|difference\\.(psychometric|weber)|difference\\.signal_detection\\.(by|all))"
+fitted <- "^(mixed_model|reliability|growth|difference\\.(psychometric|weber)|difference\\.signal_detection\\.(by|all))"
 
 read <- function(name) {
   if (!file.exists(name)) return(NULL)
@@ -281,23 +281,41 @@ order_effects <- function(trials, confidence) {
 reliability <- function(trials, confidence) {
   d <- trials[!is.na(trials$log), ]
   counts <- table(d$who, d$level)
-  repeated <- table(counts[counts > 1])
-  if (!length(repeated)) return(NULL)
-  r <- as.integer(names(repeated)[which.max(repeated)])
-  levels <- colnames(counts)[colMeans(counts >= r) >= 0.5]
-  people <- rownames(counts)[rowSums(counts[, levels, drop = FALSE] < r) == 0]
-  n <- length(people)
-  k <- length(levels)
-  if (n < 3) return(NULL)
-  block <- array(NA, c(n, k, r))
-  for (i in seq_len(n)) for (j in seq_len(k))
-    block[i, j, ] <- head(d$log[d$who == people[i] & as.character(d$level) == levels[j]], r)
+  counts <- counts[, colSums(counts) > 0, drop = FALSE]
+  n <- nrow(counts)
+  k <- ncol(counts)
+  if (n < 3 || max(counts) < 2) return(NULL)
+  balanced <- min(counts) == max(counts)
+  r <- if (balanced) max(counts) else 1 / mean(1 / counts[counts > 0])
+  people <- rownames(counts)
+  block <- lapply(people, function(i) d[d$who == i, ])
+  # -2 log restricted likelihood of a model of all single estimates, and the repetitions' variance.
+  restricted <- function(logs, people) {
+    known <- sort(unique(unlist(lapply(people, function(p) p$level))))
+    parts <- lapply(people, function(p) {
+      v <- diag(nrow(p)) + exp(logs[1]) + exp(logs[2]) * outer(p$level, p$level, "==")
+      x <- outer(p$level, known, "==") * 1
+      list(xx = t(x) %*% solve(v, x), xy = t(x) %*% solve(v, p$log), yy = sum(p$log * solve(v, p$log)),
+           det = as.numeric(determinant(v)$modulus))
+    })
+    sum_of <- function(name) Reduce(`+`, lapply(parts, `[[`, name))
+    left <- sum(sapply(people, nrow)) - length(known)
+    scale <- (sum_of("yy") - sum(sum_of("xy") * solve(sum_of("xx"), sum_of("xy")))) / left
+    c(sum_of("det") + as.numeric(determinant(sum_of("xx"))$modulus) + left * log(scale), scale)
+  }
   components <- function(b) {
-    m <- dim(b)[1]
-    cells <- apply(b, 1:2, mean)
+    if (!balanced) {
+      fits <- lapply(list(c(0, -0.7), c(-3, -3)), function(start)
+        optim(start, function(logs) restricted(logs, b)[1], control = list(reltol = 1e-13)))
+      best <- fits[[which.min(sapply(fits, function(f) f$value))]]$par
+      return(c(exp(best), 1) * restricted(best, b)[2])
+    }
+    m <- length(b)
+    cells <- t(sapply(b, function(p) tapply(p$log, p$level, mean)))
+    if (k == 1) cells <- t(cells)
     centred <- sweep(cells, 2, colMeans(cells))
     own <- rowMeans(centred)
-    error <- sum((b - as.vector(cells))^2) / (m * k * (r - 1))
+    error <- sum(sapply(b, function(p) sum((p$log - ave(p$log, p$level))^2))) / (m * k * (r - 1))
     mixed <- if (k > 1) r * sum((centred - own)^2) / ((m - 1) * (k - 1)) else error
     c((k * r * sum(own^2) / (m - 1) - mixed) / (k * r), (mixed - error) / r, error)
   }
@@ -307,11 +325,11 @@ reliability <- function(trials, confidence) {
   }
   v <- components(block)
   out <- c(variance_participants = max(v[1], 0), variance_interaction = max(v[2], 0),
-           variance_repetitions = v[3], n = n, amplitudes = k, repetitions = r)
+           variance_repetitions = v[3], n = n, amplitudes = k, repetitions = r, trials = nrow(d))
   for (name in c("single", "mean")) {
     times <- if (name == "single") 1 else r
     value <- of(block, times)
-    each <- sapply(seq_len(n), function(i) of(block[-i, , , drop = FALSE], times))
+    each <- sapply(seq_len(n), function(i) of(block[-i], times))
     pseudo <- n * atanh(value) - (n - 1) * atanh(each)
     ends <- tanh(mean(pseudo) + c(-1, 1) * qt((1 + confidence) / 2, n - 1) * sd(pseudo) / sqrt(n))
     out <- c(out, under(paste0(name, "."), c(value = value, ci.0 = ends[1], ci.1 = ends[2])))

@@ -21,6 +21,7 @@ from scipy import integrate, optimize, stats
 CLOSE, CLOSE_FITS = 1e-5, 1e-2
 FITTED = (
     "mixed_model.",
+    "reliability.",
     "growth.",
     "difference.psychometric.",
     "difference.weber.",
@@ -407,26 +408,53 @@ def order(trials, confidence):
 def reliability(trials, confidence):
     """Return intraclass correlations over repetitions, by components of variance."""
     usable = trials[trials["log"].notna()]
-    counts = usable.groupby(["who", "level"]).size()
-    if not (counts > 1).any():
+    counts = usable.groupby(["who", "level"]).size().unstack(fill_value=0)
+    if not (counts > 1).any(axis=None) or len(counts) < 3:
         return {}
-    r = int(counts[counts > 1].mode().iloc[0])
-    nth = usable.groupby(["who", "level"]).cumcount()
-    whole = counts.unstack() >= r
-    levels = whole.columns[whole.mean() >= 0.5]
-    people = whole.index[whole[levels].all(axis=1)]
-    rows = usable.assign(nth=nth)[nth < r]
-    rows = rows[rows["level"].isin(levels) & rows["who"].isin(people)]
-    block = (
-        rows.sort_values(["who", "level", "nth"])["log"]
-        .to_numpy()
-        .reshape(len(people), len(levels), r)
-    )
-    n, k = len(people), len(levels)
-    if n < 3:
-        return {}
+    n, k = counts.shape
+    there = counts.to_numpy()[counts.to_numpy() > 0]
+    balanced = counts.to_numpy().min() == counts.to_numpy().max()
+    r = int(there[0]) if balanced else len(there) / (1 / there).sum()
+    rows = usable.sort_values(["who", "level"], kind="stable")
+    if balanced:
+        block = rows["log"].to_numpy().reshape(n, k, r)
+    else:
+        block = np.array([group[["level", "log"]].to_numpy() for _, group in rows.groupby("who")],
+                         dtype=object)  # fmt: skip
+
+    def restricted(logs, people):
+        """Return -2 log restricted likelihood and the parts of a model of all single estimates."""
+        a, b = np.exp(logs)
+        known = np.unique(np.concatenate([p[:, 0] for p in people]))
+        left = sum(len(p) for p in people) - len(known)
+        xx, xy, yy, det = 0, 0, 0, 0
+        for p in people:
+            same = p[:, :1] == p[:, 0]
+            v = np.eye(len(p)) + a + b * same
+            x, y = (p[:, :1] == known) * 1.0, p[:, 1].astype(float)
+            solved = np.linalg.solve(v, np.column_stack([x, y]))
+            xx, xy, yy = xx + x.T @ solved[:, :-1], xy + x.T @ solved[:, -1], yy + y @ solved[:, -1]
+            det += np.linalg.slogdet(v)[1]
+        scale = (yy - xy @ np.linalg.solve(xx, xy)) / left
+        return det + np.linalg.slogdet(xx)[1] + left * np.log(scale), scale
+
+    def by_reml(people):
+        found = min(
+            (
+                optimize.minimize(
+                    lambda logs: restricted(logs, people)[0], start, method="Nelder-Mead",
+                    options={"xatol": 1e-7, "fatol": 1e-10},
+                )
+                for start in ([0, -0.7], [-3, -3])
+            ),
+            key=lambda each: each.fun,
+        )  # fmt: skip
+        scale = restricted(found.x, people)[1]
+        return (*np.exp(found.x) * scale, scale)
 
     def components(b):
+        if not balanced:
+            return by_reml([np.asarray(p, float) for p in b])
         m = len(b)
         cells = b.mean(axis=2)
         centred = cells - cells.mean(axis=0)
@@ -448,6 +476,7 @@ def reliability(trials, confidence):
         "n": n,
         "amplitudes": k,
         "repetitions": r,
+        "trials": len(usable),
     }
     for name, of in (("single", 1), ("mean", r)):
         out[name + ".value"] = coefficient(block, of)

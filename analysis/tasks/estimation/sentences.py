@@ -345,9 +345,10 @@ def reliability(found: Reliability, confidence: float, quantity: Quantity) -> st
     return (
         f"Test-retest reliability of a participant's single log estimate was ICC = "
         f"{unit_number(single.value)}{_ci(single.interval, confidence, unit_number)}; of the mean "
-        f"of {found.repetitions}, {unit_number(mean.value)}"
-        f"{_ci(mean.interval, confidence, unit_number)} (components of variance, n = {found.n}, "
-        f"{found.amplitudes} {quantity.levels}, whose own differences do not count as reliable)."
+        f"of {found.repetitions:.3g}, {unit_number(mean.value)}"
+        f"{_ci(mean.interval, confidence, unit_number)} (components of variance by {found.method}, "
+        f"{found.trials} trials of {found.n} participants, {found.amplitudes} {quantity.levels}, "
+        "whose own differences do not count as reliable)."
     )
 
 

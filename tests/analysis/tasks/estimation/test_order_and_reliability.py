@@ -1,12 +1,16 @@
 """Order and reliability: what is identifiable, and intervals that hold what they promise."""
 
+import warnings
+
 import numpy as np
 import pandas as pd
 import pytest
+import statsmodels.formula.api as smf
 
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.reliability import reliability
+from slipscale.analysis.statistics.variance_components import reml_components
 from slipscale.analysis.tasks.estimation.order_effects import order_effects
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
@@ -94,17 +98,84 @@ def test_the_interval_of_reliability_covers_at_the_study_s_confidence():
     assert 0.82 * 150 <= covered <= 0.97 * 150
 
 
-def test_an_amplitude_that_nobody_repeated_is_left_out():
+def test_an_amplitude_that_nobody_repeated_counts_with_its_single_estimates():
     rng = np.random.default_rng(5)
     rows = session(rng, 6, repetitions=2)
     seen = set()
     once = [r for r in rows if r[1] != 0.5 or (r[0] not in seen and not seen.add(r[0]))]
     found = reliability(ready(once))
-    assert (found.n, found.amplitudes, found.repetitions) == (6, 3, 2)
+    assert (found.n, found.amplitudes, found.repetitions) == (6, 4, pytest.approx(1.6))
+    assert (found.method, found.trials) == ("REML", 42)
 
 
 def test_an_estimate_of_zero_is_no_repetition():
     rows = blocks(np.random.default_rng(5), 10, 3, (0.5, 0.3, 0.4))
     rows[0] = (*rows[0][:2], -np.inf)
     found = reliability(ready(rows))
-    assert (found.n, found.repetitions) == (9, 3)
+    assert (found.n, found.trials) == (10, 10 * 4 * 3 - 1)
+
+
+def unbalanced(rng, people=9, most=6):
+    """One to six estimates per cell, for every participant and amplitude."""
+    rows = []
+    for person in range(people):
+        own = rng.normal(0, 0.5)
+        for amplitude in AMPLITUDES:
+            cell = own + amplitude + rng.normal(0, 0.3)
+            count = int(rng.integers(1, most + 1))
+            rows += [(person, amplitude, cell + rng.normal(0, 0.4)) for _ in range(count)]
+    return rows
+
+
+def test_components_of_unbalanced_data_are_statsmodels_reml():
+    rows = unbalanced(np.random.default_rng(1))
+    found = reliability(ready(rows))
+    frame = pd.DataFrame(rows, columns=["who", "level", "log"])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        model = smf.mixedlm(
+            "log ~ C(level)",
+            frame,
+            groups="who",
+            re_formula="1",
+            vc_formula={"cell": "0 + C(level)"},
+        )
+        fit = model.fit(reml=True)
+    expected = [fit.cov_re.iloc[0, 0], fit.vcomp[0], fit.scale]
+    ours = [
+        found.variance_participants,
+        found.variance_interaction,
+        found.variance_repetitions,
+    ]
+    assert ours == pytest.approx(expected, rel=2e-4)
+    assert found.trials == len(rows)
+    assert found.single.value == pytest.approx(sum(ours[:2]) / sum(ours))
+
+
+def test_reml_of_balanced_data_equals_the_mean_squares():
+    rows = blocks(np.random.default_rng(8), 10, 3, (0.5, 0.3, 0.4))
+    balanced = reliability(ready(rows))
+    frame = pd.DataFrame(rows, columns=["who", "level", "log"])
+    cells = frame.groupby(["who", "level"])["log"]
+    around = ((frame["log"] - cells.transform("mean")) ** 2).groupby(frame["who"]).sum()
+    found = reml_components(
+        cells.mean().unstack().to_numpy(),
+        np.full((10, 4), 3.0),
+        around.to_numpy(),  # noqa: PD010
+    )
+    assert found == pytest.approx(
+        [
+            balanced.variance_participants,
+            balanced.variance_interaction,
+            balanced.variance_repetitions,
+        ],
+        rel=1e-5,
+    )
+
+
+def test_the_interval_of_unbalanced_data_covers():
+    rng = np.random.default_rng(6)
+    truth = 0.34 / 0.5
+    intervals = [reliability(ready(unbalanced(rng, 12))).single.interval for _ in range(40)]
+    covered = sum(low <= truth <= high for low, high in intervals)
+    assert 35 <= covered <= 40
