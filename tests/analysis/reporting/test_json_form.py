@@ -60,7 +60,7 @@ def test_inference_has_its_documented_keys_in_their_order(dataset):
         "bayes_factor_10"
     )
     assert " ".join(found["linear_trend"]) == "unit mean ci sd t df p n n_incomplete"
-    assert " ".join(found["growth"]["friction"]) == "models best n exponent reduction"
+    assert " ".join(found["growth"]["friction"]) == "models best n exponent reduction shared_load"
     assert " ".join(found["growth"]["amplitude"]["models"]["power"]) == (
         "parameters sd log_likelihood aic aicc bic points estimated at_bound delta_aicc weight"
     )

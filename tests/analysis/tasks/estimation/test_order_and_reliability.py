@@ -161,7 +161,7 @@ def test_reml_of_balanced_data_equals_the_mean_squares():
     found = reml_components(
         cells.mean().unstack().to_numpy(),
         np.full((10, 4), 3.0),
-        around.to_numpy(),  # noqa: PD010
+        around.to_numpy(),
     )
     assert found == pytest.approx(
         [
