@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 #: Levels times combinations of parameters: four tables of 8 bytes each, 64 MB in all; two of
-#: them are gone through once a trial, in well under a frame of 60 Hz (`benchmarks/adaptive.py`).
+#: them are gone through once a trial, in well under a frame of 60 Hz (0.37 of a frame).
 LARGEST_GRID = 2_000_000
 #: An upper asymptote below 1 - this is no observer who does the task.
 LARGEST_LAPSE = 0.5

@@ -61,7 +61,7 @@ ATTENTION_S = 5.0
 POLL_S = 0.002
 LONGEST_SETTLING_S = 2.0
 # From `follow` to the plate: the board's ramp of 25 ms, begun anew at each command, and the line;
-# measured by benchmarks/texture_latency.py.
+# measured; see the table in docs/how-to/finger.md.
 FOLLOW_LAG_S = 0.017
 # As good as none: at 0 the board would open its output stage, and at less than its sensor's noise
 # it would correct its voltage by what is only noise.

@@ -1,8 +1,7 @@
 """The orders of surfaces: what each rule admits, and that all it admits is equally likely.
 
 The chi-square tests use fixed seeds: they cannot fail by chance, only by a change. A change of
-the draws would fail each with a probability of 1e-4 although nothing is wrong. The long form, over
-20,000 participants, is ``benchmarks/orders.py``.
+the draws would fail each with a probability of 1e-4 although nothing is wrong.
 """
 
 from collections import Counter
