@@ -233,7 +233,8 @@ def _load_foreign(path: Path, mapping: TableMapping) -> Dataset:
 
 def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quantity) -> Dataset:
     counts: dict[str, int] = {}
-    notes = notes_on_answers(table.estimates, PARTICIPANT, *ESTIMATION.required, file=path.name)
+    level, answer = ESTIMATION.required
+    notes = notes_on_answers(table.estimates, PARTICIPANT, level, answer, path.name)
     problems.add_many(list(notes), "suspicious answers")
     read = {"estimates": table.estimates, "differences": table.differences}
     kinds = [kind for kind in TRIALS if kind.name in read]

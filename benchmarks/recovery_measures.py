@@ -177,7 +177,7 @@ def _weber(
     one: PsychometricFunction | NotComputed, truth: truths.Threshold, case: Case
 ) -> tuple[float, bool | None] | None:
     found = one if isinstance(one, NotComputed) else weber_fraction(one, case.standard_um_pp)
-    if isinstance(found, NotComputed):
+    if not found:
         return None
     part = truth.level_um_pp / case.standard_um_pp
     return compared(found.value, found.interval, part, log=True)
@@ -207,7 +207,7 @@ def _population(
     group: list[PsychometricFunction | NotComputed], truth: float, *, log: bool
 ) -> tuple[float, bool | None] | None:
     found = population_threshold(group)
-    if isinstance(found, NotComputed):
+    if not found:
         return None
     estimate = found.threshold_um_pp
     return compared(estimate.value, estimate.interval, truth, log=log)
@@ -251,7 +251,7 @@ def measure_scales(data: Dataset, case: Case, runs: int) -> list[Row]:
             raise SystemExit(tasks.reason)
         for name, (values, which) in models.items():
             scale = getattr(tasks[0], name)
-            if isinstance(scale, NotComputed):
+            if not scale:
                 found[name].append(None)
                 noises += [None] * triads
                 continue

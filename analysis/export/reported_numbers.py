@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from slipscale.analysis import json_form
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation.statistics import PAGE_TREND
 from slipscale.analysis.tasks.matching.reading import TRIALS as MATCHING_TRIALS
 from slipscale.analysis.tasks.scales.reading import TRIALS as COMPARISON_TRIALS
@@ -97,7 +96,7 @@ def settings(analysis: Analysis) -> pd.DataFrame:
         "zero_rule": choices.zero_rule,
         "standard_deviation": choices.standard_deviation,
         "equivalence_ratio": f"{choices.equivalence_ratio!r}",
-        "page_method": "" if isinstance(page, NotComputed) else page.method,
+        "page_method": page.method if page else "",
     }
     return pd.DataFrame(list(found.items()), columns=["name", "value"])
 

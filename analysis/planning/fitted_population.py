@@ -15,7 +15,6 @@ import numpy as np
 
 from slipscale.analysis.preprocessing.data_quality import TRIALS_FOR_DRIFT
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation.statistics import ORDER
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.participants.simulated_people.habits import ROUND_TO_PERCENT
@@ -187,13 +186,13 @@ def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) 
     order = analysis.inference[ORDER]
     each = trials.groupby(trials[PARTICIPANT].astype(str)).size()
     # Of few trials a slope is no habit, whatever its interval.
-    if isinstance(order, NotComputed) or each.min() < TRIALS_FOR_DRIFT:
+    if not order or each.min() < TRIALS_FOR_DRIFT:
         return {}, ""
     values: dict[str, Any] = {}
     drift, before = order.log_slope_per_trial, order.log_slope_per_um_pp_before
-    if not isinstance(before, NotComputed) and not before.interval.low < 0 < before.interval.high:
+    if before and not before.interval.low < 0 < before.interval.high:
         values["habits.carry_over"] = round(before.mean, 4)
-    if not isinstance(drift, NotComputed) and drift.interval.high < 0:
+    if drift and drift.interval.high < 0:
         values["habits.fatigue"] = round(min(-drift.mean, 0.1), 4)
     return values, "the analysis of order, whose interval leaves out 0"
 

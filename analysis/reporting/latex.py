@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.not_computed import computed
 from slipscale.analysis.tasks.estimation.statistics import PAIRWISE
 from slipscale.analysis.writing.numbers import p_value
 
@@ -46,7 +46,7 @@ def latex_tables(analysis: Analysis) -> dict[str, str]:
         )
     }
     pairs = analysis.inference[PAIRWISE]
-    if not isinstance(pairs, NotComputed):
+    if pairs:
         rows = pd.DataFrame([_pair(pair, _escaped(quantity.unit)) for pair in pairs])
         found["pairwise"] = rows.to_latex(
             index=False,
@@ -74,7 +74,7 @@ def _escaped(text: str) -> str:
 
 def _pair(pair: PairComparison, unit: str) -> dict[str, str | float | None]:
     behind = f" ({unit})" if unit else ""
-    logs = None if isinstance(pair.logs, NotComputed) else pair.logs
+    logs = computed(pair.logs)
     return {
         f"From{behind}": f"{pair.from_um_pp:g}",
         f"To{behind}": f"{pair.to_um_pp:g}",

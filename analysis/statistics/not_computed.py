@@ -1,12 +1,14 @@
 """What replaces a result that the data do not allow, and how code reads "a result or a reason".
 
-Most code reads such a value by `computed`, `all_computed` or `fold`, and has no branch of its own.
+A reason is false in a condition and a result is true: code that only needs the result reads
+``if result:``. Code that also uses the reason calls `fold`, or asks with ``isinstance``. Results
+that may be false themselves (a number, an empty tuple) are read with `computed`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Literal, TypeVar
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -27,6 +29,10 @@ class NotComputed:
 
     reason: str
 
+    def __bool__(self) -> Literal[False]:
+        """Return False: there is no result."""
+        return False
+
 
 def computed(result: T | NotComputed) -> T | None:
     """Return a result; None if there is none."""
@@ -36,6 +42,11 @@ def computed(result: T | NotComputed) -> T | None:
 def all_computed(results: Iterable[T | NotComputed]) -> list[T]:
     """Return the results that there are."""
     return [each for each in results if not isinstance(each, NotComputed)]
+
+
+def missing(results: Iterable[object]) -> list[NotComputed]:
+    """Return the results that there are not, with their reasons."""
+    return [each for each in results if isinstance(each, NotComputed)]
 
 
 def fold(result: T | NotComputed, read: Callable[[T], S], otherwise: Callable[[str], S]) -> S:

@@ -197,7 +197,7 @@ def _paired_t(
 ) -> list[PairedT | NotComputed]:
     """Return each pair's test; Holm's correction is over the pairs that have one."""
     means = [_mean(data, each) for each in differences]
-    tested = [mean for mean in means if not isinstance(mean, NotComputed)]
+    tested = [mean for mean in means if mean]
     same = [equivalence(mean, data.choices.equivalence_ratio) for mean in tested]
     found = (
         PairedT(

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
 
-from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.not_computed import NotComputed, computed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -178,7 +178,7 @@ class Inference:
     def found(self, statistic: Statistic[T]) -> T | None:
         """Return the result; None if there is none."""
         result = self[statistic]
-        return None if isinstance(result, NotComputed) else result
+        return computed(result)
 
     def __getattr__(self, key: str) -> object:
         """Return a result by its key, for notebooks."""

@@ -29,7 +29,6 @@ from slipscale.analysis.planning.simulated.fast_tests import (
     tables,
 )
 from slipscale.analysis.preprocessing import data_quality
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.omnibus import page_trend
 from slipscale.analysis.tasks.estimation.mixed_model import mixed_model
 from slipscale.faults import UserError
@@ -231,14 +230,14 @@ def one_by_one(design: Design, ratings: Ratings) -> dict[str, int]:
 
 def _page_p(data: Prepared) -> float:
     found = page_trend(data)
-    return 1.0 if isinstance(found, NotComputed) else found.p
+    return found.p if found else 1.0
 
 
 def _mixed_model_p(data: Prepared) -> float:
     from scipy import stats  # noqa: PLC0415
 
     found = mixed_model(data)
-    if isinstance(found, NotComputed):
+    if not found:
         return 1.0
     return float(2 * stats.t.sf(abs(found.exponent) / found.se, found.n - 1))
 

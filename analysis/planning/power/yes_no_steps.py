@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.planning.power.outcome import Sums
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference.probit import d_primes
 from slipscale.analysis.tasks.difference.proportions import clustered_interval
 from slipscale.experiments.participants.simulated_people.population import curves
@@ -162,4 +161,4 @@ def _lower_bound(removed: Array, felt: Array, confidence: float) -> float:
     people = np.unique(who, return_inverse=True)[1]
     changed = (removed[who, step] > 0).astype(np.float64)
     found = d_primes(changed, felt[who, step], people, confidence)
-    return math.nan if isinstance(found, NotComputed) else found[0].interval.low
+    return found[0].interval.low if found else math.nan

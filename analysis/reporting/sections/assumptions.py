@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation.statistics import RM_ANOVA
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
@@ -20,7 +19,7 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     """Return what the tests assume and whether the data agree."""
     section = ReportSection("Assumptions")
     anova, quantity = analysis.inference[RM_ANOVA], analysis.dataset.quantity
-    if isinstance(anova, NotComputed) or "residuals" not in svgs:
+    if not anova or "residuals" not in svgs:
         return section
     texts = []
     if anova.mauchly_p is not None:

@@ -13,13 +13,13 @@ import numpy as np
 
 from slipscale.analysis.json_form import bounds
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from slipscale.analysis.statistics.not_computed import NotComputed
     from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Guess
 
 
@@ -177,8 +177,8 @@ class PsychometricFunction:
             "estimator": self.estimator,
             "threshold_um": self.threshold_um_pp.value,
             "threshold_ci": self.threshold_um_pp.interval,
-            "slope": slope if isinstance(slope, NotComputed) else slope.value,
-            "slope_ci": bounds(None if isinstance(slope, NotComputed) else slope.interval),
+            "slope": slope.value if slope else slope,
+            "slope_ci": bounds(slope.interval if slope else None),
             "lapse": self.lapse,
             "guess": self.guess,
             "trials": self.trials,

@@ -10,7 +10,6 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import PercentFormatter
 
 from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference.step_size_curve import curve
 from slipscale.analysis.tasks.difference.yes_no import interval_of, step_sizes
 from slipscale.analysis.writing.axes import LINES_AT_MOST, tip
@@ -22,6 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+    from slipscale.analysis.statistics.not_computed import NotComputed
     from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve
     from slipscale.analysis.tasks.difference.yes_no import DescendingDifference, StepAnswers
 
@@ -132,7 +132,7 @@ def _against_size(
     level = f"{100 * confidence:g} %"
     sizes = np.unique(steps["size"])
     span = float(np.ptp(sizes))
-    if not isinstance(fit, NotComputed):
+    if fit:
         fine = np.linspace(sizes[0], sizes[-1], 200)
         middle, low, high = curve(fit, fine, confidence)
         axes.plot(fine, middle, color=BLUE, linewidth=1.8, label="logistic curve", zorder=2)

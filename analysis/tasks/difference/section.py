@@ -32,7 +32,7 @@ def _caption(found: DescendingDifference, words: YesNoWords) -> str:
         "ones (Korn and Graubard)."
     )
     texts = [intervals]
-    if not isinstance(fit, NotComputed):
+    if fit:
         texts.append(
             "Curve: logistic, by generalised estimating equations that let a participant's answers "
             "correlate; pointwise band, Mancl and DeRouen's errors, Student's with "
@@ -48,7 +48,7 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     quantity = analysis.dataset.quantity
     section = ReportSection(capitalised(quantity.yes_no.name))
     found = analysis.inference[DIFFERENCE]
-    if isinstance(found, NotComputed) or "difference" not in svgs:
+    if not found or "difference" not in svgs:
         return section
     section.blocks.append(
         html.figure(
@@ -98,7 +98,7 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
     )
     coders = found.coders
-    if coders and not isinstance(coders, NotComputed):
+    if coders:
         section.blocks.append(
             html.paragraph(
                 f"Two coders ({' and '.join(coders.coders)}) agreed on {coders.agreed} of "

@@ -74,7 +74,7 @@ def psychometric(
 
 def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]:
     """Return the sentence on participants' own thresholds; none where nobody has one."""
-    own = [one for one in found.thresholds.values() if not isinstance(one, NotComputed)]
+    own = [one for one in found.thresholds.values() if one]
     if not own:
         return []
     write = quantity.value
@@ -118,12 +118,12 @@ def difference_sentences(
     found: DescendingDifference | NotComputed, confidence: float, quantity: Quantity
 ) -> list[str]:
     """Return the sentences on the descending difference; none where it was not run."""
-    if isinstance(found, NotComputed):
+    if not found:
         return []
     texts = answer(found, confidence, quantity)
     if quantity.of_plate:
         texts.append(psychometric(found.psychometric, confidence, quantity))
-        if not isinstance(found.weber, NotComputed):
+        if found.weber:
             texts.append(psychometric(found.weber, confidence, quantity))
     texts += own_thresholds(found, quantity)
     detection = found.signal_detection
@@ -152,7 +152,7 @@ def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -
     mean = found.mean_d_prime
     own = (
         ""
-        if isinstance(mean, NotComputed)
+        if not mean
         else f" Mean of participants' own d′ {number(mean.mean)}, {level_of(confidence)} CI "
         f"{bracketed(mean.interval)}."
     )

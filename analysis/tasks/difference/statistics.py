@@ -30,7 +30,7 @@ def difference(data: Dataset) -> DescendingDifference | NotComputed:
 
 
 def _curves(found: DescendingDifference) -> list[float]:
-    return [one.p for one in (found.psychometric, found.weber) if not isinstance(one, NotComputed)]
+    return [one.p for one in (found.psychometric, found.weber) if one]
 
 
 def _compute(inputs: Inputs) -> DescendingDifference | NotComputed:

@@ -205,7 +205,7 @@ class DescendingDifference:
         """Return the result under its keys."""
         detection = self.signal_detection
         keys = renamed(self, coders="" if self.coders is None else "coders")
-        d_prime = detection if isinstance(detection, NotComputed) else detection.pooled.d_prime
+        d_prime = detection.pooled.d_prime if detection else detection
         return {"steps": keys.pop("steps"), "catch": keys.pop("catch"), "d_prime": d_prime, **keys}
 
 

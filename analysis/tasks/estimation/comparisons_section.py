@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.equivalence import PRIOR_SCALE
-from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.not_computed import missing
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.analysis.tasks.estimation.statistics import PAIRWISE, STATISTICS
 from slipscale.analysis.tasks.groups.statistics import GROUPS
@@ -44,7 +44,7 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
     if analysis.prepared is None:
         return section
     pairs, quantity = analysis.inference[PAIRWISE], analysis.dataset.quantity
-    if not isinstance(pairs, NotComputed):
+    if pairs:
         level = f"{100 * analysis.dataset.choices.confidence:g} %"
         section.blocks.append(
             html.table(
@@ -68,19 +68,19 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
                 "with its exact interval (non-central t).",
             )
         )
-        tested = [(pair, pair.logs) for pair in pairs if not isinstance(pair.logs, NotComputed)]
+        tested = [(pair, pair.logs) for pair in pairs if pair.logs]
         if tested:
             section.blocks.append(
                 _equivalence(tested, analysis.dataset.choices.confidence, quantity)
             )
-    missing = [
+    lacking = [
         f"{title.format(q=quantity)}: {part.reason}."
-        for title, part in _parts(analysis.inference).items()
-        if isinstance(part, NotComputed)
+        for title, result in _parts(analysis.inference).items()
+        for part in missing([result])
     ]
-    if missing:
+    if lacking:
         section.blocks.append(html.heading("Not computed"))
-        section.blocks.append(html.bullets(missing, "note"))
+        section.blocks.append(html.bullets(lacking, "note"))
     return section
 
 
@@ -127,7 +127,7 @@ def _row(pair: PairComparison) -> list[str]:
     logs, ranks = pair.logs, pair.ranks
     tested = (
         [DASH, DASH, DASH, DASH, _bare_p(None), DASH, DASH]
-        if isinstance(logs, NotComputed)
+        if not logs
         else [
             grouped(logs.ratio),
             interval(*logs.ratio_interval),

@@ -76,11 +76,7 @@ def _equal(analysis: Analysis) -> list[str]:
     """Return the sentence on pairs that were shown to be equal, if there are any."""
     level = analysis.dataset.choices.confidence
     pairs = analysis.inference.found(PAIRWISE) or ()
-    if not any(
-        reliable(pair.logs.equivalence_p_holm, level)
-        for pair in pairs
-        if not isinstance(pair.logs, NotComputed)
-    ):
+    if not any(reliable(pair.logs.equivalence_p_holm, level) for pair in pairs if pair.logs):
         return []
     text = sentences.equivalence(pairs, level, analysis.dataset.quantity)
     return [text] if text else []

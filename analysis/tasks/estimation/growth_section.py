@@ -70,7 +70,7 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     if "exponents" in svgs:
         section.blocks.append(_exponents(analysis, svgs["exponents"]))
     own = found.individual
-    if not isinstance(own, NotComputed):
+    if own:
         best = ", ".join(f"{MODEL_NAMES[name]} {count}" for name, count in own.best.items())
         section.blocks.append(
             html.paragraph(

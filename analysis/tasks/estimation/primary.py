@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.not_computed import NotComputed, missing
 from slipscale.analysis.tasks.estimation.statistics import STATISTICS
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def primary_sentences(
     found = list(_written(inference, primary, confidence, quantity, of_primary=True))
     if texts := [each for each in found if isinstance(each, str)]:
         return texts
-    reasons = {each.reason for each in found if isinstance(each, NotComputed)}
+    reasons = {each.reason for each in missing(found)}
     return [f"The primary analysis was not computed: {'; '.join(sorted(reasons))}."]
 
 

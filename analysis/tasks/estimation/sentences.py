@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.not_computed import missing
 from slipscale.analysis.writing.numbers import (
     bracketed,
     level_of,
@@ -113,7 +113,7 @@ def page_trend(found: PageTrend, confidence: float, quantity: Quantity) -> str:
 def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> str | None:
     """Return the sentence of the linear contrast; None where its slope was not tested."""
     slope = found.log_slope_per_um_pp
-    if isinstance(slope, NotComputed):
+    if not slope:
         return None
     write = of_size(slope.mean)
     return (
@@ -137,7 +137,7 @@ def pairwise_logs(
     pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
 ) -> str | None:
     """Return one sentence on all pairs, paired t of logarithms."""
-    tested = [(pair, pair.logs) for pair in pairs if not isinstance(pair.logs, NotComputed)]
+    tested = [(pair, pair.logs) for pair in pairs if pair.logs]
     if len(pairs) == len(tested) == 1:
         only = tested[0][1]
         verb = "differed" if reliable(only.p, confidence) else "did not differ reliably"
@@ -147,9 +147,9 @@ def pairwise_logs(
             "(log estimates)."
         )
     untested = "; ".join(
-        f"{_pair(pair, quantity)} ({pair.logs.reason})"
+        f"{_pair(pair, quantity)} ({lacking.reason})"
         for pair in pairs
-        if isinstance(pair.logs, NotComputed)
+        for lacking in missing([pair.logs])
     )
     behind = f" Not tested on logarithms: {untested}." if untested else ""
     if not tested:
@@ -168,7 +168,7 @@ def equivalence(
     apart = [
         (pair, pair.logs)
         for pair in pairs
-        if not isinstance(pair.logs, NotComputed) and not reliable(pair.logs.p_holm, confidence)
+        if pair.logs and not reliable(pair.logs.p_holm, confidence)
     ]
     if not apart:
         return None
@@ -324,7 +324,7 @@ def order(found: OrderEffects, confidence: float, quantity: Quantity) -> str | N
         (found.log_slope_per_trial, "the trial's position"),
         (found.log_slope_per_um_pp_before, f"the {quantity.stimulus} before"),
     ):
-        if isinstance(slope, NotComputed):
+        if not slope:
             continue
         verb = "depended" if reliable(slope.p, confidence) else "did not depend reliably"
         texts.append(

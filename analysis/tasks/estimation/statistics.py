@@ -62,7 +62,7 @@ class NormalisationUsed:
 
 
 def _logs(pairs: Pairs) -> list[PairedT]:
-    return [pair.logs for pair in pairs if not isinstance(pair.logs, NotComputed)]
+    return [pair.logs for pair in pairs if pair.logs]
 
 
 def slope_ps(slopes: Sequence[MeanOverParticipants | NotComputed]) -> list[float]:

@@ -18,7 +18,7 @@ import numpy as np
 
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
-from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, missing
 from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate, estimate
 from slipscale.analysis.statistics.statistic import Statistic
@@ -106,14 +106,12 @@ def exponent_and_weber(
         return NotComputed(prepared.zero_sentence)
     own = exponents(prepared.logs)["exponent"].dropna()
     by_name = {str(who): float(value) for who, value in own.items()}
-    found, reasons = [], []
-    for task in tasks:
-        compared = _task(task, by_name, confidence)
-        if isinstance(compared, NotComputed):
-            reasons.append(f"{task.task}: {compared.reason}")
-        else:
-            found.append(compared)
-    return tuple(found) if found else NotComputed("; ".join(reasons))
+    compared = [(task.task, _task(task, by_name, confidence)) for task in tasks]
+    if found := all_computed(each for _, each in compared):
+        return tuple(found)
+    return NotComputed(
+        "; ".join(f"{task}: {why.reason}" for task, each in compared for why in missing([each]))
+    )
 
 
 def _task(
@@ -128,7 +126,7 @@ def _task(
             weber_fraction=each.weber_fraction.value,
         )
         for each in task.participants
-        if each.participant in exponent_of and not isinstance(each.weber_fraction, NotComputed)
+        if each.participant in exponent_of and each.weber_fraction
     )
     if len(people) < FEWEST:
         return NotComputed(few("participants with an exponent and a Weber fraction", len(people)))
@@ -137,12 +135,8 @@ def _task(
     exponent = mean_over_participants(own, confidence)
     log_weber = mean_over_participants(np.log(weber), confidence)
     log_ekman = mean_over_participants(own * np.log1p(weber), confidence)
-    if isinstance(exponent, NotComputed):
-        return exponent
-    if isinstance(log_weber, NotComputed):
-        return log_weber
-    if isinstance(log_ekman, NotComputed):
-        return log_ekman
+    if not (exponent and log_weber and log_ekman):
+        return missing([exponent, log_weber, log_ekman])[0]
     fraction = np.exp([log_weber.mean, *log_weber.interval])
     ekman = np.expm1([log_ekman.mean, *log_ekman.interval])
     return ExponentAndWeber(

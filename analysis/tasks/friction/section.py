@@ -77,7 +77,7 @@ def sentence(found: MeasuredFriction) -> str:
     """Return what the lines say together."""
     if isinstance(found.slope, NotComputed):
         return f"Ratings against measured friction: {found.slope.reason}."
-    if isinstance(found.correlation, NotComputed):
+    if not found.correlation:
         return f"{_slope(found.slope)}."
     return f"{_slope(found.slope)}; {_correlation(found.correlation)}."
 

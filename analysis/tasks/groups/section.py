@@ -31,7 +31,7 @@ def groups(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
     """Return the groups' means and pairs; empty where the participants are in no groups."""
     section = ReportSection("Groups")
     found = analysis.inference[GROUPS]
-    if isinstance(found, NotComputed):
+    if not found:
         return section
     for name, (template, how, read) in COMPARED.items():
         title = template.format(q=analysis.dataset.quantity)

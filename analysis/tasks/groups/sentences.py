@@ -28,7 +28,7 @@ def group_sentences(
     found: GroupComparison | NotComputed, confidence: float, quantity: Quantity
 ) -> list[str]:
     """Return the sentences on groups; none where the participants are in none."""
-    if isinstance(found, NotComputed):
+    if not found:
         return []
     sizes = ", ".join(f"{name} (n = {n})" for name, n in found.n.items())
     texts = [f"Groups compared, by {found.column}: {sizes}{_left_out(found)}."]

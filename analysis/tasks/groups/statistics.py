@@ -248,18 +248,18 @@ def _groups(inputs: Inputs) -> GroupComparison | NotComputed:
 
 def _welch_ps(found: GroupComparison) -> list[float]:
     parts = (found.exponents, found.levels)
-    return [part.p for part in parts if not isinstance(part, NotComputed)]
+    return [part.p for part in parts if part]
 
 
 def _pair_ps(found: GroupComparison) -> list[float]:
-    parts = [part for part in (found.exponents, found.levels) if not isinstance(part, NotComputed)]
+    parts = [part for part in (found.exponents, found.levels) if part]
     # Of two groups the pair is the test of all.
     return [pair.p for part in parts if len(part.groups) > 2 for pair in part.pairs]  # noqa: PLR2004
 
 
 def _mixed_ps(found: GroupComparison) -> list[float]:
     anova = found.anova
-    return [] if isinstance(anova, NotComputed) else [anova.group.p, anova.interaction.p]
+    return [anova.group.p, anova.interaction.p] if anova else []
 
 
 GROUPS: Statistic[GroupComparison] = Statistic(

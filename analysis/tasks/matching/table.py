@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from slipscale.analysis.statistics.not_computed import NotComputed
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -33,7 +31,7 @@ def matching_table(found: Sequence[MatchedReference]) -> pd.DataFrame:
             "catch_error_um_pp": each.catch_error_um_pp,
         }
         for name, tested in (("bias", each.bias_um_pp), ("direction", each.direction_um_pp)):
-            if not isinstance(tested, NotComputed):
+            if tested:
                 low, high = tested.interval
                 row |= {
                     f"{name}_um_pp": tested.mean,

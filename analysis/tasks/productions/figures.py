@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.tasks.ratios.statistics import log_cells
 from slipscale.analysis.writing.points import (
@@ -38,7 +37,7 @@ def productions(found: TaskProductions, trials: pd.DataFrame) -> Figure:
     draw_people(axes, numbers, np.exp(table.to_numpy(float)))
     means = [each.amplitude_um_pp for each in found.numbers]
     draw_means(axes, numbers, means, [each.interval for each in found.numbers])
-    if not isinstance(found.slope, NotComputed):
+    if found.slope:
         line = fit_lines(np.log(numbers), np.log(means))
         axes.plot(
             numbers, np.exp(line.intercept + line.slope * np.log(numbers)), color=BLUE, zorder=2

@@ -71,7 +71,7 @@ def both_answer(found: BothExponents, confidence: float) -> str:
 def production_answers(found: TaskProductions, confidence: float) -> list[str]:
     """Return the chief sentences on a task of production."""
     texts = [production_answer(found, confidence)]
-    if not isinstance(found.both, NotComputed):
+    if found.both:
         texts.append(both_answer(found.both, confidence))
     return texts
 
@@ -88,7 +88,7 @@ def production_biases(found: TaskProductions, confidence: float) -> list[str]:
     """Return the sentences on what draws productions: the beginning, the bounds, lapses."""
     texts = []
     beginning = found.beginning
-    if not isinstance(beginning, NotComputed):
+    if beginning:
         percent = 100 * (exp(beginning.mean) - 1)
         low, high = (100 * (exp(bound) - 1) for bound in beginning.interval)
         texts.append(

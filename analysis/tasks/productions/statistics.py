@@ -20,7 +20,7 @@ from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
 )
-from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.not_computed import NotComputed, missing
 from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.statistics.statistic import Inputs, Statistic
@@ -225,7 +225,7 @@ def _inverse(
     slope: MeanOverParticipants | NotComputed,
 ) -> tuple[float | None, ConfidenceInterval | None]:
     """Return the exponent and its interval from the slope; None where it is not above 0."""
-    if isinstance(slope, NotComputed) or slope.mean <= 0:
+    if not slope or slope.mean <= 0:
         return None, None
     low, high = slope.interval
     interval = replace(slope.interval, low=1 / high, high=1 / low) if low > 0 else None
@@ -259,10 +259,8 @@ def both_exponents(
     estimation = np.asarray(np.log(usable["other"].to_numpy(float)), np.float64)
     ratio = mean_over_participants(production - estimation, confidence)
     combined = mean_over_participants((production + estimation) / 2, confidence)
-    if isinstance(ratio, NotComputed):
-        return ratio
-    if isinstance(combined, NotComputed):
-        return combined
+    if not (ratio and combined):
+        return missing([ratio, combined])[0]
     return BothExponents(
         counterpart=counterpart.name,
         n=len(usable),

@@ -48,7 +48,7 @@ def rating_tests(found: TaskRatings, confidence: float) -> str:
             f"n = {friedman.n}) = {number(friedman.chi2)}, {p_value(friedman.p)}, Kendall's W = "
             f"{unit_number(friedman.kendalls_w)})."
         )
-    if not isinstance(trend, NotComputed):
+    if trend:
         verb = "grew" if reliable(trend.p, confidence) else "did not grow reliably"
         texts.append(
             f"They {verb} with amplitude (Page's L = {trend.L:g}, {p_value(trend.p)}, one-sided, "

@@ -192,7 +192,7 @@ def _surface(
         ratings=len(rows),
         mean=float(own.mean()),
         sd=float(own.std(ddof=1)) if len(own) > 1 else None,
-        interval=None if isinstance(found, NotComputed) else found.interval,
+        interval=found.interval if found else None,
         at_left=left,
         at_right=right,
     )
@@ -239,7 +239,7 @@ def start_effect(main: pd.DataFrame, confidence: float) -> MeanOverParticipants 
 
 
 def _ps(tests: Iterable[Friedman | PageTrend | NotComputed]) -> list[float]:
-    return [test.p for test in tests if not isinstance(test, NotComputed)]
+    return [test.p for test in tests if test]
 
 
 RATINGS: Statistic[tuple[TaskRatings, ...]] = Statistic(

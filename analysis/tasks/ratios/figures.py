@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.tasks.ratios.statistics import log_cells
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people, make_logarithmic
@@ -35,7 +34,7 @@ def ratios(found: TaskRatios, trials: pd.DataFrame) -> Figure:
     draw_people(axes, amplitudes, np.exp(table.to_numpy(float)))
     means = [each.ratio for each in shown]
     draw_means(axes, amplitudes, means, [each.interval for each in shown])
-    if not isinstance(found.power_law, NotComputed):
+    if found.power_law:
         line = fit_lines(np.log(amplitudes), np.log(means))
         axes.plot(
             amplitudes,

@@ -115,7 +115,7 @@ def geometric(logs: pd.Series[float], confidence: float) -> tuple[float, Confide
     """Return the geometric mean over participants, and its interval where there is one."""
     values = np.asarray(logs.dropna(), np.float64)
     found = mean_over_participants(values, confidence)
-    if isinstance(found, NotComputed):
+    if not found:
         return exp(values.mean()), None
     low, high = (exp(bound) for bound in found.interval)
     return exp(found.mean), replace(found.interval, low=low, high=high)

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from matplotlib.figure import Figure
 
 from slipscale.analysis.reading.surface_labels import amplitude_of
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.writing.axes import tip
 from slipscale.figure_style import BLUE, GREY, PALE, styled
 
@@ -25,11 +24,11 @@ def scale(found: TaskScale) -> Figure:
     """Draw a task's scale: of pairs Bradley and Terry's, of triads the differences'."""
     figure = Figure(figsize=(5.6, 3.4), layout="constrained")
     axes = figure.add_subplot()
-    if not isinstance(found.bradley_terry, NotComputed):
+    if found.bradley_terry:
         scaled = found.bradley_terry
         _points(axes, found.surfaces, scaled.values, scaled.intervals)
         axes.set_ylabel("Slipperiness (log odds, Bradley-Terry)")
-    elif not isinstance(found.differences, NotComputed):
+    elif found.differences:
         _points(axes, found.surfaces, found.differences.values, found.differences.intervals)
         axes.set_ylabel("Slipperiness (difference scale, 0 to 1)")
     return figure

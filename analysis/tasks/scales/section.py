@@ -59,7 +59,7 @@ def _scale_table(task: TaskScale) -> Markup:
         counts = zip(task.chosen, task.compared, strict=True)
         cells.append([f"{chosen} of {compared}" for chosen, compared in counts])
     for title, found in scales.items():
-        if not isinstance(found, NotComputed):
+        if found:
             columns += [TableColumn(title=title), TableColumn(title="CI")]
             cells.append([number(value) for value in found.values])
             cells.append([bracketed(interval) for interval in found.intervals])

@@ -24,19 +24,19 @@ def fit(found: TaskScale) -> str:
         if isinstance(scale, NotComputed):
             if found.consistency:
                 texts.append(f"{name}: not computed ({scale.reason}).")
-        elif not isinstance(scale.fit, NotComputed):
+        elif scale.fit:
             texts.append(
                 f"{name}: deviance {number(scale.fit.deviance)} with {scale.fit.df} degrees of "
                 f"freedom, {p_value(scale.fit.p)}, answers taken as independent."
             )
-    if not isinstance(found.transitivity, NotComputed):
+    if found.transitivity:
         counts = found.transitivity
         texts.append(
             f"Of {counts.triads} triads of surfaces {counts.weak_violations} break weak, "
             f"{counts.moderate_violations} moderate and {counts.strong_violations} strong "
             "stochastic transitivity."
         )
-    if not isinstance(found.differences, NotComputed):
+    if found.differences:
         texts.append(
             f"Maximum likelihood difference scaling of {found.differences.answers} answers; noise "
             f"{number(found.differences.noise)} of the whole scale, CI "

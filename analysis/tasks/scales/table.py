@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.scales.difference_scaling import DifferenceScale
 
 if TYPE_CHECKING:
@@ -24,7 +23,7 @@ def scale_table(tasks: Sequence[TaskScale]) -> pd.DataFrame:
             share = {"value": chosen / compared if compared else None}
             rows.append({"task": task.task, "model": "share chosen", "surface": name, **share})
         for found in (task.bradley_terry, task.thurstone, task.differences):
-            if isinstance(found, NotComputed):
+            if not found:
                 continue
             model = "differences" if isinstance(found, DifferenceScale) else found.model
             for name, value, interval in zip(

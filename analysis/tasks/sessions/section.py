@@ -32,7 +32,7 @@ def sessions(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
     """Return what sessions do; empty where there are not several, or nobody asks."""
     section = ReportSection("Sessions")
     found = analysis.inference[SESSIONS]
-    if isinstance(found, NotComputed):
+    if not found:
         return section
     level = level_of(analysis.dataset.choices.confidence)
     if isinstance(found.anova, NotComputed):
@@ -94,14 +94,14 @@ def _measures(found: SessionEffects, level: str) -> Markup:
 def _rows(measure: SessionMeasure, labels: tuple[str, ...]) -> Iterator[list[str]]:
     icc = measure.agreement
     agreed = DASH
-    if not isinstance(icc, NotComputed):
+    if icc:
         bounds = "" if icc.interval is None else f" {interval(*icc.interval)}"
         agreed = f"{unit_number(icc.value)}{bounds}"
     changes = {each.session: each for each in measure.changes}
     for place, label in enumerate(labels):
         change = changes.get(label)
         moved, p = DASH, DASH
-        if change is not None and not isinstance(change.change, NotComputed):
+        if change is not None and change.change:
             moved = f"{grouped(change.change.mean, 3)} {interval(*change.change.interval)}"
         if change is not None and change.p_holm is not None:
             p = p_value(change.p_holm).removeprefix("p ").removeprefix("= ")

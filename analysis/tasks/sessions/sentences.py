@@ -25,7 +25,7 @@ def session_sentences(
     found: SessionEffects | NotComputed, confidence: float, quantity: Quantity
 ) -> list[str]:
     """Return the sentences on sessions; none where there are not several."""
-    if isinstance(found, NotComputed):
+    if not found:
         return []
     texts = [f"Sessions compared: {listed(found.sessions)}."]
     anova = found.anova
@@ -63,9 +63,7 @@ def _of_measure(measure: SessionMeasure, sessions: tuple[str, ...], confidence: 
     changed = [
         (each.session, each.change, each.p_holm)
         for each in measure.changes
-        if not isinstance(each.change, NotComputed)
-        and each.p_holm is not None
-        and reliable(each.p_holm, confidence)
+        if each.change and each.p_holm is not None and reliable(each.p_holm, confidence)
     ]
     said = "; ".join(
         f"session {session} by {number(change.mean)}, {level_of(confidence)} CI "

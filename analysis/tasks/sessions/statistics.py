@@ -184,7 +184,7 @@ def agreement(values: Array, confidence: float) -> IntraclassCorrelation | NotCo
 
 def _anova_ps(found: SessionEffects) -> list[float]:
     anova = found.anova
-    return [] if isinstance(anova, NotComputed) else [anova.session.p, anova.interaction.p]
+    return [anova.session.p, anova.interaction.p] if anova else []
 
 
 def _change_ps(found: SessionEffects) -> list[float]:

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, PercentFormatter
 
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import METHODS
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED
 from slipscale.analysis.writing.axes import LINES_AT_MOST, tip
@@ -47,18 +46,14 @@ def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
         `slipscale.analysis.tasks.thresholds.reading.read_choices`'s trials of the task.
     """
     main = trials[~trials["catch"]]
-    people = [each for each in found.participants if not isinstance(each.function, NotComputed)]
+    people = [each for each in found.participants if each.function]
     rows = 0.4 + 0.16 * min(len(people), NAMED_AT_MOST)
     figure = Figure(figsize=(5.6, 3.2 + rows), layout="constrained")
     top, bottom = figure.subplots(2, 1, sharex=True, height_ratios=[3.2, rows])
     compared = found.method == COMPARED
     levels = main["level_um_pp"].to_numpy(float)
     levels = levels if compared else levels[levels > 0]
-    there = [
-        each.function.threshold_um_pp.value
-        for each in people
-        if not isinstance(each.function, NotComputed)
-    ]
+    there = [each.function.threshold_um_pp.value for each in people if each.function]
     low, high = min([levels.min(), *there]), max([levels.max(), *there])
     margin = 0.05 * (high - low)
     fine = (
@@ -69,7 +64,7 @@ def functions(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
     _answers(top, main[main["level_um_pp"].isin(levels)], logarithmic=not compared)
     for each in people if len(people) <= LINES_AT_MOST else []:
         line = each.function
-        if not isinstance(line, NotComputed):
+        if line:
             (drawn,) = top.plot(fine, line.proportion(fine), color=PALE, linewidth=1.0, zorder=1)
             drawn.set_gid(tip(f"{each.participant}: threshold {line.threshold_um_pp.value:.3g} µm"))
     top.plot([], color=PALE, linewidth=1.0, label="participants")
@@ -126,9 +121,9 @@ def _answers(axes: Axes, rows: pd.DataFrame, *, logarithmic: bool) -> None:
 
 def _thresholds(axes: Axes, found: TaskThresholds) -> None:
     """Draw each participant's threshold with its interval, and the population's."""
-    people = [each for each in found.participants if not isinstance(each.function, NotComputed)]
+    people = [each for each in found.participants if each.function]
     for place, each in enumerate(people):
-        if isinstance(each.function, NotComputed):
+        if not each.function:
             continue
         estimate = each.function.threshold_um_pp
         low, high = estimate.interval
@@ -145,7 +140,7 @@ def _thresholds(axes: Axes, found: TaskThresholds) -> None:
             (-ASIDE, "^", each.maximum_likelihood),
             (ASIDE, "s", each.psignifit),
         ):
-            if not isinstance(other, NotComputed):
+            if other:
                 low, high = other.threshold_um_pp.interval
                 axes.plot([low, high], [place + offset] * 2, color=PALE, linewidth=0.7, zorder=1)
                 axes.plot(
@@ -158,7 +153,7 @@ def _thresholds(axes: Axes, found: TaskThresholds) -> None:
                     mew=0.7,
                     gid=tip(f"{each.participant}, {other.estimator}: {low:.3g} to {high:.3g} µm"),
                 )
-    if not isinstance(found.population, NotComputed):
+    if found.population:
         low, high = found.population.threshold_um_pp.interval
         axes.axvspan(low, high, color="#F6D7C7", linewidth=0, zorder=0)
         axes.axvline(
@@ -192,7 +187,7 @@ def tracks(found: TaskThresholds, trials: pd.DataFrame) -> Figure:
             axes.plot(x, y, color=colour, linewidth=0.8)
             axes.plot(x[right], y[right], "o", color=colour, markersize=2.6)
             axes.plot(x[~right], y[~right], "o", color=colour, markersize=3.4, mfc="white")
-        if not isinstance(each.function, NotComputed):
+        if each.function:
             axes.axhline(each.function.threshold_um_pp.value, color=INK, linewidth=0.9, ls="--")
         axes.set_title(each.participant, fontsize=8.5)
         axes.set_yscale("log")

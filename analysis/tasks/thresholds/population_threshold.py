@@ -88,7 +88,7 @@ def population_threshold(
     """
     from scipy import stats  # noqa: PLC0415 - half a second's import
 
-    there = [one for one in fits if not isinstance(one, NotComputed)]
+    there = [one for one in fits if one]
     if len({(one.curve, one.share, one.method) for one in there}) > 1:
         raise UserError("a population's threshold needs one curve, method and share of it for all")
     if len(there) < FEWEST:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.not_computed import NotComputed, missing
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED
 from slipscale.analysis.writing.numbers import (
     bracketed,
@@ -68,7 +68,7 @@ def answer(found: TaskThresholds, confidence: float) -> str:
         f"{level_of(confidence)} CI {bracketed(threshold.interval, significant)}, "
         f"{MEANT[found.method][1].format(people=people)}"
     )
-    if not isinstance(found.weber_fraction, NotComputed):
+    if found.weber_fraction:
         weber = found.weber_fraction
         text += (
             f"; Weber fraction {unit_number(weber.value, 3)}, CI "
@@ -82,7 +82,7 @@ def sentences(found: tuple[TaskThresholds, ...], confidence: float) -> list[str]
     texts = []
     for task in found:
         parts = [answer(task, confidence)]
-        fits = [each.fit for each in task.participants if not isinstance(each.fit, NotComputed)]
+        fits = [each.fit for each in task.participants if each.fit]
         if fits:
             bad = sum(fit.p < 1 - confidence for fit in fits)
             parts.append(
@@ -93,13 +93,12 @@ def sentences(found: tuple[TaskThresholds, ...], confidence: float) -> list[str]
         if catches:
             right = sum(each.catch_correct for each in task.participants)
             parts.append(f"Catch trials: {right} of {catches} correct.")
-        left = [each for each in task.participants if isinstance(each.function, NotComputed)]
         parts += [
-            f"{each.participant} has no threshold: {each.function.reason}."
-            for each in left
-            if isinstance(each.function, NotComputed)
+            f"{each.participant} has no threshold: {lacking.reason}."
+            for each in task.participants
+            for lacking in missing([each.function])
         ]
-        if not isinstance(task.population, NotComputed):
+        if task.population:
             parts.append(f"{COMPARED_CAUTION if task.method == COMPARED else CAUTION}.")
         texts.append(" ".join(parts))
     return texts

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
 from slipscale.analysis.tasks.declared.session_tables import by_task
@@ -38,7 +37,7 @@ def _thresholds(rows: pd.DataFrame) -> pd.DataFrame:
     for (who, session), own in main.groupby(keys):
         answers = Answers.of_trials(own["level_um_pp"].tolist(), own["correct"].tolist())
         fitted = fit_threshold(answers, method=method, curve=CURVE_OF.get(method, "weibull"))
-        threshold = np.nan if isinstance(fitted, NotComputed) else fitted.threshold_um_pp.value
+        threshold = fitted.threshold_um_pp.value if fitted else np.nan
         log = float(np.log10(threshold)) if threshold > 0 else np.nan
         found.setdefault(str(session), {})[str(who)] = log
     return pd.DataFrame(found)

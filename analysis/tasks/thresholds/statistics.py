@@ -164,7 +164,7 @@ def _participant(
         curve = CURVE_OF.get(method, "weibull")
         likeliest = fit_threshold(answers, method=method, curve=curve, confidence=confidence)
         function = theirs = likeliest
-        if not isinstance(likeliest, NotComputed):
+        if likeliest:
             function = fit_threshold_by_posterior(
                 answers, method=method, curve=curve, confidence=confidence
             )
@@ -176,7 +176,7 @@ def _participant(
                 else NotComputed("not asked for")
             )
             fit = goodness_of_fit(likeliest, answers)
-        if not isinstance(function, NotComputed):
+        if function:
             weber = (
                 NotComputed("there is no one standard above 0")
                 if standard is None
@@ -209,7 +209,7 @@ def _mean_weber(
 ) -> Estimate | NotComputed:
     from scipy import stats  # noqa: PLC0415 - half a second's import
 
-    logs = np.log([each.value for each in fractions if not isinstance(each, NotComputed)])
+    logs = np.log([each.value for each in fractions if each])
     if len(logs) < FEWEST:
         return NotComputed(few("participants with a Weber fraction", len(logs)))
     half = float(stats.t.ppf((1 + confidence) / 2, len(logs) - 1) * stats.sem(logs))

@@ -44,7 +44,7 @@ def threshold_table(tasks: Sequence[TaskThresholds]) -> pd.DataFrame:
                 ("maximum_likelihood", each.maximum_likelihood),
                 ("psignifit", each.psignifit),
             ):
-                if not isinstance(other, NotComputed):
+                if other:
                     low, high = other.threshold_um_pp.interval
                     row |= {
                         f"{name}_threshold_um_pp": other.threshold_um_pp.value,
@@ -53,9 +53,9 @@ def threshold_table(tasks: Sequence[TaskThresholds]) -> pd.DataFrame:
                         f"{name}_slope": other.slope_value,
                         f"{name}_lapse": other.lapse,
                     }
-            if not isinstance(each.weber_fraction, NotComputed):
+            if each.weber_fraction:
                 row["weber_fraction"] = each.weber_fraction.value
-            if not isinstance(each.fit, NotComputed):
+            if each.fit:
                 row |= {"deviance": each.fit.deviance, "fit_p": each.fit.p}
             rows.append(row)
     return pd.DataFrame(rows)

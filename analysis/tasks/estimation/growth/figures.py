@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 
 from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.analysis.statistics.descriptives import student_intervals
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.tasks.estimation.growth.growth_models import MODELS
 from slipscale.analysis.writing.axes import LINES_AT_MOST, apart
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
+    from slipscale.analysis.statistics.not_computed import NotComputed
     from slipscale.analysis.tasks.estimation.growth.statistics import Growth
 
     Array = NDArray[np.float64]
@@ -57,7 +57,7 @@ def growth(
     low, high = student_intervals(above, confidence)
     low, high = (np.where(np.isfinite(bound), bound, centre) for bound in (low, high))
     fine = np.linspace(amplitudes.min(), amplitudes.max(), 200)
-    models = {} if isinstance(found, NotComputed) else found.amplitude.models
+    models = found.amplitude.models if found else {}
     for (name, model), colour, dash in zip(
         models.items(),
         (BLUE, GREEN, ORANGE, PURPLE, GREY, VERMILION),
