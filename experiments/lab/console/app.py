@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import time
 import zipfile
 from contextlib import asynccontextmanager
 from functools import partial
 from importlib.resources import files
 from io import BytesIO
 from pathlib import Path
+from secrets import token_hex
 from typing import TYPE_CHECKING, Any
 
 import anyio
@@ -36,7 +38,8 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.security import Access
 
 PACKAGE = "slipscale.experiments.lab.console"
-LOOK_S = 1.0
+LOOK_S = 1.0  # between two looks at all
+PULSE_S = 0.1  # between two looks at the running session and at what was started
 STATIC = {
     "console.css": "text/css",
     "console.js": "text/javascript",
@@ -51,6 +54,7 @@ class Console:
 
     def __init__(self, access: Access, jobs: Jobs) -> None:
         self.access = access
+        self.name = token_hex(4)  # pages of a console that has ended are told apart by it
         self.jobs = jobs
         self.state = State()
         self.actions = Actions(self.state, jobs)
@@ -86,6 +90,7 @@ class Console:
             "notices": self._notices(),
             "shown_state": status.state if status else "",
             "read_only": self.access.read_only,
+            "console": self.name,
             "all_shown": "all" in request.query_params,
             **more,
         }
@@ -103,14 +108,22 @@ class Console:
         )
 
     async def _changes(self) -> AsyncIterator[str]:
-        before = ""
+        before, pulse, looked_s = "", self._pulse(), float("-inf")
         while not self.closing.is_set():
-            now = await run_in_threadpool(self._version)
-            # A comment keeps the line open, and finds out that nobody listens any more.
-            yield f"data: {now}\n\n" if now != before else ": there\n\n"
-            before = now
-            with anyio.move_on_after(LOOK_S):
+            last, pulse = pulse, self._pulse()
+            if pulse != last or time.monotonic() - looked_s >= LOOK_S:
+                looked_s = time.monotonic()
+                now = await run_in_threadpool(self._version)
+                # A comment keeps the line open, and finds out that nobody listens any more.
+                yield f"data: {now}\n\n" if now != before else ": there\n\n"
+                before = now
+            with anyio.move_on_after(PULSE_S):
                 await self.closing.wait()
+
+    def _pulse(self) -> object:
+        """Return what changes at once when a session or something that was started does."""
+        jobs = (self.jobs.last(kind) for kind in KINDS)
+        return self.state.pulse(), [job and job.status for job in jobs]
 
     def _version(self) -> str:
         if self.presence and self.presence.first():

@@ -5,18 +5,18 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from slipscale.experiments.lab.blind_summary import RunSummary, summary
 from slipscale.experiments.lab.console.notices import notices
 from slipscale.experiments.lab.defaults import Defaults, here
 from slipscale.experiments.lab.roster import Roster, read_roster
 from slipscale.experiments.lab.unblinding import results_may_be_seen, unblinded
-from slipscale.experiments.session.mailbox import LiveStatus, read_status
+from slipscale.experiments.session.mailbox import STATUS, LiveStatus, mailbox_of, read_status
 from slipscale.experiments.study.file import read_study
 from slipscale.faults import UserError, harmless
 
@@ -85,6 +85,14 @@ class Snapshot:
     notices: tuple[str, ...] = ()
 
 
+class Pulse(NamedTuple):
+    """When the running session told something last, and recorded something; whether it is there."""
+
+    told_ns: int | None = None
+    recorded_ns: int | None = None
+    there: bool = True
+
+
 class State:
     """The laboratory folder as it is now: the current folder of the process."""
 
@@ -92,14 +100,31 @@ class State:
         self._lock = Lock()
         self._read_s = float("-inf")
         self._snapshot = Snapshot()
+        self._last = Pulse()
 
     def now(self, *, fresh: bool = False) -> Snapshot:
-        """Return a snapshot not older than a second; ``fresh`` reads anew."""
+        """Return a snapshot not older than a second, the running session as it is now.
+
+        ``fresh`` reads all again.
+        """
         with self._lock:
-            if fresh or time.monotonic() - self._read_s > FRESH_S:
+            pulse = self.pulse()
+            if fresh or time.monotonic() - self._read_s > FRESH_S or not pulse.there:
                 self._snapshot = take_snapshot()
                 self._read_s = time.monotonic()
+                pulse = self.pulse()
+            elif pulse != self._last and self._snapshot.live:
+                self._snapshot = replace(self._snapshot, live=_anew(self._snapshot))
+            self._last = pulse
             return self._snapshot
+
+    def pulse(self) -> Pulse:
+        """Return what changes when the running session tells or records something."""
+        live = self._snapshot.live
+        if live is None or live.status is None:
+            return Pulse()
+        told = _changed_ns(mailbox_of(live.visit.path) / STATUS)
+        return Pulse(told, _changed_ns(live.visit.path), there=told is not None)
 
     def version(self, *more: object) -> str:
         """Return a digest that changes when anything on a page may have changed."""
@@ -126,7 +151,7 @@ def take_snapshot() -> Snapshot:
             study_text=text,
             roster=roster,
             rehearsals=rehearsals,
-            live=_live(roster, pilot=False) or _live(rehearsals, pilot=True),
+            live=_anew(Snapshot(roster=roster, rehearsals=rehearsals)),
             seen=results_may_be_seen(defaults.data, roster),
             unblinded_utc=tuple(unblinded(defaults.data)),
             results_ns=_changed_ns(defaults.data / RESULTS / TABLE3),
@@ -136,6 +161,14 @@ def take_snapshot() -> Snapshot:
         return Snapshot(problem=harmless(str(error)), defaults=defaults)
     except FileNotFoundError:
         return Snapshot(problem="The laboratory folder has gone. Is its disk connected?")
+
+
+def _anew(found: Snapshot) -> Live | None:
+    """Return the running session as it is now."""
+    for roster, pilot in ((found.roster, False), (found.rehearsals, True)):
+        if roster and (live := _live(roster, pilot=pilot)):
+            return live
+    return None
 
 
 def _live(roster: Roster, *, pilot: bool) -> Live | None:

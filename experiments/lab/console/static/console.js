@@ -5,6 +5,7 @@
 const said = document.getElementById("said");
 const sure = document.getElementById("sure");
 const title = document.title;
+const AGAIN_MS = 2000; // a refused stream is not tried again by the browser
 let state = document.getElementById("state").dataset.state;
 
 function say(sentence, bad = false) {
@@ -81,7 +82,10 @@ document.addEventListener("submit", (event) => {
 document.addEventListener("keydown", (event) => {
   const typing = event.target.closest("input, textarea, select, dialog");
   if (typing || event.ctrlKey || event.metaKey || event.altKey || event.repeat) return;
-  document.querySelector(`[data-key="${CSS.escape(event.key)}"]`)?.click();
+  const button = document.querySelector(`[data-key="${CSS.escape(event.key)}"]`);
+  if (!button) return;
+  event.preventDefault(); // else the letter is typed into the dialog that opens
+  button.click();
 });
 
 // Up to date ------------------------------------------------------------------------------------
@@ -90,6 +94,7 @@ async function refresh() {
   const answer = await fetch(location.href, { headers: { accept: "text/html" } }).catch(() => null);
   if (!answer || !answer.ok) return;
   const fresh = new DOMParser().parseFromString(await answer.text(), "text/html");
+  if (fresh.body.dataset.console !== document.body.dataset.console) return location.reload();
   for (const part of document.querySelectorAll("[data-live]")) {
     const other = fresh.getElementById(part.id);
     // What somebody types into stays as it is.
@@ -123,8 +128,10 @@ const heard = {
 };
 
 // One page listens for all that this browser has open: it allows six lines to a host, and a line for
-// each page would leave none for the seventh. When that page closes, the next has the lock.
-const others = new BroadcastChannel("slipscale");
+// each page would leave none for the seventh. When that page closes, the next has the lock. Each
+// console's process has its own lock: a page of one that has ended keeps nobody from listening.
+const ours = `slipscale-${document.body.dataset.console}`;
+const others = new BroadcastChannel(ours);
 others.onmessage = (event) => heard[event.data]?.();
 
 function listen() {
@@ -132,9 +139,12 @@ function listen() {
   for (const kind of Object.keys(heard)) {
     changes.addEventListener(kind, () => { heard[kind](); others.postMessage(kind); });
   }
+  changes.addEventListener("error", () => {
+    if (changes.readyState === EventSource.CLOSED) setTimeout(listen, AGAIN_MS);
+  });
 }
 
-navigator.locks.request("slipscale-events", () => { listen(); return new Promise(() => {}); });
+navigator.locks.request(ours, () => { listen(); return new Promise(() => {}); });
 
 // The study's editor ------------------------------------------------------------------------------
 

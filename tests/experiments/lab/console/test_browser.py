@@ -45,9 +45,9 @@ LOADED = 60  # times that a key is pressed until its screen has come, on a loade
 
 
 @contextmanager
-def console(folder):
+def console(folder, port="0"):
     """Open a console in a process of its own; yield the process and its address."""
-    words = [sys.executable, "-P", "-m", "slipscale", "lab", "--no-browser", "--port", "0"]
+    words = [sys.executable, "-P", "-m", "slipscale", "lab", "--no-browser", "--port", port]
     process = subprocess.Popen(words, cwd=folder, stdout=subprocess.PIPE, text=True)
     with process:
         try:
@@ -91,7 +91,9 @@ def page(display):
 
 def confirm(page, words=None):
     if words is not None:
-        page.locator("dialog input").fill(words)
+        page.locator("dialog input").wait_for()
+        page.keyboard.type(words)
+        assert page.locator("dialog input").input_value() == words  # no shortcut's letter before it
     page.locator("dialog .main").click()
 
 
@@ -118,8 +120,8 @@ def test_a_short_day(page, tmp_path):
     run = tmp_path / "pilots/rehearsals/sourcedata/sub-01/sub-01_run-01_journal.jsonl"
     with console(tmp_path) as (first, address):
         page.goto(address)
-        assert "token" not in page.url
         page.get_by_role("button", name="Rehearse").click()
+        assert "token" not in page.url
         confirm(page)
         to_live(page, "See it")
         page.get_by_text("Before the first trial").wait_for()
@@ -132,10 +134,13 @@ def test_a_short_day(page, tmp_path):
         first.kill()
         page.get_by_text("The console does not answer").wait_for()
     assert is_being_written(run)
-    with console(tmp_path) as (_, address):
+    with console(tmp_path, re.search(r":(\d+)/", address)[1]) as (_, address):
+        old, page = page, page.context.new_page()  # an old page keeps a new one from nothing
+        page.on("pageerror", lambda error: old.complaints.append(str(error)))
         page.goto(address)
         to_live(page, "Live")
         page.locator(".state-paused").wait_for()
+        old.locator(".state-paused").wait_for()
         page.keyboard.press("p")
         page.locator(".state-paused").wait_for(state="detached")
         page.keyboard.press("v")
@@ -163,9 +168,9 @@ def test_a_short_day(page, tmp_path):
         "stop",
         "asked by the operator: enough",
     )
-    assert page.complaints == []
-    assert {url.partition("/")[0] for url in page.requested} == {"http:"}
-    assert {url.split("/")[2].partition(":")[0] for url in page.requested} == {"127.0.0.1"}
+    assert old.complaints == []
+    assert {url.partition("/")[0] for url in old.requested} == {"http:"}
+    assert {url.split("/")[2].partition(":")[0] for url in old.requested} == {"127.0.0.1"}
 
 
 # The whole day ------------------------------------------------------------------------------------

@@ -3,10 +3,11 @@
 import re
 from dataclasses import replace
 
+import anyio
 import pytest
 
 from slipscale.experiments.lab.blind_summary import Event, PlateReading, RunSummary, summary
-from slipscale.experiments.lab.console import state
+from slipscale.experiments.lab.console import app, state
 from slipscale.experiments.lab.console.history import deviations, history
 
 
@@ -129,3 +130,35 @@ def test_the_amplitude_is_shown_after_a_typed_word_and_a_request_to_the_session(
         page = visitor.see("/live")
     assert "Show the amplitude" not in page
     assert "amplitude (unblinded)" in page
+
+
+def test_what_a_session_tells_is_shown_at_once(visitor, session, status, words_of):
+    """The folder is read once a second; who paused the session must not wait for that."""
+    with session(status) as (box, _):
+        assert "at work" in words_of(visitor.see("/live"))
+        box.tell(replace(status, state="paused"))
+        assert "PAUSED" in words_of(visitor.see("/live"))
+    assert "No session runs now" in words_of(visitor.see("/live"))
+
+
+def test_pages_are_told_at_once_that_a_session_told_something(
+    visitor, session, status, monkeypatch
+):
+    monkeypatch.setattr(app, "LOOK_S", 1000.0)
+
+    async def hear(box):
+        stream = visitor.console._changes()
+        first = await anext(stream)
+        box.tell(replace(status, state="paused"))
+        with anyio.fail_after(20):
+            second = await anext(stream)
+        await stream.aclose()
+        return first, second
+
+    visitor.see("/live")
+    with session(status) as (box, _):
+        visitor.console.state.now(fresh=True)
+        first, second = anyio.run(hear, box)
+    assert first.startswith("data: ")
+    assert second.startswith("data: ")
+    assert first != second
