@@ -114,6 +114,13 @@ def press_until(page, text):
     pytest.fail(f"the page never showed {text!r}: {page.inner_text('main')}")
 
 
+def await_end(run):
+    for _ in range(LOADED):
+        if not is_being_written(run):
+            return
+        time.sleep(0.1)
+
+
 def test_a_short_day(page, tmp_path):
     (tmp_path / "short.toml").write_text(STUDY)
     init(tmp_path, {"study": "short.toml", "windowed": "true"}, None)
@@ -136,7 +143,6 @@ def test_a_short_day(page, tmp_path):
     assert is_being_written(run)
     with console(tmp_path, re.search(r":(\d+)/", address)[1]) as (_, address):
         old, page = page, page.context.new_page()  # an old page keeps a new one from nothing
-        page.on("pageerror", lambda error: old.complaints.append(str(error)))
         page.goto(address)
         to_live(page, "Live")
         page.locator(".state-paused").wait_for()
@@ -156,10 +162,7 @@ def test_a_short_day(page, tmp_path):
         page.keyboard.press("s")
         confirm(page, "enough")
         page.get_by_text("No session runs now").wait_for()
-    for _ in range(LOADED):
-        if not is_being_written(run):
-            break
-        time.sleep(0.1)
+    await_end(run)
     plan, records = read_plan(run)
     kinds = [record.kind for record in records]
     assert plan.mode == "pilot"
