@@ -88,9 +88,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--minutes",
         type=float,
-        default=10.0,
+        default=0.1,
         metavar="MIN",
-        help="time that counting a column may take, as far as can be told beforehand (default 10)",
+        help="time that counting a column may take, as estimated beforehand (default 0.1)",
     )
 
 

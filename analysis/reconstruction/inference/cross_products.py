@@ -97,10 +97,9 @@ def choices(columns: Sequence[ColumnRows]) -> Choices:
     )
     least, most = np.zeros(len(places), np.int64), np.zeros(len(places), np.int64)
     for i, j in combinations(range(k), 2):
-        low, high = _products(columns[i], columns[j])
-        at = places[:, i], places[:, j]
-        least += low[at]
-        most += high[at]
+        low, high = _products(columns[i], columns[j], places[:, [i, j]])
+        least += low
+        most += high
     # Participants' totals cannot be more equal than whole numbers are.
     grand = sums.sum(axis=1)
     low, rest = np.divmod(grand, n)
@@ -109,23 +108,26 @@ def choices(columns: Sequence[ColumnRows]) -> Choices:
     return Choices(places, sums, squares, least, most, complete, n)
 
 
-def _products(a: ColumnRows, b: ColumnRows) -> tuple[Array, Array]:
-    """Return the least and largest sum of products for each pair of moments of two columns."""
+def _products(a: ColumnRows, b: ColumnRows, places: Array) -> tuple[Array, Array]:
+    """Return the least and largest sum of products of two columns for each choice of moments."""
     if a.listed is not None and b.listed is not None and len(a.listed) * len(b.listed) <= SEARCHED:
-        shape = len(a.moments), len(b.moments)
-        low = np.empty(shape, np.int64)
-        high = np.empty(shape, np.int64)
-        for i, j in product(*map(range, shape)):
+        pairs, at = np.unique(places, axis=0, return_inverse=True)
+        low, high = np.empty(len(pairs), np.int64), np.empty(len(pairs), np.int64)
+        for pair, (i, j) in enumerate(pairs.tolist()):
             x, y = (rows.astype(np.float64) for rows in (a.rows(i), b.rows(j)))
             # Whole numbers below 2^53: exact in floating point.
-            high[i, j] = int((x @ y.T).max())
-            low[i, j] = int((x @ y[:, ::-1].T).min())
-        return low, high
-    one, two = (np.array(column.moments, dtype=np.int64) for column in (a, b))
+            high[pair] = int((x @ y.T).max())
+            low[pair] = int((x @ y[:, ::-1].T).min())
+        at = at.reshape(-1)  # NumPy 2.0 alone shapes it as its input
+        return low[at], high[at]
+    one, two = (
+        np.array(column.moments, dtype=np.int64)[at]
+        for column, at in zip((a, b), places.T, strict=True)
+    )
     n = a.n
     spread = [np.sqrt(np.maximum(n * m[:, 1] - m[:, 0] ** 2, 0).astype(float)) for m in (one, two)]
-    reach = np.multiply.outer(*spread) * (1 + 1e-12) + 1e-6
-    middle = np.multiply.outer(one[:, 0], two[:, 0])
+    reach = spread[0] * spread[1] * (1 + 1e-12) + 1e-6
+    middle = one[:, 0] * two[:, 0]
     return (
         np.ceil((middle - reach) / n).astype(np.int64),
         np.floor((middle + reach) / n).astype(np.int64),

@@ -81,7 +81,7 @@ def test_columns_whose_common_scale_is_too_fine_keep_their_own():
     [
         (
             (20_000, "4.00", "1.50", 7),
-            r"about \d\.\d GiB and takes about \d+ h; 4 GiB and 10 min",
+            r"about \d\.\d GiB and takes about \d+ h; 4 GiB and 0.1 min",
         ),
         ((300, "50.00", "10.00", 100), r"takes about \d\d min"),
         ((5, "50000.0", "20000.0", 100_000), "needs about"),
