@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 
 TABLES = Path(__file__).with_suffix(".toml")
 HEAD = "[[table]]\n"
-STUCK = 6  # times --seconds of elapsed time: a loaded machine is no fault
+STUCK = 20  # times --seconds of elapsed time: a loaded machine is no fault
 
 
 def processor_s() -> float:
