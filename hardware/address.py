@@ -155,6 +155,20 @@ def implausible_alone(calibration: Calibration) -> str:
     return "; ".join(implausible(calibration, {}))
 
 
+def plate_file_of(spec: str) -> PlateFile | None:
+    """Return the plate file that a SPEC names, None without one. Raises UserError if unreadable."""
+    from slipscale.hardware.plate_file import path_of, read_plate  # noqa: PLC0415 - pydantic
+
+    named = _plates_in(spec)
+    return read_plate(path_of(named[0], Path())) if named else None
+
+
+def _plates_in(spec: str) -> list[str]:
+    """Return the plates that a SPEC's options name."""
+    words = spec.partition(":")[2].split(",")
+    return [word.removeprefix("plate=") for word in words if word.startswith("plate=")]
+
+
 def with_plate_file(spec: str, wanted: str) -> str:
     """Return a SPEC with the plate file that a study names, if it names one.
 
@@ -171,7 +185,7 @@ def with_plate_file(spec: str, wanted: str) -> str:
     if not wanted:
         return spec
     backend, _, address = spec.partition(":")
-    named = [word[len("plate=") :] for word in address.split(",") if word.startswith("plate=")]
+    named = _plates_in(spec)
     if not named:
         return f"{backend}:{address},plate={wanted}" if address else f"{backend}:plate={wanted}"
     if named != [wanted]:

@@ -7,7 +7,7 @@ import pickle
 import shutil
 import subprocess
 import sys
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from functools import cache
 
 import portalocker
@@ -70,12 +70,33 @@ def emulate():
         yield lambda *arguments: stack.enter_context(EmulatorProcess(*arguments))
 
 
+@contextmanager
+def _without_simulated_fits():
+    """Leave out goodness of fit, from 1,000 simulated data sets a threshold, and psignifit."""
+    from slipscale.analysis.statistics.not_computed import NotComputed  # noqa: PLC0415
+
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("goodness_of_fit", "fit_threshold_by_psignifit"):
+            patch.setattr(
+                f"slipscale.analysis.tasks.thresholds.statistics.{name}",
+                lambda *_, **__: NotComputed("left out of this test"),
+            )
+        yield
+
+
+@pytest.fixture(scope="module")
+def without_simulated_fits():
+    """Leave out what takes most of a threshold's time, for modules about something else."""
+    with _without_simulated_fits():
+        yield
+
+
 @pytest.fixture(scope="session")
 def shipped_pilot(tmp_path_factory):
     """Return a function from a shipped study's name to its pilot's data set and analysis.
 
-    Four people, seed 1, no psignifit. The processes of pytest-xdist share the files: the first that
-    needs a study runs it. A test copies the data set before it writes into it.
+    Four people, seed 1, no simulated fits. The processes of pytest-xdist share the files: the
+    first that needs a study runs it. A test copies the data set before it writes into it.
     """
     from slipscale.analysis.pipeline import analyse  # noqa: PLC0415 - not for every test
     from slipscale.experiments.running.pilot import pilot_plans, run_pilot  # noqa: PLC0415
@@ -91,7 +112,8 @@ def shipped_pilot(tmp_path_factory):
             if not kept.exists():
                 plans = pilot_plans(study, participants=4, seed=1, language=None)
                 run_pilot(folder, plans, tell=lambda _: None)
-                kept.write_bytes(pickle.dumps(analyse(folder, psignifit=False)))
+                with _without_simulated_fits():
+                    kept.write_bytes(pickle.dumps(analyse(folder)))
             return folder, pickle.loads(kept.read_bytes())  # noqa: S301 - written here
 
     return made

@@ -19,8 +19,10 @@ from slipscale.experiments.running.lab_session import make_plan
 from slipscale.faults import UserError
 from slipscale.faults.extras import EXTRA_OF
 from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.plate_file import Identity, Wiring, new_plate
 from slipscale.hardware.registry import open_plate
 from slipscale.requirements import NEEDS, WITHOUT_OUT, WRITES, check, unwritable
+from tools.site import command_reference
 
 #: Runs a command where some modules cannot be imported; what was imported is printed at the end.
 HIDDEN = """
@@ -29,7 +31,8 @@ for name in sys.argv[1].split(","):
     sys.modules[name] = None
 from slipscale import commands
 status = commands.main(sys.argv[2:])
-print("worked" if "numpy" in sys.modules else "checked", file=sys.stderr)
+work = ("slipscale.analysis.pipeline", "slipscale.experiments.session.session", "pandas")
+print("worked" if any(map(sys.modules.get, work)) else "checked", file=sys.stderr)
 sys.exit(status)
 """
 TIDY = "participant_id,amplitude_um_pp,estimate\n" + "".join(
@@ -142,6 +145,96 @@ def test_next_checks_the_devices_and_places_of_the_laboratory_folder(tmp_path, m
     assert "full/backup: full is a file" in said
 
 
+STUDY = """name = "mine"
+title = "Mine"
+amplitudes_um_pp = [0.0, 1.2]
+[plate]
+{sources}
+[[tasks]]
+protocol = "magnitude_estimation"
+"""
+#: What the study names, what the command line adds -> the modules that measure the finger.
+SOURCES = [
+    ('position = "lasers"\nforce = "daq"', (), {"serial", "nidaqmx"}),
+    ('position = "lasers"', ("--force", "daq"), {"serial", "nidaqmx"}),
+    ('force = "load_cells"', ("--force", "daq"), {"nidaqmx"}),
+    ('force = "daq"', ("--force", "none"), set()),
+    ('file = "desk"', (), {"serial", "nidaqmx"}),
+    ('file = "desk"\nforce = "simulated"', (), {"serial"}),
+    ("", ("--plate", "mock:q=50,plate=desk"), {"serial", "nidaqmx"}),
+]
+
+
+@pytest.fixture
+def modules_of(tmp_path, monkeypatch):
+    """Return a function from a command line to the modules that it is checked for.
+
+    In the folder is a plate file that names a position and a force.
+    """
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "plates").mkdir()
+    wiring = Wiring(backend="mock", position="lasers:COM1", force="daq")
+    new_plate(Identity(name="desk"), wiring, tmp_path / "plates/desk.toml")
+    asked = set()
+    monkeypatch.setattr(requirements, "is_installed", lambda module: asked.add(module) or True)
+
+    def run(command, *words):
+        check(command, commands.load_command(command)[0].parse_args(words))
+        return asked - {"psychopy", "sounddevice"}
+
+    return run
+
+
+@pytest.mark.parametrize("sources, words, needed", SOURCES)
+@pytest.mark.parametrize("command", ["run", "check"])
+def test_what_the_study_or_the_plate_file_names_is_needed_too(
+    modules_of, command, sources, words, needed
+):
+    Path("mine.toml").write_text(STUDY.format(sources=sources))
+    assert modules_of(command, "mine.toml", "--participant", "01", *words) == needed
+
+
+def test_next_needs_what_its_folders_study_and_plate_file_name(modules_of):
+    Path("mine.toml").write_text(STUDY.format(sources='force = "load_cells"'))
+    Path("slipscale.toml").write_text('study = "mine.toml"\nplate = "scpi:X,plate=desk"\n')
+    assert modules_of("next") == {"pyvisa", "serial"}
+
+
+def test_a_port_that_may_not_be_opened_is_named_before_the_first_question(tmp_path, monkeypatch):
+    port = tmp_path / "ttyACM0"
+    port.touch()
+    monkeypatch.setattr(os, "access", lambda path, _mode: Path(path) != port)
+    words = ["--participant", "01", "--plate", f"serial:{port},q=50", "--out", str(tmp_path)]
+    args = commands.load_command("run")[0].parse_args(words)
+    with pytest.raises(UserError, match=f"you may not open {port}. On Linux join the group"):
+        check("run", args)
+
+
+#: `check` reports them as findings; `lab init` writes nothing but the folder itself.
+NOT_CHECKED = {("check", "out"), ("check", "backup"), ("lab init", "backup")}
+
+
+def test_every_option_that_names_what_is_written_is_checked():
+    written = {"out", "backup", "html", "figure", "cache"}
+    options = {
+        (prog.removeprefix("slipscale "), action.dest)
+        for prog, parser in command_reference.parsers().items()
+        for action in command_reference.arguments(parser)
+        if action.dest in written
+    }
+    assert len(options) > 15
+    checked = {(command, option) for command, names in WRITES.items() for option in names}
+    assert options - NOT_CHECKED <= checked
+
+
+def test_a_run_in_a_folder_without_permission_is_not_resumed(tmp_path, monkeypatch):
+    path = begun(tmp_path, "mock", "simulated")
+    monkeypatch.setattr(os, "access", lambda place, _mode: Path(place) != path)
+    args = commands.load_command("resume")[0].parse_args([str(path)])
+    with pytest.raises(UserError, match=r"you may not write to .*journal\.jsonl"):
+        check("resume", args)
+
+
 def test_a_simulated_plate_needs_no_serial_line(tmp_path):
     code = (
         "import sys; sys.modules['serial'] = None\n"
@@ -195,7 +288,7 @@ def test_a_folder_without_permission_is_named(tmp_path, monkeypatch):
     """`os.access` answers as on a folder of another user, since root may write everywhere."""
     monkeypatch.setattr(os, "access", lambda path, _mode: Path(path) != tmp_path)
     assert unwritable(tmp_path / "new" / "deep") == (
-        f"you may not write to {tmp_path}; name another folder"
+        f"you may not write to {tmp_path}; correct its permissions, or name another folder"
     )
     assert unwritable(Path(__file__)) == ""
     monkeypatch.chdir(tmp_path)

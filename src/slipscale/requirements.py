@@ -1,10 +1,15 @@
-"""What each command needs, checked before it starts to work: packages, programs, folders."""
+"""What each command needs, checked before it starts to work: packages, programs, ports, folders.
+
+Devices count wherever they are named: on the command line, in the journal of the run that goes on,
+in the laboratory folder, in the study or in the plate's file.
+"""
 
 from __future__ import annotations
 
 import os
 import shutil
 import sys
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -95,21 +100,23 @@ WRITES = {
     "reproduce": ("out",),
     "run": ("out", "backup"),
     "next": ("out", "backup"),
-    "resume": ("backup",),
+    "resume": ("out", "backup"),
     "data merge": ("out",),
     "study freeze": ("out",),
     "study show": ("figure",),
     "study texts": ("out",),
+    "plate calibrate": ("out",),
     "plate design": ("out",),
 }
 
 
 #: Command -> where it writes without --out.
-WITHOUT_OUT: dict[str, Callable[[Namespace], Path]] = {
+WITHOUT_OUT: dict[str, Callable[[Namespace], Path | None]] = {
     "analyse": lambda args: _folder_of(Path(args.dataset)),
     "pilot": lambda _: here().pilots,
     "run": lambda args: here().out(pilot=args.pilot),
     "next": lambda args: here().out(pilot=args.pilot),
+    "resume": lambda args: args.journal,
 }
 
 
@@ -130,8 +137,8 @@ def check(name: str, args: Namespace) -> None:
     Raises
     ------
     UserError
-        A package or a program is missing, or a folder cannot be written to; all that is wrong, in
-        one sentence.
+        A package or a program is missing, a port cannot be opened, or a folder cannot be written
+        to; all that is wrong, in one sentence.
     """
     what = getattr(args, "what", None)
     command = f"{name} {what}" if what else name
@@ -144,6 +151,7 @@ def check(name: str, args: Namespace) -> None:
         for program in need.programs
         if shutil.which(program) is None
     ]
+    wrong += _forbidden_ports(command, options)
     for where, path in _written(command, args, options):
         if fault := unwritable(path):
             wrong.append(f"{where}: {fault}")
@@ -154,8 +162,8 @@ def check(name: str, args: Namespace) -> None:
 def options_of(command: str, args: Namespace) -> dict[str, object]:
     """Return a command's options.
 
-    If the command uses devices, what the command line leaves open is the interrupted run's or the
-    laboratory folder's.
+    If the command uses devices, what the command line leaves open is the interrupted run's, the
+    laboratory folder's, the study's or the plate file's, in this order.
 
     Raises
     ------
@@ -174,7 +182,42 @@ def options_of(command: str, args: Namespace) -> dict[str, object]:
             "markers": progress.last_markers(records),
             "answered_by": progress.answered_by(records),
         }
-    return options | {name: value for name, value in vars(args).items() if value}
+    options |= {name: value for name, value in vars(args).items() if value}
+    if command in SESSIONS and command != "resume":
+        options |= _sources(options)
+    return options
+
+
+def _sources(options: Mapping[str, object]) -> dict[str, object]:
+    """Return what measures the finger in a session, from the files that name it, too."""
+    from slipscale.experiments.running import contact_sources as contact  # noqa: PLC0415
+    from slipscale.experiments.study.file import read_study  # noqa: PLC0415
+    from slipscale.hardware.address import plate_file_of, with_plate_file  # noqa: PLC0415
+
+    named = {kind: str(options[kind]) for kind in ("position", "force") if options.get(kind)}
+    specs = contact.ContactSpecs(**named)
+    with suppress(UserError):  # the command itself reports what is wrong with these files
+        study, _ = read_study(str(options["study"]))
+        specs = specs.otherwise(contact.of_study(study))
+        plate = plate_file_of(with_plate_file(str(options["plate"]), study.plate.file))
+        specs = specs.otherwise(contact.of_plate(plate))
+    return asdict(specs)
+
+
+def _forbidden_ports(command: str, options: Mapping[str, object]) -> Iterator[str]:
+    """Yield a sentence for each port that is there and that this user may not open."""
+    for option in WITH_DEVICES.get(command, ()):
+        given = options.get(option)
+        specs = [given] if isinstance(given, str) else given
+        for spec in specs if isinstance(specs, list | tuple) else ():
+            driver, _, address = str(spec).partition(":")
+            port = Path(address.partition(",")[0])
+            serial = DRIVERS[option].get(driver) == "serial"
+            if serial and port.exists() and not os.access(port, os.R_OK | os.W_OK):
+                from slipscale.hardware.errors import NoPermission  # noqa: PLC0415
+
+                remedy = NoPermission.remedy.rstrip(".")
+                yield f"--{option} {spec}: you may not open {port}. {remedy}"
 
 
 def _written(
@@ -182,10 +225,9 @@ def _written(
 ) -> Iterator[tuple[str, Path]]:
     """Yield each place that a command writes to, with its name for messages."""
     for option in WRITES.get(command, ()):
-        if path := options.get(option):
-            yield f"--{option} {path}" if option in args else str(path), Path(str(path))
-        elif option == "out" and command in WITHOUT_OUT:
-            path = WITHOUT_OUT[command](args)
+        if given := options.get(option):
+            yield f"--{option} {given}" if option in args else str(given), Path(str(given))
+        elif option == "out" and command in WITHOUT_OUT and (path := WITHOUT_OUT[command](args)):
             yield str(path), path
 
 
@@ -220,5 +262,5 @@ def unwritable(path: Path) -> str:
     if there != path and not there.is_dir():
         return f"{there} is a file; expected a folder, name another one"
     if not os.access(there, os.W_OK):
-        return f"you may not write to {there}; name another folder"
+        return f"you may not write to {there}; correct its permissions, or name another folder"
     return ""

@@ -7,13 +7,18 @@ import shutil
 import subprocess
 import sys
 import time
+from contextlib import redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import pandas as pd
 import pytest
 
+from slipscale import commands
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "tutorials" / "first-day.md"
+SLIPSCALE = Path(sys.executable).with_name("slipscale")
 BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```", re.MULTILINE | re.DOTALL)
 PATIENCE_S = 600.0  # of a machine that does much else; usually it takes seconds
 
@@ -36,34 +41,37 @@ def participant(process):
     process.kill()
 
 
-def follow(command, folder):
-    words = shlex.split(command)
-    environment = os.environ | {"HOME": str(folder)}
-    environment["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+def follow(words, folder):
+    """Run a command of the page: a session in its own process, others in this one."""
+    if words[1] != "run":
+        with redirect_stdout(StringIO()) as printed:
+            assert commands.main(words[1:]) == 0, words
+        return printed.getvalue()
     with subprocess.Popen(
-        words,
+        [SLIPSCALE, *words[1:]],
         cwd=folder,
-        env=environment,
+        env=os.environ | {"HOME": str(folder)},
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     ) as process:
-        if words[:2] == ["slipscale", "run"]:
-            participant(process)
+        participant(process)
         said, complaint = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 0, f"{command}\n{said}\n{complaint}"
+    assert process.returncode == 0, f"{words}\n{said}\n{complaint}"
     return said
 
 
-def test_the_page_followed_literally_leads_to_a_report(display, tmp_path):
+def test_the_page_followed_literally_leads_to_a_report(display, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
     makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
     assert "\t@$(BIN)/slipscale pilot $(ARGS)\n" in makefile
     said = ""
     for language, name, text in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
         if language == "sh":
-            for command in text.splitlines():
-                said = follow("slipscale pilot" if command == "make pilot" else command, tmp_path)
+            for line in text.splitlines():
+                command = "slipscale pilot" if line == "make pilot" else line
+                said = follow(shlex.split(command), tmp_path)
         elif name.startswith("file="):
             (tmp_path / name.removeprefix("file=")).write_text(text, encoding="utf-8")
         else:

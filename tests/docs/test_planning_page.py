@@ -13,7 +13,11 @@ QUICK = {
     "study show": ["--people", "4"],
     "pilot": ["--times", "1", "--participants", "4"],
     "power": ["--participants", "4,6", "--studies", "3"],
-    "--protocols": ["--minutes", "4", "--participants", "4", "--studies", "1"],
+    "--catch-steps": ["--participants", "6", "--studies", "3", "--catch-steps", "1:2"],
+    "--protocols": [
+        *("--minutes", "4", "--participants", "4", "--studies", "1", "--jobs", "1"),
+        *("--protocols", "ratio_to_standard", "constant_stimuli"),
+    ],
     "--looks": ["--participants", "9", "--studies", "3"],
     "freeze": [],
 }

@@ -12,12 +12,12 @@ SCRIPT = """\
 from analysis import mine
 from experiments.plan import PLAN
 import hardware
-from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.study.file import read_study
 from slipscale.hardware.registry import open_plate
-print(mine.NAME, PLAN, hardware.RIG, analyse.__module__, read_study("biet2007")[0].name)
+print(mine.NAME, PLAN, hardware.RIG, NotComputed.__module__, read_study("biet2007")[0].name)
 """
-PRINTED = "my analysis my plan my rig slipscale.analysis.pipeline biet2007\n"
+PRINTED = "my analysis my plan my rig slipscale.analysis.statistics.not_computed biet2007\n"
 TEST = f"""\
 def test_mine(capsys):
     import script

@@ -14,7 +14,7 @@ from tools.fuzzing import bounds, campaign, changes
 from tools.fuzzing.kind import Case, Kind
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="limits of POSIX")
-TEXTS = 100
+TEXTS = 40
 
 
 @pytest.mark.parametrize("name", campaign.KINDS)

@@ -141,21 +141,17 @@ class _Model:
         where = np.concatenate([[0.0], d])[:, None] - criterion - spread * self.nodes
         yes, no = special.log_ndtr(where), special.log_ndtr(-where)
         terms = self.counts[..., 0] @ yes + self.counts[..., 1] @ no + self.log_weights
-        log = special.logsumexp(terms, axis=1)
+        top = terms.max(axis=1, keepdims=True)
+        share = np.exp(terms - top)
+        total = share.sum(axis=1, keepdims=True)
+        log = (top + np.log(total))[:, 0]
+        share *= self.times[:, None] / total
         # Density over probability, as logarithms: both underflow far out, their ratio does not.
         density = -(where**2) / 2 - 0.5 * np.log(2 * np.pi)
-        up, down = np.exp(density - yes), -np.exp(density - no)
-        # Of the kinds, for each pattern and node; then weighted by the nodes' share.
-        slope = self.counts[..., 0][:, :, None] * up + self.counts[..., 1][:, :, None] * down
-        share = np.exp(terms - log[:, None])
-        each = np.einsum("pkn,pn->pk", slope, share)
-        by_spread = -np.einsum("pkn,pn,n->p", slope, share, self.nodes)
-        gradient = np.concatenate(
-            [
-                (self.times[:, None] * each[:, 1:]).sum(axis=0),
-                [-(self.times @ each.sum(axis=1)), self.times @ by_spread],
-            ]
-        )
+        slope = (self.counts[..., 0].T @ share) * np.exp(density - yes)
+        slope -= (self.counts[..., 1].T @ share) * np.exp(density - no)
+        each = slope.sum(axis=1)
+        gradient = np.array([*each[1:], -each.sum(), -(slope @ self.nodes).sum()])
         return -float(self.times @ log), -gradient
 
     def fit(self, start: Array, fixed: dict[int, float]) -> tuple[float, Array]:

@@ -13,7 +13,7 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.faults import UserError
 
-pytestmark = pytest.mark.usefixtures("without_models")
+pytestmark = pytest.mark.usefixtures("without_models", "without_simulated_fits")
 
 
 def mapping(answers=None, **columns):
@@ -120,7 +120,7 @@ def test_a_forced_choice_has_its_guess_rate(tmp_path):
     choices = data.trials["forced_choices"]
     assert set(choices["method"]) == {"two_interval"}
     assert not len(data.differences)
-    (task,) = analyse(data, psignifit=False).inference.thresholds
+    (task,) = analyse(data).inference.thresholds
     assert task.population.threshold_um_pp.value == pytest.approx(0.4, rel=0.1)
 
 
@@ -145,7 +145,7 @@ def test_stimuli_below_and_above_the_reference_are_comparisons(tmp_path):
     rows.assign(felt=(random.random(len(rows)) < more).astype(int)).to_csv(path, index=False)
     data = load(path, mapping(reference="standard"))
     assert set(data.trials["forced_choices"]["method"]) == {"comparison"}
-    (task,) = analyse(data, psignifit=False).inference.thresholds
+    (task,) = analyse(data).inference.thresholds
     assert task.standard_um_pp == 1.0
     # The point of subjective equality is 1.05.
     assert task.population.threshold_um_pp.value == pytest.approx(1.05, abs=0.02)

@@ -52,6 +52,8 @@ def _multisets(column):
     for steps in combinations_with_replacement(range(scale.steps + 1), column.n):
         x = [scale.value(v) for v in steps]
         mean = sum(x) / column.n
+        if column.mean is not None and mean not in column.mean.values(rule):
+            continue  # before the rest, which takes longer
         variance = sum((v - mean) ** 2 for v in x) / degrees
         h = column.n // 2
         facts = {

@@ -14,11 +14,12 @@ from slipscale.analysis.planning.distribution import many_studies, numbers
 from slipscale.analysis.planning.distribution.distribution import distribution
 from slipscale.analysis.planning.distribution.many_studies import ManyStudies, StudyResult, results
 from slipscale.analysis.planning.distribution.numbers import Findings, findings
-from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.participants.simulated_people.habits import REALISTIC
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.faults import UserError
+
+pytestmark = pytest.mark.usefixtures("without_simulated_fits")
 
 STUDY = """
 name = "small"
@@ -79,12 +80,7 @@ def test_each_study_is_the_pilot_of_its_seed(tmp_path, study, found):
 
 
 @pytest.mark.parametrize("name", ["difference_threshold", "matching"])
-def test_other_protocols_are_the_pilots_of_their_seeds_too(tmp_path, monkeypatch, name):
-    # Seconds per fit, the same in both.
-    monkeypatch.setattr(
-        "slipscale.analysis.tasks.thresholds.statistics.fit_threshold_by_psignifit",
-        lambda *_, **__: NotComputed("psignifit left out of this test"),
-    )
+def test_other_protocols_are_the_pilots_of_their_seeds_too(tmp_path, name):
     many = ManyStudies(study_name=name, population=Population(), participants=3)
     first = many.compute(1)
     assert first.found == piloted(tmp_path / "pilot", name, first.seed, Population(), 3)

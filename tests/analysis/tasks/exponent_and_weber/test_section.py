@@ -13,6 +13,8 @@ from slipscale.experiments.participants.simulated_people.population import Popul
 from slipscale.experiments.running.bare_dataset import write_simulated
 from slipscale.experiments.running.pilot import pilot_plans
 
+pytestmark = pytest.mark.usefixtures("without_simulated_fits")
+
 STUDY = """
 name = "both"
 title = "Estimates and thresholds"
@@ -41,7 +43,7 @@ def analysed(folder, participants):
         str(study), participants=participants, seed=1, language=None, population=people
     )
     write_simulated(folder / "data", plans, people, sessions=False)
-    return analyse(folder / "data", psignifit=False)
+    return analyse(folder / "data")
 
 
 @pytest.fixture(scope="module")

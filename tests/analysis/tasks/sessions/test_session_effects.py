@@ -23,7 +23,7 @@ from slipscale.experiments.running.bare_dataset import why_sessions, write_simul
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.study.file import study_text
 
-pytestmark = pytest.mark.usefixtures("without_models")
+pytestmark = pytest.mark.usefixtures("without_models", "without_simulated_fits")
 
 DATA = Path(__file__).parents[3] / "data" / "r_reference"
 R = json.loads((DATA / "sessions.json").read_text())

@@ -9,6 +9,8 @@ from slipscale.analysis.tasks.thresholds.reading import COLUMNS
 from slipscale.analysis.tasks.thresholds.statistics import thresholds
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 
+pytestmark = pytest.mark.usefixtures("without_simulated_fits")
+
 LEVELS = (0.02, 0.05, 0.1, 0.2, 0.4)
 SLOPE, LAPSE = 2.0, 0.02
 
