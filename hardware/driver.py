@@ -4,43 +4,28 @@
 command outside the limits raises and leaves the plate as it was; any other fault silences it. A
 backend fills in the methods that begin with an underscore; what callers use is the same for all.
 
-The state of the output has three values (`Output`), and `PlateDriver.output` holds it:
-
-================  ==========================================================================
-*confirmed off*   the device confirmed that its drive is off, and was sent nothing since that
-                  could switch it on
-*may be on*       from before such a command is sent until off is confirmed
-*unreachable*     off was commanded and not confirmed, or the device was never connected
-================  ==========================================================================
-
-1. Only a confirmation leads to *confirmed off*: `connect`, `silence`, a presentation of 0.
-2. A command that raises leaves the output as it was (outside the limits), *confirmed off* or
-   *unreachable*; it never leaves it *may be on*.
-3. From *unreachable* nothing is presented: `connect` or `silence` has to confirm off first.
-4. A presentation returns only if the reported amplitude is the commanded one, be it measured or
-   applied, and if the reported voltage is what the calibration predicts, within
-   `PlateLimits.voltage_band`. Two kinds of readback prove nothing: "commanded" and "none".
+`slipscale.hardware.output_state` states and keeps what is known about the drive. One more rule: a
+presentation returns only if the reported amplitude is the commanded one, be it measured or applied,
+and if the reported voltage is what the calibration predicts, within `PlateLimits.voltage_band`. Two
+kinds of readback prove nothing: "commanded" and "none".
 """
 
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
-from contextlib import contextmanager, suppress
+from abc import abstractmethod
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from slipscale.faults import UserError
-from slipscale.hardware.device_check import check_device
+from slipscale.hardware.calibration.device_check import check_device
 from slipscale.hardware.errors import (
     ConnectionLost,
     NotReached,
-    OverLimit,
-    PlateFault,
     PlateRefused,
-    StillVibrating,
 )
-from slipscale.hardware.limits import OnTime, PlateLimits
+from slipscale.hardware.limits import PlateLimits
+from slipscale.hardware.output_state import GuardedOutput
 from slipscale.hardware.records import Output
 from slipscale.stimuli.modulation import DEFAULT_MODULATOR
 
@@ -49,9 +34,6 @@ RING_DOWN_TIME_CONSTANTS = 7  # to 0.1 % of what it was
 UNKNOWN_TIME_CONSTANT_S = 0.01  # Q = 1,000 at 30.5 kHz
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from types import TracebackType
-
     from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.plate_file import PlateFile
@@ -60,7 +42,7 @@ if TYPE_CHECKING:
     from slipscale.stimuli.surface import Surface
 
 
-class PlateDriver(ABC):
+class PlateDriver(GuardedOutput):
     """A plate, whatever drives it. A context manager that ends silent on every path.
 
     Parameters
@@ -93,8 +75,6 @@ class PlateDriver(ABC):
         Where it is driven instead, once its resonance was tracked.
     simulated : bool
         No plate is there: a calibration of another one does no harm, and is only noted.
-    output : Output
-        What is known about the drive, see the rules of `slipscale.hardware.driver`.
     """
 
     name: ClassVar[str]
@@ -114,20 +94,13 @@ class PlateDriver(ABC):
         calibration: Calibration | None = None,
         plate_file: PlateFile | None = None,
     ) -> None:
-        self.clock = clock
+        limits = limits or PlateLimits()
+        super().__init__(clock, calibration.narrow(limits) if calibration else limits)
         self.calibration = calibration
         self.plate_file = plate_file
-        self.limits = limits or PlateLimits()
-        if calibration is not None:
-            self.limits = calibration.narrow(self.limits)
         self.notes: tuple[str, ...] = ()
         self.identity: PlateIdentity | None = None
-        self.output = Output.UNREACHABLE
         self._played: Loop | None = None
-        self._opened = False  # `_connect` returned, and `_close` was not called since
-        self._on_time = OnTime(window_s=self.limits.duty_window_s)
-        self._fault_known = False
-        self._vibration_known = False  # that it could not be stopped has been told
 
     def connect(self) -> PlateIdentity:
         """Open the line, check who answers, leave the plate silent.
@@ -145,7 +118,9 @@ class PlateDriver(ABC):
         try:
             self.identity = self._connect()
             self._opened, self.output = True, Output.OFF
-            self.notes = check_device(self, self.identity)
+            file = self.plate_file
+            wanted = file.identity.device_serial if file else ""
+            self.notes = check_device(self, self.identity, wanted=wanted)
         except BaseException:
             self.close()
             raise
@@ -211,6 +186,7 @@ class PlateDriver(ABC):
         if amplitude_um_pp > 0:
             self._check_duty()
         with self._commanding(vibrates=amplitude_um_pp > 0):
+            self._played = None
             presentation = self._drive(amplitude_um_pp)
             try:
                 self.confirm(amplitude_um_pp, presentation.readback)
@@ -290,6 +266,7 @@ class PlateDriver(ABC):
         if voltage_v > 0:
             self._check_duty()
         with self._commanding(vibrates=True):  # at 0 V too the output stage is closed
+            self._played = None
             return self._excite(frequency_hz=frequency_hz, voltage_v=voltage_v)
 
     def read_back(self) -> Readback:
@@ -299,66 +276,9 @@ class PlateDriver(ABC):
         with self._silent_on_fault():
             return self._read_back()
 
-    def silence(self) -> None:
-        """Stop the vibration. May be called at any time, in any state, more than once.
-
-        Raises `PlateFault` when the plate did not confirm, unless a fault was raised before: that
-        one has already told that the plate may be out of reach. That it may still vibrate
-        (`StillVibrating`) is raised once in any case.
-        """
-        self._on_time.command(self.clock.now(), vibrates=False)
-        try:
-            self._silence()
-        except StillVibrating:
-            self.output = Output.UNREACHABLE
-            if not self._vibration_known:
-                self._vibration_known = self._fault_known = True
-                raise
-        except PlateFault:
-            self.output = Output.UNREACHABLE
-            if not self._fault_known:
-                self._fault_known = True
-                raise
-        else:
-            if self._opened:
-                self.output = Output.OFF
-
-    def check(self) -> None:
-        """Raise the `PlateFault` that has come up since the last command, if any.
-
-        Called often (every frame) while a participant explores or answers: it must be cheap.
-        """
-        now_s = self.clock.now()
-        if self._on_time.unattended_s(now_s) > self.limits.on_time_s:
-            self.silence()
-            raise OverLimit(
-                f"the plate vibrated for {self.limits.on_time_s:g} s without a new command; "
-                "it was silenced"
-            )
-        try:
-            self._check_duty()
-        except OverLimit:
-            self.silence()
-            raise
-        with self._silent_on_fault():
-            self._check()
-
     def vibration_um_pp(self) -> float:
         """Return what a finger on the plate feels now, in µm p-p: by default the readback."""
         return self.read_back().amplitude_um_pp or 0.0
-
-    def close(self) -> None:
-        """Silence, then let go of the device.
-
-        Raises no `PlateFault` but `StillVibrating`, and that only where nobody was told before.
-        """
-        self._fault_known = True
-        try:
-            self.silence()
-        finally:
-            self._opened = False
-            with suppress(PlateFault):
-                self._close()
 
     @property
     def unfelt(self) -> bool:
@@ -376,42 +296,6 @@ class PlateDriver(ABC):
             "calibration": self.calibration.summary() if self.calibration else None,
             "notes": list(self.notes),
         }
-
-    @contextmanager
-    def _commanding(self, *, vibrates: bool) -> Iterator[None]:
-        """Keep the state of the output around a command, by the rules of this module."""
-        if not self._opened or self.output is Output.UNREACHABLE:
-            raise ConnectionLost(
-                f"plate '{self.name}': it is not connected, or did not confirm that it is off; "
-                "nothing is presented before it is connected again"
-            )
-        with self._silent_on_fault():
-            self._on_time.command(self.clock.now(), vibrates=vibrates)
-            self._played = None
-            if vibrates:
-                self.output = Output.MAY_BE_ON
-            yield
-        if not vibrates:
-            self.output = Output.OFF
-
-    @contextmanager
-    def _silent_on_fault(self) -> Iterator[None]:
-        try:
-            yield
-        except Exception as error:
-            self._fault_known = self._fault_known or isinstance(error, PlateFault)
-            try:
-                self.silence()
-            except StillVibrating as still:
-                raise still from error
-            except PlateFault:
-                pass  # the error that is raised tells enough
-            raise
-        except BaseException:  # somebody ends the session: `close` tells if the plate vibrates
-            with suppress(PlateFault):
-                self.silence()
-            self._vibration_known = False
-            raise
 
     def _after_ring_down(self, presentation: Presentation) -> Presentation:
         """Wait until a plate that was just switched off has stopped by itself, and read again.
@@ -434,14 +318,6 @@ class PlateDriver(ABC):
         resonance = self.calibration.resonance
         return resonance.quality_factor / (math.pi * resonance.frequency_hz)
 
-    def _check_duty(self) -> None:
-        duty = self._on_time.duty(self.clock.now())
-        if duty > self.limits.duty:
-            raise OverLimit(
-                f"the plate vibrated {duty:.0%} of the last {self.limits.duty_window_s:g} s, "
-                f"more than {self.limits.duty:.0%}"
-            )
-
     @abstractmethod
     def _connect(self) -> PlateIdentity:
         """Open the line, check who answers, leave the plate silent. `_close` follows a failure."""
@@ -454,19 +330,8 @@ class PlateDriver(ABC):
     def _read_back(self) -> Readback:
         """Return what the plate does now."""
 
-    @abstractmethod
-    def _silence(self) -> None:
-        """Stop the vibration and have that confirmed; do nothing when not connected."""
-
-    @abstractmethod
-    def _close(self) -> None:
-        """Let go of the device; do nothing when not connected."""
-
-    def _check_possible(self, amplitude_um_pp: float) -> None:  # noqa: B027 - most make all
+    def _check_possible(self, amplitude_um_pp: float) -> None:
         """Raise `OverLimit` if the device cannot make an amplitude within the limits."""
-
-    def _check(self) -> None:  # noqa: B027 - most backends learn of faults by commands alone
-        """Raise the fault that has come up since the last command, if any; cheaply."""
 
     def _play(self, loop: Loop) -> None:
         """Modulate the settled plate until the next command; a backend with a `modulator` only."""
@@ -486,11 +351,3 @@ class PlateDriver(ABC):
     def __enter__(self) -> Self:
         self.connect()
         return self
-
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
-        self.close()

@@ -13,7 +13,7 @@ ReadbackKind = Literal["measured", "applied", "commanded", "none"]
 
 
 class Output(StrEnum):
-    """What is known about a plate's drive; `slipscale.hardware.driver` states the rules."""
+    """What is known about a plate's drive; `slipscale.hardware.output_state` states the rules."""
 
     OFF = "confirmed off"
     MAY_BE_ON = "may be on"

@@ -187,16 +187,23 @@ def _siglent_off(header: str, key: str = "STATE") -> FixedSetting:
     return FixedSetting(item=item, value="OFF", holds=is_off)
 
 
+def _sine(function: str, load: str, offset: str) -> tuple[FixedSetting, ...]:
+    """Return sine, infinite load, volts peak to peak and no offset, by the makes' own headers."""
+    return (
+        FixedSetting(item=_plain(function), value="SIN", holds=is_sine),
+        FixedSetting(item=_plain(load), value="INF", holds=is_infinite),
+        FixedSetting(item=_plain("{source}VOLT:UNIT"), value="VPP", holds=is_peak_to_peak),
+        FixedSetting(item=_plain(offset), value="0", holds=is_zero),
+    )
+
+
 KEYSIGHT = Dialect(
     name="keysight",
     identity=r"(?i)^(agilent|keysight)",
     # The 33220A has one channel and knows no suffix.
     channels=(("", ""), ("SOUR2:", "2")),
     fixed=(
-        FixedSetting(item=_plain("{source}FUNC"), value="SIN", holds=is_sine),
-        FixedSetting(item=_plain("OUTP{channel}:LOAD"), value="INF", holds=is_infinite),
-        FixedSetting(item=_plain("{source}VOLT:UNIT"), value="VPP", holds=is_peak_to_peak),
-        FixedSetting(item=_plain("{source}VOLT:OFFS"), value="0", holds=is_zero),
+        *_sine("{source}FUNC", "OUTP{channel}:LOAD", "{source}VOLT:OFFS"),
         # Those that the 33220A and the 33500 share; the 33500's BPSK and SUM are not among them.
         *_off(
             *(f"{{source}}{each}:STAT" for each in ("AM", "FM", "PM", "FSK", "PWM", "SWE", "BURS"))
@@ -230,10 +237,7 @@ RIGOL = Dialect(
     identity=r"(?i)^rigol",
     channels=((":SOUR1:", "1"), (":SOUR2:", "2")),
     fixed=(
-        FixedSetting(item=_plain("{source}FUNC"), value="SIN", holds=is_sine),
-        FixedSetting(item=_plain(":OUTP{channel}:LOAD"), value="INF", holds=is_infinite),
-        FixedSetting(item=_plain("{source}VOLT:UNIT"), value="VPP", holds=is_peak_to_peak),
-        FixedSetting(item=_plain("{source}VOLT:OFFS"), value="0", holds=is_zero),
+        *_sine("{source}FUNC", ":OUTP{channel}:LOAD", "{source}VOLT:OFFS"),
         *_off(
             *(f"{{source}}{each}:STAT" for each in ("MOD", "SWE", "BURS", "SUM", "HARM")),
             word="OFF",
@@ -299,10 +303,7 @@ TEKTRONIX = Dialect(
     identity=r"(?i)^tektronix",
     channels=(("SOUR1:", "1"), ("SOUR2:", "2")),
     fixed=(
-        FixedSetting(item=_plain("{source}FUNC:SHAP"), value="SIN", holds=is_sine),
-        FixedSetting(item=_plain("OUTP{channel}:IMP"), value="INF", holds=is_infinite),
-        FixedSetting(item=_plain("{source}VOLT:UNIT"), value="VPP", holds=is_peak_to_peak),
-        FixedSetting(item=_plain("{source}VOLT:LEV:IMM:OFFS"), value="0", holds=is_zero),
+        *_sine("{source}FUNC:SHAP", "OUTP{channel}:IMP", "{source}VOLT:LEV:IMM:OFFS"),
         *_off(
             *(f"{{source}}{each}:STAT" for each in ("AM", "FM", "PM", "FSK", "PWM", "BURS")),
         ),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.faults import DONE, UserError
 from slipscale.hardware.address import positive_number
-from slipscale.hardware.keep_alive import typed
+from slipscale.hardware.calibration.keep_alive import typed
 
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace

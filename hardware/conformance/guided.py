@@ -10,10 +10,10 @@ import math
 from typing import TYPE_CHECKING, Protocol
 
 from slipscale.faults import UserError
+from slipscale.hardware.calibration.keep_alive import typed
 from slipscale.hardware.conformance.bench import Departure, NotApplicable, differs
 from slipscale.hardware.conformance.table import Verdict
 from slipscale.hardware.conformance.truth_rules import LIST_SHARES, expect_held, play
-from slipscale.hardware.keep_alive import typed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator

@@ -9,7 +9,6 @@ from slipscale.hardware.errors import WrongDevice
 
 if TYPE_CHECKING:
     from slipscale.hardware.calibration.record import Calibration
-    from slipscale.hardware.plate_file import PlateFile
     from slipscale.hardware.records import PlateIdentity
 
 
@@ -19,13 +18,17 @@ class Checked(Protocol):
     name: ClassVar[str]
     simulated: ClassVar[bool]
     calibration: Calibration | None
-    plate_file: PlateFile | None
 
 
-def check_device(plate: Checked, identity: PlateIdentity) -> tuple[str, ...]:
+def check_device(plate: Checked, identity: PlateIdentity, *, wanted: str) -> tuple[str, ...]:
     """Return what the operator should know of the calibration of a plate that has just answered.
 
     To a plate that is only simulated, a calibration of another one does no harm: it is noted.
+
+    Parameters
+    ----------
+    wanted : str
+        Serial number of the device that the plate file names; empty if it names none.
 
     Raises
     ------
@@ -34,7 +37,6 @@ def check_device(plate: Checked, identity: PlateIdentity) -> tuple[str, ...]:
     UserError
         The calibration is too old, or dated after today.
     """
-    wanted = plate.plate_file.identity.device_serial if plate.plate_file else ""
     if wanted and identity.serial != wanted and not plate.simulated:
         raise WrongDevice(f"the plate file is for device '{wanted}', this is '{identity.serial}'")
     if plate.calibration is None:

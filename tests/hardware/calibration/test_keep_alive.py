@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from slipscale.hardware.keep_alive import typed
+from slipscale.hardware.calibration.keep_alive import typed
 
 
 class Keyboard:
@@ -67,7 +67,7 @@ def test_the_end_of_the_input_is_told(monkeypatch, keyboard):
 
 
 ASKS = """
-from slipscale.hardware.keep_alive import typed
+from slipscale.hardware.calibration.keep_alive import typed
 from slipscale.hardware.signals import EndedBySignal, signals_raise
 try:
     with signals_raise():
