@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
-from slipscale.analysis.reading.listing import listed
+from slipscale.analysis.reading.cells import listed
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:

@@ -1,11 +1,11 @@
-"""Cells of a table in messages: where they are, what they hold, how many may be wrong."""
+"""Cells and lists in messages: where cells are, what they hold, how long a list is."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     import pandas as pd
 
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 LONGEST_CELL = 60
 #: More wrong cells than both of these, the second as a share, and a column is misread.
 FEW, FEW_SHARE = 3, 0.05
+#: Where a list of participants is cut.
+LISTED = 6
 
 
 def places(rows: pd.DataFrame, sources: Sequence[Source]) -> list[str]:
@@ -31,3 +33,14 @@ def cell(value: object) -> str:
     """
     text = " ".join(str(value).split())
     return text if len(text) <= LONGEST_CELL else f"{text[:LONGEST_CELL]} ..."
+
+
+def listed(names: Iterable[str], most: int = LISTED) -> str:
+    """Return names for a sentence, cut if they are many.
+
+    >>> listed("abcdefgh")
+    'a, b, c, d, e, f and 2 more'
+    """
+    everyone = list(names)
+    more = len(everyone) - most
+    return ", ".join(everyone[:most]) + (f" and {more} more" if more > 0 else "")

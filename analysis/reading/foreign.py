@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.reading.cells import places
+from slipscale.analysis.reading.cells import listed, places
 from slipscale.analysis.reading.cleaning import (
     clean_differences,
     clean_estimates,
@@ -24,7 +24,6 @@ from slipscale.analysis.reading.cleaning import (
     told_apart,
 )
 from slipscale.analysis.reading.delimited import Problems, Source, read_tables
-from slipscale.analysis.reading.listing import listed
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, SERIES
 from slipscale.experiments.dataset.schema import PARTICIPANT

@@ -13,8 +13,8 @@ from tools import setup
 
 ROOT = Path(__file__).parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-PAPER = (ROOT / "paper.md").read_text(encoding="utf-8")
-RECIPE = yaml.safe_load((ROOT / "recipe/meta.yaml").read_text(encoding="utf-8"))
+PAPER = (ROOT / "publishing/paper.md").read_text(encoding="utf-8")
+RECIPE = yaml.safe_load((ROOT / "publishing/recipe/meta.yaml").read_text(encoding="utf-8"))
 WORKFLOW = yaml.safe_load((ROOT / ".github/workflows/tests.yml").read_text(encoding="utf-8"))
 
 
@@ -57,7 +57,7 @@ def test_the_pythons_of_the_package_are_those_of_its_largest_range():
 
 def test_the_paper_cites_each_reference_and_no_other_and_keeps_the_journal_s_length():
     text = PAPER.split("---", 2)[2]
-    references = (ROOT / "paper.bib").read_text(encoding="utf-8")
+    references = (ROOT / "publishing/paper.bib").read_text(encoding="utf-8")
     keys = re.findall(r"^@\w+\{(\w+),", references, re.MULTILINE)
     assert sorted(set(re.findall(r"@(\w+)", text))) == sorted(keys)
     assert 700 <= len(text.split()) <= 1000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reading.listing import listed
+from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.reporting import methods_text
 from slipscale.analysis.tasks.estimation.primary import TITLES
 from slipscale.analysis.writing import html

@@ -12,7 +12,7 @@ import pandas as pd
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
-from slipscale.analysis.reading.listing import listed
+from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.statistics.effect_sizes import eta2_interval, eta2_of
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import exponents

@@ -27,7 +27,7 @@ def matches(found: Sequence[MatchedReference], trials: pd.DataFrame) -> Figure:
     found : sequence of MatchedReference
         Of one task.
     trials : DataFrame
-        `slipscale.analysis.tasks.matching.reading.read_matches`'s trials of the task.
+        The trials of `slipscale.analysis.tasks.matching.reading.TRIALS` of the task.
     """
     figure = Figure(figsize=(5.6, 4.2), layout="constrained")
     axes = figure.add_subplot()

@@ -76,7 +76,7 @@ def matching(
     Parameters
     ----------
     matches : DataFrame
-        `slipscale.analysis.tasks.matching.reading.read_matches`'s trials.
+        The trials of `slipscale.analysis.tasks.matching.reading.TRIALS`.
     """
     if not len(matches) or matches["catch"].all():
         return NotComputed("no trials of matching")

@@ -161,7 +161,7 @@ def productions(
     Parameters
     ----------
     trials : DataFrame
-        `slipscale.analysis.tasks.productions.reading.read_productions`'s trials.
+        The trials of `slipscale.analysis.tasks.productions.reading.TRIALS`.
     counterpart : Counterpart, optional
         The same people's exponents of estimation.
     """

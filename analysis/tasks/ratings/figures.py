@@ -29,7 +29,7 @@ def ratings(found: TaskRatings, trials: pd.DataFrame) -> Figure:
     ----------
     found : TaskRatings
     trials : DataFrame
-        `slipscale.analysis.tasks.ratings.reading.read_ratings`'s trials of the task.
+        The trials of `slipscale.analysis.tasks.ratings.reading.TRIALS` of the task.
     """
     figure = Figure(figsize=SIZE, layout="constrained")
     axes = figure.add_subplot()

@@ -136,7 +136,7 @@ def ratings(
     Parameters
     ----------
     trials : DataFrame
-        `slipscale.analysis.tasks.ratings.reading.read_ratings`'s trials.
+        The trials of `slipscale.analysis.tasks.ratings.reading.TRIALS`.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratings on a visual analogue scale")

@@ -87,7 +87,7 @@ def ratios(trials: pd.DataFrame, confidence: float = 0.95) -> tuple[TaskRatios, 
     Parameters
     ----------
     trials : DataFrame
-        `slipscale.analysis.tasks.ratios.reading.read_ratios`'s trials.
+        The trials of `slipscale.analysis.tasks.ratios.reading.TRIALS`.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratio judgements")

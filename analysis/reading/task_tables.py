@@ -1,0 +1,123 @@
+"""How the tables of a kind of task are read: declared by columns, the same for every kind.
+
+The rules:
+
+- a table belongs to the kind if it has every column in ``marks``;
+- practice and voided trials are counted and left out, then trials without an answer;
+- a column that is not declared is not read.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from slipscale.analysis.reading.answer_codes import TRUE
+from slipscale.analysis.reading.cleaning import labels, numbers
+from slipscale.analysis.reading.labelled_tasks import (
+    TaskTrials,
+    add_counts,
+    read_main_trials,
+    with_people,
+)
+from slipscale.analysis.reading.trial_tables import IDENTITY
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from slipscale.analysis.reading.delimited import Problems, Source
+    from slipscale.analysis.reading.labelled_tasks import Entries
+
+#: Columns of every kind.
+COMMON = (*IDENTITY, "task", "trial", "catch")
+
+
+def empty(columns: tuple[str, ...]) -> pd.DataFrame:
+    """Return a table of these columns, without a row."""
+    return pd.DataFrame({name: pd.Series(dtype=object) for name in columns})
+
+
+def task_trials(
+    name: str,
+    title: str,
+    *,
+    marks: tuple[str, ...],
+    numeric: tuple[str, ...],
+    words: tuple[str, ...] = (),
+    columns: tuple[str, ...],
+    needed: tuple[str, ...],
+    required: tuple[str, ...] = (),
+    derive: Callable[[pd.DataFrame, Problems], pd.DataFrame],
+) -> TaskTrials:
+    """Return which tables hold a kind's trials, and how they are read.
+
+    Parameters
+    ----------
+    name, title : str
+        Of `TaskTrials`; what is counted is counted under the title.
+    marks : tuple of str
+        Columns by which a table is recognised.
+    numeric : tuple of str
+        Columns of numbers of at least 0; NaN if a table lacks one that is no mark.
+    words : tuple of str
+        Columns of labels; empty if a table lacks one.
+    columns : tuple of str
+        Columns of the result after `COMMON`.
+    needed : tuple of str
+        Columns without which a trial is unanswered.
+    required : tuple of str
+        Columns beyond ``marks`` without which a table cannot be read.
+    derive : callable
+        Returns the trials with their derived columns. It sets answers that cannot be used to NaN.
+    """
+    kept_columns = (*COMMON, *columns)
+
+    def read(
+        entries: Entries, folder: Path, problems: Problems, counts: dict[str, int]
+    ) -> tuple[pd.DataFrame, list[Source]]:
+        if not entries:
+            return empty(kept_columns), []
+        frame, sources = read_main_trials(
+            entries,
+            folder,
+            kind=title,
+            required=(*marks, *required),
+            columns=tuple(dict.fromkeys(("trial", "catch", *marks, *numeric, *words))),
+            problems=problems,
+            counts=counts,
+        )
+        frame["catch"] = labels(frame, "catch", "false").astype(str).str.lower().isin(TRUE)
+        for word in words:
+            frame[word] = labels(frame, word, "").astype(str)
+        for number in ("trial", *numeric):
+            frame[number] = (
+                numbers(frame, number, sources, problems, minimum=0.0)
+                if number in frame
+                else np.nan
+            )
+        frame = derive(frame, problems)
+        answered = frame[list(needed)].notna().all(axis=1)
+        kept = frame[answered]
+        add_counts(counts, title, unanswered=(~answered).sum(), analysed=len(kept))
+        return with_people(kept, kept_columns), sources
+
+    return TaskTrials(
+        name=name,
+        counted=title,
+        title=title,
+        belongs=lambda header: header.issuperset(marks),
+        read=read,
+        empty=partial(empty, kept_columns),
+    )
+
+
+def above_zero(values: pd.Series[float], what: str, problems: Problems) -> pd.Series[float]:
+    """Return values without those of 0, which have no logarithm, and report their number."""
+    zero = values == 0
+    if zero.any():
+        problems.add(f"{int(zero.sum())} {what} are 0, which is no ratio; they are left out")
+    return values.mask(zero)
