@@ -16,13 +16,8 @@ import pandas as pd
 
 from slipscale.analysis.reading.cleaning import labels
 from slipscale.analysis.reading.delimited import read_tables
-from slipscale.experiments.dataset.schema import (
-    DAMAGED,
-    FLAG_SEPARATOR,
-    PARTICIPANT,
-    PRACTICE,
-    VOIDED,
-)
+from slipscale.analysis.reading.protocol_tables import set_aside
+from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     import re
@@ -165,12 +160,8 @@ def read_main_trials(
         frame[name] = values[place]
     frame[PARTICIPANT] = "sub-" + frame[PARTICIPANT].astype(str)
     frame["flag"] = labels(frame, "flag", "").astype(str)
-    flags = frame["flag"].str.split(FLAG_SEPARATOR)
-    voided = flags.map(lambda found: bool({VOIDED, DAMAGED} & set(found)))
-    practice = labels(frame, "phase", "").astype(str) == PRACTICE
-    add_counts(
-        counts, kind, rows=len(frame), practice=practice.sum(), voided=(voided & ~practice).sum()
-    )
+    practice, voided = set_aside(frame.assign(phase=labels(frame, "phase", "")))
+    add_counts(counts, kind, rows=len(frame), practice=practice.sum(), voided=voided.sum())
     return frame[~practice & ~voided].reset_index(drop=True), sources
 
 

@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.cleaning import clean_differences, empty_differences
 from slipscale.analysis.reading.labelled_tasks import TaskTrials
-from slipscale.analysis.reading.protocol_tables import has_flag, read_protocol
+from slipscale.analysis.reading.protocol_tables import read_protocol, set_aside
 from slipscale.analysis.reading.trial_tables import DIFFERENCE, STEP_AMPLITUDES
-from slipscale.experiments.dataset.schema import DAMAGED, PRACTICE, VOIDED
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,8 +39,7 @@ def _keep_steps(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
     counts["difference_rows"] = len(frame)
     if not len(frame):
         return frame
-    practice = frame["phase"].astype(str) == PRACTICE
-    voided = has_flag(frame, VOIDED, DAMAGED) & ~practice
+    practice, voided = set_aside(frame)
     counts["difference_practice"] = int(practice.sum())
     counts["difference_voided"] = int(voided.sum())
     kept = frame[~practice & ~voided]

@@ -8,20 +8,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from slipscale.analysis.reading.cleaning import clean_estimates, empty_estimates
 from slipscale.analysis.reading.labelled_tasks import TaskTrials
-from slipscale.analysis.reading.protocol_tables import has_flag, read_protocol
+from slipscale.analysis.reading.protocol_tables import has_flag, read_protocol, set_aside
 from slipscale.analysis.reading.trial_tables import ESTIMATION, IDENTITY
 from slipscale.experiments.dataset.schema import (
-    DAMAGED,
     FAULT,
     PARTICIPANT,
-    PRACTICE,
     REPRESENTED,
     TIMED_OUT,
-    VOIDED,
 )
 
 if TYPE_CHECKING:
@@ -55,12 +50,9 @@ def divide(
 def _keep_main_trials(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
     """Return main trials that were not voided or damaged, marked by what happened in them."""
     counts["estimation_rows"] = len(frame)
-    practice = frame["phase"].astype(str) == PRACTICE if len(frame) else np.array([], bool)
-    counts["practice"] = int(np.sum(practice))
-    main = frame[~practice]
-    voided = has_flag(main, VOIDED, DAMAGED)
-    counts["voided"] = int(voided.sum())
-    main = main[~voided].reset_index(drop=True)
+    practice, voided = set_aside(frame)
+    counts["practice"], counts["voided"] = int(practice.sum()), int(voided.sum())
+    main = frame[~practice & ~voided].reset_index(drop=True)
     main["timed_out"] = has_flag(main, TIMED_OUT)
     main["faulty"] = has_flag(main, FAULT, REPRESENTED)
     counts["timed_out"] = int(main["timed_out"].sum())

@@ -65,11 +65,6 @@ class ComparisonScale:
     answers: int
     participants: int
 
-    def difference_se(self, one: int, other: int) -> float:
-        """Return the standard error of the distance between two surfaces."""
-        c = self.covariance
-        return float((c[one][one] + c[other][other] - 2 * c[one][other]) ** 0.5)
-
 
 def checked_choices(chosen: npt.ArrayLike) -> Array:
     """Return counts as (participants, surfaces, surfaces), or raise `UserError`.
