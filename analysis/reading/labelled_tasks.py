@@ -16,7 +16,7 @@ import pandas as pd
 
 from slipscale.analysis.reading.cleaning import labels
 from slipscale.analysis.reading.delimited import read_tables
-from slipscale.analysis.reading.protocol_tables import set_aside
+from slipscale.analysis.reading.trial_tables import set_aside
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:

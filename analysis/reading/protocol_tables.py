@@ -9,7 +9,6 @@ import pandas as pd
 
 from slipscale.analysis.reading.delimited import read_tables
 from slipscale.analysis.reading.trial_tables import IDENTITY
-from slipscale.experiments.dataset.schema import DAMAGED, FLAG_SEPARATOR, PRACTICE, VOIDED
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -40,19 +39,3 @@ def read_protocol(
         categories, codes = np.unique(values, return_inverse=True)
         frame[name] = pd.Categorical.from_codes(codes[place], categories=categories.tolist())
     return frame, sources
-
-
-def set_aside(frame: pd.DataFrame) -> tuple[pd.Series[bool], pd.Series[bool]]:
-    """Return which rows are practice, and which of the others were voided or damaged."""
-    practice = frame["phase"].astype(str) == PRACTICE
-    return practice, has_flag(frame, VOIDED, DAMAGED) & ~practice
-
-
-def has_flag(frame: pd.DataFrame, *codes: str) -> pd.Series[bool]:
-    """Return which rows carry one of the codes; each distinct flag cell is read once."""
-    flags = frame["flag"].astype("category")
-    hits = [
-        bool(set(codes) & set(str(name).split(FLAG_SEPARATOR))) for name in flags.cat.categories
-    ]
-    lookup = np.array([*hits, False])
-    return pd.Series(lookup[flags.cat.codes], index=frame.index)

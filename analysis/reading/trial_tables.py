@@ -9,8 +9,18 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+import pandas as pd
+
 from slipscale.experiments.dataset.measured import COEFFICIENT, MEASURED
-from slipscale.experiments.dataset.schema import PARTICIPANT, columns
+from slipscale.experiments.dataset.schema import (
+    DAMAGED,
+    FLAG_SEPARATOR,
+    PARTICIPANT,
+    PRACTICE,
+    VOIDED,
+    columns,
+)
 from slipscale.experiments.protocols import descending_difference, magnitude_estimation
 
 if TYPE_CHECKING:
@@ -106,3 +116,19 @@ FREE_TEXT = (
     *free_text(columns(magnitude_estimation.PROTOCOL)),
     *free_text(columns(descending_difference.PROTOCOL)),
 )
+
+
+def set_aside(frame: pd.DataFrame) -> tuple[pd.Series[bool], pd.Series[bool]]:
+    """Return which rows are practice, and which of the others were voided or damaged."""
+    practice = frame["phase"].astype(str) == PRACTICE
+    return practice, has_flag(frame, VOIDED, DAMAGED) & ~practice
+
+
+def has_flag(frame: pd.DataFrame, *codes: str) -> pd.Series[bool]:
+    """Return which rows carry one of the codes; each distinct flag cell is read once."""
+    flags = frame["flag"].astype("category")
+    hits = [
+        bool(set(codes) & set(str(name).split(FLAG_SEPARATOR))) for name in flags.cat.categories
+    ]
+    lookup = np.array([*hits, False])
+    return pd.Series(lookup[flags.cat.codes], index=frame.index)

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.cleaning import clean_differences, empty_differences
 from slipscale.analysis.reading.labelled_tasks import TaskTrials
-from slipscale.analysis.reading.protocol_tables import read_protocol, set_aside
-from slipscale.analysis.reading.trial_tables import DIFFERENCE, STEP_AMPLITUDES
+from slipscale.analysis.reading.protocol_tables import read_protocol
+from slipscale.analysis.reading.trial_tables import DIFFERENCE, STEP_AMPLITUDES, set_aside
 
 if TYPE_CHECKING:
     from pathlib import Path

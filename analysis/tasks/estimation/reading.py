@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.cleaning import clean_estimates, empty_estimates
 from slipscale.analysis.reading.labelled_tasks import TaskTrials
-from slipscale.analysis.reading.protocol_tables import has_flag, read_protocol, set_aside
-from slipscale.analysis.reading.trial_tables import ESTIMATION, IDENTITY
+from slipscale.analysis.reading.protocol_tables import read_protocol
+from slipscale.analysis.reading.trial_tables import ESTIMATION, IDENTITY, has_flag, set_aside
 from slipscale.experiments.dataset.schema import (
     FAULT,
     PARTICIPANT,

@@ -159,7 +159,7 @@ def test_reml_of_balanced_data_equals_the_mean_squares():
     cells = frame.groupby(["who", "level"])["log"]
     around = ((frame["log"] - cells.transform("mean")) ** 2).groupby(frame["who"]).sum()
     found = reml_components(
-        cells.mean().unstack().to_numpy(),
+        frame.pivot_table(index="who", columns="level", values="log").to_numpy(),
         np.full((10, 4), 3.0),
         around.to_numpy(),
     )
