@@ -19,11 +19,11 @@ from slipscale.analysis.statistics import descriptives
 from slipscale.analysis.statistics.measured_friction import measured_friction
 from slipscale.analysis.statistics.robustness import robustness
 from slipscale.analysis.statistics.sensitivity import sensitivity
+from slipscale.analysis.tasks.conclude import conclude
 from slipscale.analysis.tasks.estimation import textures
 from slipscale.analysis.tasks.individuals import individuals
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.tasks.outside import guard
-from slipscale.analysis.tasks.run import conclude
 from slipscale.analysis.tasks.table import KINDS, TRIALS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError

@@ -34,7 +34,7 @@ class Manifest(_Frozen):
     """A frozen plan.
 
     ``normalisation`` and ``tests`` are what `analyse` does with simulated data of the study: the
-    rule it takes, and the fields of `slipscale.analysis.tasks.run.Inference` that have a
+    rule it takes, and the fields of `slipscale.analysis.statistics.statistic.Inference` that have a
     result. ``digest`` is the SHA-256 of all else here, and so of every file.
     """
 

@@ -29,7 +29,7 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
     prepared : Prepared or None
         Magnitude estimates.
     inference : Inference
-        `slipscale.analysis.tasks.run.conclude`'s result.
+        `slipscale.analysis.tasks.conclude.conclude`'s result.
 
     Returns
     -------

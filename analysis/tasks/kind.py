@@ -136,7 +136,7 @@ class Analysis:
     prepared : Prepared or None
         What the tests were computed from; None where there are no magnitude estimates.
     inference : Inference
-        One field a test, see `slipscale.analysis.tasks.run`.
+        One field a test, see `slipscale.analysis.tasks.conclude`.
     sensitivity : tuple of RuleSummary
         Means and spreads under every normalisation.
     robustness : tuple of SubsetSummary

@@ -15,7 +15,7 @@ from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.reading.quantity import PLATE_AMPLITUDE
 from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.run import conclude
+from slipscale.analysis.tasks.conclude import conclude
 from slipscale.analysis.tasks.sessions.sentences import session_sentences
 from slipscale.analysis.tasks.sessions.statistics import agreement
 from slipscale.experiments.participants.simulated_people.population import Population
