@@ -29,7 +29,7 @@ from slipscale.experiments.lab.console.page_texts import LANGUAGES
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from playwright.sync_api import Browser, Page, ViewportSize
+    from playwright.sync_api import Browser, Page, StorageState, ViewportSize
 
 AXE = "axe-core@4.14.1"
 WIDTHS = {"wide": 1400, "phone": 400}
@@ -156,6 +156,7 @@ SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
     "today": (nothing, "", ""),
     "today-asks": (nothing, "", "[data-do=begin]"),
     "live-nothing": (nothing, "live", ""),
+    "keys": (nothing, "", "[data-open=keys]"),
     "study": (nothing, "study", ""),
     "data-blind": (nothing, "data", ""),
     "pilot": (nothing, "pilot", ""),
@@ -174,6 +175,11 @@ SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
         lambda stage: stage.tell(
             state="fault", plate="lost", faults=2, voided=1, message="the line to the plate is lost"
         ),
+        "live",
+        "",
+    ),
+    "live-warned": (
+        lambda stage: stage.tell(warnings=["NO BACKUP of this run: /media/disk: no such folder"]),
         "live",
         "",
     ),
@@ -224,7 +230,14 @@ def faults(page: Page, source: str) -> list[str]:
 
 
 def look(
-    browser: Browser, address: str, out: Path, name: str, *, source: str, language: str
+    browser: Browser,
+    address: str,
+    out: Path,
+    name: str,
+    *,
+    source: str,
+    language: str,
+    opened: StorageState,
 ) -> list[str]:
     """Take a scene's pictures; return axe-core's findings, each with its picture."""
     _, path, press = SCENES[name]
@@ -232,11 +245,13 @@ def look(
     for theme in THEMES:
         for width_name, width in WIDTHS.items():
             context = browser.new_context(
-                color_scheme=theme, viewport={"width": width, "height": 900}, locale=language
+                color_scheme=theme,
+                viewport={"width": width, "height": 900},
+                locale=language,
+                storage_state=opened,
             )
             page = context.new_page()
-            page.goto(address)
-            page.goto(address.partition("?")[0] + path)
+            page.goto(address + path)
             if press:
                 page.locator(press).first.click()
             picture = f"{name}-{theme}-{width_name}"
@@ -249,12 +264,22 @@ def look(
     return told
 
 
-def document(browser: Browser, address: str, out: Path, name: str) -> None:
+def enter(browser: Browser, address: str) -> StorageState:
+    """Return what a browser holds after it has opened the address, which it can do once."""
+    context = browser.new_context()
+    page = context.new_page()
+    page.goto(address)
+    page.get_by_role("navigation").wait_for()
+    held = context.storage_state()
+    context.close()
+    return held
+
+
+def document(browser: Browser, address: str, out: Path, name: str, opened: StorageState) -> None:
     """Take a scene's picture for the documentation."""
     size: ViewportSize = {"width": 1000, "height": DOCUMENTED[name]}
-    page = browser.new_page(color_scheme="light", viewport=size, locale="en")
-    page.goto(address)
-    page.goto(address.partition("?")[0] + SCENES[name][1])
+    page = browser.new_page(color_scheme="light", viewport=size, locale="en", storage_state=opened)
+    page.goto(address + SCENES[name][1])
     page.screenshot(path=out / f"console-{name}.png")
     page.close()
 
@@ -279,7 +304,8 @@ def main() -> int:
         stage = Stage(Path(place, "lab"))
         rights = ["--no-sandbox"] if os.geteuid() == 0 else []
         browser = play.chromium.launch(executable_path=chromium, args=rights)
-        with console(stage.folder) as address:
+        with console(stage.folder) as door:
+            opened, address = enter(browser, door), door.partition("?")[0]
             for name, (prepare, _, _) in SCENES.items():
                 prepare(stage)
                 wanted = DOCUMENTED if options.documentation else options.only or SCENES
@@ -287,10 +313,16 @@ def main() -> int:
                     continue
                 time.sleep(FRESH_S)
                 if options.documentation:
-                    document(browser, address, options.folder, name)
+                    document(browser, address, options.folder, name, opened)
                     continue
                 told += look(
-                    browser, address, options.folder, name, source=source, language=options.language
+                    browser,
+                    address,
+                    options.folder,
+                    name,
+                    source=source,
+                    language=options.language,
+                    opened=opened,
                 )
             stage.end()
         browser.close()

@@ -77,8 +77,8 @@ class Journal:
         Where it is written now: another place than at first once that has gone.
     lost : Path or None
         Where it was written at first, if that has gone.
-    tell : callable
-        Told a sentence when that happens.
+    moved, tell : callable
+        Told the new place, and a sentence, when that happens.
     """
 
     def __init__(
@@ -94,6 +94,7 @@ class Journal:
         self.synced = synced
         self.records = records
         self.lost: Path | None = None
+        self.moved: Callable[[Path], None] = lambda _: None
         self.tell: Callable[[str], None] = _tell_on_standard_error
         self._clock = clock
         self._stream = stream
@@ -268,6 +269,7 @@ class Journal:
                 f"journal {gone}: it has been removed or renamed, or its disk is gone, and no "
                 f"other place can be written; {len(self.records)} records were in it"
             )
+        self.moved(self.path)
         self.tell(
             f"THE JOURNAL HAS GONE: {gone} was removed or renamed, or its disk is gone. "
             f"All until now and what follows is in {self.path}"

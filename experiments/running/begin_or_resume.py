@@ -55,6 +55,7 @@ def run_plan(
     sources: Mapping[Kind, NamedSource] | None = None,
     tracking: ResonanceTracking | None = None,
     backup: Path | None = None,
+    warnings: tuple[str, ...] = (),
     steps: Steps | None = None,
 ) -> RunOutcome:
     """Run a plan from the journal's end to the run's.
@@ -71,6 +72,8 @@ def run_plan(
         Looks for the resonance between trials.
     backup : Path, optional
         The folder that the journal is to be copied to.
+    warnings : tuple of str, optional
+        What went wrong before, for the operator.
     steps : generator, optional
         The plan's steps, where somebody takes note of them on their way.
     """
@@ -99,5 +102,6 @@ def run_plan(
         unblind=unblind,
         sources={kind: each.source for kind, each in (sources or {}).items()},
         tracking=tracking,
+        warnings=warnings,
     )
     return session.run()

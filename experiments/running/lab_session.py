@@ -230,8 +230,10 @@ def _conduct(
     The journal is open already: its lock keeps a second session from the plate, and a folder that
     cannot be written is told before anything moves.
     """
-    if setting.backup and (missing := why_no_backup(dataset, setting.backup)):
-        print(f"NO BACKUP of this run unless that changes: {missing}", file=sys.stderr)
+    missing = why_no_backup(dataset, setting.backup) if setting.backup else ""
+    warnings = (f"NO BACKUP of this run unless that changes: {missing}",) if missing else ()
+    for warning in warnings:
+        print(harmless(warning), file=sys.stderr)
     with ExitStack() as stack:
         stack.enter_context(signals_raise())
         stack.push(partial(_leave, dataset, journal, setting))
@@ -240,6 +242,7 @@ def _conduct(
         heading = plan.heading(spec)
         # Before the window, which takes seconds: nobody must ask a session that has crashed.
         mailbox = stack.enter_context(Mailbox(mailbox_of(journal.path), heading))
+        journal.moved = lambda path: mailbox.move(mailbox_of(path))
         plate = stack.enter_context(plate_for(plan, spec, clock))
         check_felt(plan, plate, begun=bool(journal.records))
         check_supported(plan, plate)
@@ -273,6 +276,7 @@ def _conduct(
             sources=sources,
             tracking=_tracking(plan, plate, clock, stack),
             backup=setting.backup,
+            warnings=warnings,
         )
 
 

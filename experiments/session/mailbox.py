@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 # The folder is looked into this often at most: on a slow disk a look takes its time.
 LOOK_S = 0.05
+# A session that looks shows that it is there: its folder of requests is touched this often.
+BEAT_S = 1.0
 LONGEST_REQUEST = 20_000
 STATUS, REQUESTS = "status.json", "requests"
 
@@ -72,6 +74,7 @@ class LiveStatus(BaseModel):
     message: str
     amplitude_um_pp: float | None
     unblinded: bool = False
+    warnings: tuple[str, ...] = ()
     refused: str
 
 
@@ -111,7 +114,7 @@ class Mailbox:
         self._token = secrets.token_hex(8)
         self._status = SessionStatus(state="showing")
         self._refused = ""
-        self._looked_s = 0.0
+        self._looked_s = self._beat_s = 0.0
         self._open = False
 
     def tell(self, status: SessionStatus) -> None:
@@ -129,6 +132,9 @@ class Mailbox:
             return None
         self._looked_s = now_s
         with suppress(OSError):
+            if now_s - self._beat_s >= BEAT_S:
+                self._beat_s = now_s
+                os.utime(self._folder / REQUESTS)
             for path in sorted((self._folder / REQUESTS).glob("*.json")):
                 text = path.read_bytes()[:LONGEST_REQUEST]
                 path.unlink()
@@ -201,8 +207,15 @@ class Mailbox:
             message=status.message,
             amplitude_um_pp=status.amplitude_um_pp,
             unblinded=status.unblinded,
+            warnings=status.warnings,
             refused=self._refused,
         )
+
+    def move(self, folder: Path) -> None:
+        """Go on in another folder: the journal's place has gone."""
+        shutil.rmtree(self._folder, ignore_errors=True)
+        self._folder = folder
+        self.__enter__()
 
     def __enter__(self) -> Self:
         # Whoever can write here can stop the session: nobody but its owner. A session without a
@@ -238,6 +251,14 @@ def read_status(journal: Path) -> LiveStatus | None:
         return None
     holder = writer(journal)
     return None if holder and holder.process != status.process else status
+
+
+def beat_ns(journal: Path) -> int | None:
+    """Return when the session of a journal last showed that it is there; None without a mailbox."""
+    try:
+        return (mailbox_of(journal) / REQUESTS).stat().st_mtime_ns
+    except OSError:
+        return None
 
 
 def post(journal: Path, request: LiveRequest) -> None:

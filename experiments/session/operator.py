@@ -58,6 +58,8 @@ class SessionStatus:
         Only unblinded.
     unblinded : bool
         Whether the operator is told amplitudes.
+    warnings : tuple of str
+        What went wrong around the session and lasts: no backup, a journal that has gone.
     """
 
     state: State
@@ -78,6 +80,7 @@ class SessionStatus:
     plate: PlateState = "silent"
     temperature_c: float | None = None
     message: str = ""
+    warnings: tuple[str, ...] = ()
     amplitude_um_pp: float | None = None
     unblinded: bool = False
 

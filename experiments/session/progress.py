@@ -34,6 +34,8 @@ class Progress:
         How many trials were voided before the session was resumed; each is repeated.
     unblinded : bool
         Whether the operator is told the amplitude from the beginning.
+    warnings : tuple of str
+        What went wrong before the session began.
     """
 
     def __init__(
@@ -46,13 +48,18 @@ class Progress:
         planned: int,
         voided: int = 0,
         unblinded: bool = False,
+        warnings: tuple[str, ...] = (),
     ) -> None:
         self._operator = operator
         self._clock = clock
         self._noise = noise
         self._surface = surface
         self._status = SessionStatus(
-            state="showing", planned=planned + voided, voided=voided, unblinded=unblinded
+            state="showing",
+            planned=planned + voided,
+            voided=voided,
+            unblinded=unblinded,
+            warnings=warnings,
         )
         self._begun_s = clock.now()
         self._away_s = 0.0  # faults and pauses
@@ -144,6 +151,11 @@ class Progress:
         """Tell the operator which question is theirs to answer, or that none is any more."""
         self._status = replace(self._status, answering=question)
         self._operator.tell(self._status)
+
+    def warn(self, warning: str) -> None:
+        """Tell the operator what went wrong and lasts."""
+        self._status = replace(self._status, warnings=(*self._status.warnings, warning))
+        self.say(warning)
 
     def say(self, message: str) -> None:
         """Tell the operator something; the state stays as it is."""

@@ -110,6 +110,8 @@ class Session:
         its place is known, textures follow it on a plate that can.
     tracking : ResonanceTracking, optional
         Looks for the resonance between trials.
+    warnings : tuple of str, optional
+        What went wrong before, for the operator.
     """
 
     def __init__(
@@ -129,6 +131,7 @@ class Session:
         unblind: bool = False,
         sources: Mapping[Kind, ContactSource] | None = None,
         tracking: ResonanceTracking | None = None,
+        warnings: tuple[str, ...] = (),
     ) -> None:
         self._steps = steps
         self._participant = participant
@@ -151,8 +154,9 @@ class Session:
             planned=planned,
             voided=voided,
             unblinded=unblind,
+            warnings=warnings,
         )
-        journal.tell = self._progress.say
+        journal.tell = self._progress.warn
         self._operator_answers = OperatorAnswers(self._progress, clock)
         self._interruptions = Interruptions(
             plate=plate,
@@ -421,7 +425,7 @@ class Session:
         """Play a sound while the participant listens; return whether it could be."""
         if self._sounds.missing:
             self._journal.write(NO_SOUND, name=step.name, reason=self._sounds.missing)
-            self._progress.say(f"no headphone test: {self._sounds.missing}")
+            self._progress.warn(f"no headphone test: {self._sounds.missing}")
             return False
         self._sounds.start(played.sound)
         try:
@@ -433,7 +437,7 @@ class Session:
 
     def _marker_lost(self, name: str, reason: str) -> None:
         """Tell and write down that a recorder gets no markers any more."""
-        self._progress.say(f"NO MARKERS on {name} any more: {reason}")
+        self._progress.warn(f"NO MARKERS on {name} any more: {reason}")
         self._journal.write("markers", outputs=list(self._markers.names), lost=name, reason=reason)
 
     def _silence(self, step: Silence) -> None:

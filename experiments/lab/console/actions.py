@@ -81,6 +81,13 @@ class Unblind(Form):
     word: str
 
 
+class Acknowledge(Form):
+    """Somebody has read a session's warning."""
+
+    session: str
+    sentence: str
+
+
 class Pilot(Form):
     """Run a simulated pilot."""
 
@@ -119,12 +126,15 @@ class Actions:
     def __init__(self, state: State, jobs: Jobs) -> None:
         self._state = state
         self._jobs = jobs
+        self._warned: dict[tuple[str, str], None] = {}  # (session, sentence), in their order
+        self._acknowledged: set[tuple[str, str]] = set()
         self._analysed: frozenset[tuple[Path, int]] = frozenset()
         self._table: dict[str, tuple[type[Form], Callable[[Any], str]]] = {
             "begin": (Begin, self._begin),
             "resume": (Resume, self._resume),
             "ask": (Ask, self._ask),
             "check": (Nothing, self._check),
+            "acknowledge": (Acknowledge, self._acknowledge),
             "unblind": (Unblind, self._unblind),
             "analyse": (Nothing, self._analyse),
             "pilot": (Pilot, self._pilot),
@@ -222,6 +232,22 @@ class Actions:
             ),
         )
         return f"the session was asked: {asked.what.replace('_', ' ')}"
+
+    def warnings(self) -> list[tuple[str, str]]:
+        """Return what sessions warned of and nobody has acknowledged: (session, sentence)."""
+        live, job = self._state.now().live, self._jobs.last("session")
+        said = {sentence for _, sentence in self._warned}
+        if live and live.status:
+            found = [(live.status.token, sentence) for sentence in live.status.warnings]
+            self._warned |= dict.fromkeys(found)
+        for sentence in job.warnings() if job else ():
+            if job and sentence not in said:
+                self._warned[str(job.began_s), sentence] = None
+        return [each for each in self._warned if each not in self._acknowledged]
+
+    def _acknowledge(self, asked: Acknowledge) -> str:
+        self._acknowledged.add((asked.session, asked.sentence))
+        return ""
 
     def _check(self, _: Nothing) -> str:
         self._free()

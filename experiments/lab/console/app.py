@@ -23,10 +23,11 @@ from starlette.routing import Route
 from slipscale.experiments.lab.console.actions import Actions
 from slipscale.experiments.lab.console.jobs import KINDS
 from slipscale.experiments.lab.console.page_texts import LANGUAGES, Words, preferred
-from slipscale.experiments.lab.console.pages import PAGES, parts_done
+from slipscale.experiments.lab.console.pages import PAGES, local_time, parts_done, strip
 from slipscale.experiments.lab.console.presence import Presence
 from slipscale.experiments.lab.console.security import REPORT_POLICY, Guard
 from slipscale.experiments.lab.console.state import RESULTS, State, pilots
+from slipscale.experiments.session.terminal import clock_face
 from slipscale.faults import UserError, harmless
 
 if TYPE_CHECKING:
@@ -55,6 +56,7 @@ class Console:
     def __init__(self, access: Access, jobs: Jobs) -> None:
         self.access = access
         self.name = token_hex(4)  # pages of a console that has ended are told apart by it
+        self.lab = Path.cwd().name
         self.jobs = jobs
         self.state = State()
         self.actions = Actions(self.state, jobs)
@@ -68,6 +70,7 @@ class Console:
             trim_blocks=True,
             lstrip_blocks=True,
         )
+        self._environment.filters["local"] = local_time
 
     # Pages ------------------------------------------------------------------------------------
 
@@ -88,6 +91,9 @@ class Console:
             "other": next(code for code in LANGUAGES if code != t.language),
             "found": found,
             "notices": self._notices(),
+            "warnings": self.actions.warnings(),
+            "strip": strip(found, t, self.lab),
+            "clock": clock_face,
             "shown_state": status.state if status else "",
             "read_only": self.access.read_only,
             "console": self.name,
@@ -130,7 +136,12 @@ class Console:
             self.actions.renew()
         jobs = [self.jobs.last(kind) for kind in KINDS]
         told = [(job.status, job.complained(), job.steps()) if job else None for job in jobs]
-        return self.state.version(told, parts_done(self.state.now(), self.jobs), self._notices())
+        return self.state.version(
+            told,
+            parts_done(self.state.now(), self.jobs),
+            self._notices(),
+            self.actions.warnings(),
+        )
 
     def _notices(self) -> tuple[str, ...]:
         return self.state.now().notices + (self.presence.notices() if self.presence else ())

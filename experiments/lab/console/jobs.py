@@ -21,6 +21,7 @@ from slipscale.faults import UserError, harmless
 Kind = Literal["session", "check", "analysis", "pilot"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 LONGEST = 20_000  # characters of a job's output that are read
+WARNS = ("NO BACKUP", "The journal's own place has gone")  # how a session's warnings begin
 STEP = "step: "  # how a command begins a line that says what it does now
 LEAST_URGENT = 19  # a session's frames come before what is computed beside it
 COMPUTING: frozenset[Kind] = frozenset({"analysis", "pilot"})
@@ -66,6 +67,10 @@ class Job:
         """Return the last line of what it wrote for people."""
         lines = [line for line in self._lines() if not line.startswith(STEP)]
         return lines[-1] if lines else ""
+
+    def warnings(self) -> list[str]:
+        """Return the warnings that a session wrote for people."""
+        return [line for line in self._lines() if line.startswith(WARNS)]
 
     def steps(self) -> list[str]:
         """Return the steps that it said it came to, in order."""

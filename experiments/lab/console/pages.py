@@ -14,12 +14,12 @@ from slipscale.experiments.lab.console.history import deviations, history
 from slipscale.experiments.lab.console.plots import scatter
 from slipscale.experiments.lab.console.state import (
     RESULTS,
+    changed_ns,
     findings,
     pilots,
     table3,
     usual_duration_s,
 )
-from slipscale.experiments.session.terminal import clock_face
 from slipscale.experiments.study.file import study_text
 from slipscale.experiments.study.run_plan import RunPlan
 
@@ -33,7 +33,9 @@ if TYPE_CHECKING:
 
 MOST_EVENTS = 30
 MOST_NOTES = 20
+MOST_REHEARSALS = 5
 MOST_BARS = 24
+LOW_GB = 1.0  # a run takes some megabytes; a disk that is nearly full fails elsewhere too
 MOST_PEOPLE = 60  # in a table, unless all are asked for
 
 
@@ -77,9 +79,11 @@ def today(found: Snapshot, jobs: Jobs, t: Words) -> dict[str, Any]:
         "check_failed": check.complained() if check and over and results is None else "",
         "ready": bool(results) and all(each["passed"] is not False for each in results or ()),
         "notes": _notes(found),
-        "clock": clock_face,
+        "checked": _when_over(check),
+        "began": _began(found, jobs.last("session")),
         "doing": _doing(found.live, t) if found.live else "",
         "pressing": _pressing(people),
+        "most_rehearsals": MOST_REHEARSALS,
         "titles": _titles(found),
     }
 
@@ -124,7 +128,8 @@ def _notes(found: Snapshot) -> list[Note]:
 
 def live(found: Snapshot, jobs: Jobs, t: Words) -> dict[str, Any]:
     """Return what the page of the running session shows."""
-    shown: dict[str, Any] = {"session_failed": _failure(jobs.last("session"))}
+    job = jobs.last("session")
+    shown: dict[str, Any] = {"session_failed": _failure(job), "began": _began(found, job)}
     if found.live is None:
         return shown
     groups = deviations(found.live.summary.readings)
@@ -134,7 +139,7 @@ def live(found: Snapshot, jobs: Jobs, t: Words) -> dict[str, Any]:
     return shown | {
         "plate": "silent" if held or status is None else status.plate,
         "doing": _doing(found.live, t),
-        "clock": clock_face,
+        "since_s": _since_s(found.live.visit.started_utc),
         "events": found.live.summary.events[::-1][:MOST_EVENTS],
         "tolerance": round(100 * max(g.largest for g in groups)) if groups else None,
         "history": history(found.live.summary),
@@ -148,7 +153,43 @@ def _doing(live: Live, t: Words) -> str:
     if live.status.state in ("paused", "fault", "done", "presenting"):
         return t(f"live.{live.status.state}")
     kind, _, name = live.summary.doing.partition(":")
-    return t.known(f"live.{kind}", t(f"live.{live.status.state}")).format(name=name)
+    question = t.known(f"question.{name}", name.replace("_", " "))
+    return t.known(f"live.{kind}", t(f"live.{live.status.state}")).format(name=question)
+
+
+def _began(found: Snapshot, job: Job | None) -> bool:
+    """Return whether a session that was started here came to record anything."""
+    visits = (
+        visit
+        for roster in (found.roster, found.rehearsals)
+        for person in (roster.people if roster else ())
+        for visit in person.visits
+        if visit.state != "free"
+    )
+    return job is not None and any(changed_ns(v.path) > job.began_s * 1e9 for v in visits)
+
+
+def _when_over(job: Job | None) -> str:
+    """Return when a job ended, in ISO 8601; empty while there is no such time."""
+    if job is None or job.running:
+        return ""
+    return datetime.fromtimestamp(changed_ns(job.output) / 1e9, UTC).isoformat()
+
+
+def _since_s(started_utc: str) -> float | None:
+    """Return how long ago a run began, as the times of its events count."""
+    if not started_utc:
+        return None
+    return (datetime.now(UTC) - datetime.fromisoformat(started_utc)).total_seconds()
+
+
+def local_time(utc: str) -> str:
+    """Return a time in ISO 8601 as this computer's clocks show it, to the minute.
+
+    >>> local_time("")
+    ''
+    """
+    return f"{datetime.fromisoformat(utc).astimezone():%Y-%m-%d %H:%M}" if utc else ""
 
 
 def study(found: Snapshot, _: Jobs, __: Words) -> dict[str, Any]:
@@ -231,16 +272,16 @@ def data(found: Snapshot, jobs: Jobs, _: Words) -> dict[str, Any]:
         "rounded": _rounded,
         "analysing": at_work,
         "steps": analysis.steps() if analysis and at_work else [],
-        "results_of": _minute(found.results_ns),
+        "results_of": _date(found.results_ns),
+        "reported": (found.defaults.data / RESULTS / "report.html").is_file(),
+        "downloadable": found.defaults.data.is_dir(),
         "analysis_failed": _failure(analysis),
     }
 
 
-def _minute(changed_ns: int | None) -> str:
-    """Return when a file changed, in UTC, to the minute; empty where there is none."""
-    if changed_ns is None:
-        return ""
-    return f"{datetime.fromtimestamp(changed_ns / 1e9, UTC):%Y-%m-%d %H:%M}"
+def _date(when_ns: int | None) -> str:
+    """Return when a file changed, in ISO 8601; empty if there is none."""
+    return "" if when_ns is None else datetime.fromtimestamp(when_ns / 1e9, UTC).isoformat()
 
 
 def _rounded(value: str) -> str:
@@ -287,6 +328,29 @@ def _failure(job: Job | None) -> str:
     """
     stopped = 130
     return job.complained() if job and job.status not in (None, 0, stopped) else ""
+
+
+def strip(found: Snapshot, t: Words, lab: str) -> list[tuple[str, str, str]]:
+    """Return what every page's first line shows: (what, its value, how it is)."""
+    live, status = found.live, found.live.status if found.live else None
+    session = t("strip.running", label=live.label) if live else t("strip.none")
+    if live and status and status.state in ("paused", "fault"):
+        session += f" · {t(f'live.{status.state}')}"
+    low = found.free_gb is not None and found.free_gb < LOW_GB
+    missing = found.without_backup
+    backup = t("strip.no_backup") if missing is None else t("strip.backed_up")
+    return [
+        ("laboratory", lab, ""),
+        ("study", found.study.title if found.study else found.defaults.study, ""),
+        ("plate", found.defaults.plate, "warn" if is_mock(found.defaults.plate) else ""),
+        ("session", session, "bad" if status and status.state == "fault" else ""),
+        ("disk", t("strip.free", gb=found.free_gb) if found.free_gb else "–", "bad" * low),
+        (
+            "backup",
+            t("strip.missing", count=missing) if missing else backup,
+            "warn" * bool(missing),
+        ),
+    ]
 
 
 PAGES: dict[str, Callable[[Snapshot, Jobs, Words], dict[str, Any]]] = {

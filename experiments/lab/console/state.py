@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shutil
 import time
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
@@ -11,20 +12,27 @@ from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING, NamedTuple
 
+from slipscale.experiments.dataset.backup import not_backed_up
+from slipscale.experiments.journal.journal import FALLBACK
+from slipscale.experiments.journal.locks import is_being_written
+from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.experiments.lab.blind_summary import RunSummary, summary
 from slipscale.experiments.lab.console.notices import notices
 from slipscale.experiments.lab.defaults import Defaults, here
-from slipscale.experiments.lab.roster import Roster, read_roster
+from slipscale.experiments.lab.roster import Roster, Visit, read_roster
 from slipscale.experiments.lab.unblinding import results_may_be_seen, unblinded
 from slipscale.experiments.session.mailbox import STATUS, LiveStatus, mailbox_of, read_status
+from slipscale.experiments.session.mailbox import beat_ns as beat_ns_of
 from slipscale.experiments.study.file import read_study
 from slipscale.faults import UserError, harmless
 
 if TYPE_CHECKING:
-    from slipscale.experiments.lab.roster import Visit
+    from collections.abc import Iterator
+
     from slipscale.experiments.study.model import Study
 
 FRESH_S = 1.0
+SILENT_S = 5  # a session looks for requests twenty times a second, except while a surface settles
 RESULTS = Path("derivatives", "slipscale")
 TABLE3 = "table3.csv"
 
@@ -42,6 +50,8 @@ class Live:
         Whether it is a rehearsal.
     left_s : float or None
         What is left by its own pace, before its first trial by that of the runs before.
+    silent_s : int
+        How long the session has not shown that it is there; 0 if it has done so lately.
     """
 
     label: str
@@ -50,6 +60,7 @@ class Live:
     summary: RunSummary
     pilot: bool
     left_s: float | None
+    silent_s: int = 0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -70,6 +81,10 @@ class Snapshot:
         When the last analysis was written; None without one.
     notices : tuple of str
         What is odd and stops nothing: see `slipscale.experiments.lab.console.notices`.
+    free_gb : float or None
+        Free space on the disk of the data; None if it cannot be found out.
+    without_backup : int or None
+        How many runs have no backup; None if the folder names none.
     """
 
     problem: str = ""
@@ -83,6 +98,8 @@ class Snapshot:
     unblinded_utc: tuple[str, ...] = ()
     results_ns: int | None = None
     notices: tuple[str, ...] = ()
+    free_gb: float | None = None
+    without_backup: int | None = None
 
 
 class Pulse(NamedTuple):
@@ -101,6 +118,7 @@ class State:
         self._read_s = float("-inf")
         self._snapshot = Snapshot()
         self._last = Pulse()
+        self._beat: tuple[int | None, float] = (None, 0.0)
 
     def now(self, *, fresh: bool = False) -> Snapshot:
         """Return a snapshot not older than a second, the running session as it is now.
@@ -116,7 +134,19 @@ class State:
             elif pulse != self._last and self._snapshot.live:
                 self._snapshot = replace(self._snapshot, live=_anew(self._snapshot))
             self._last = pulse
+            return self._with_silence()
+
+    def _with_silence(self) -> Snapshot:
+        """Return the snapshot, with how long its session has shown no sign of life."""
+        live = self._snapshot.live
+        if live is None or live.status is None:
             return self._snapshot
+        beat_ns, now_s = beat_ns_of(live.visit.path), time.monotonic()
+        if beat_ns != self._beat[0]:
+            self._beat = (beat_ns, now_s)
+        silent_s = int(now_s - self._beat[1])
+        told = silent_s if silent_s >= SILENT_S else 0
+        return replace(self._snapshot, live=replace(live, silent_s=told))
 
     def pulse(self) -> Pulse:
         """Return what changes when the running session tells or records something."""
@@ -151,11 +181,15 @@ def take_snapshot() -> Snapshot:
             study_text=text,
             roster=roster,
             rehearsals=rehearsals,
-            live=_anew(Snapshot(roster=roster, rehearsals=rehearsals)),
+            live=_anew(Snapshot(study=study, roster=roster, rehearsals=rehearsals)),
             seen=results_may_be_seen(defaults.data, roster),
             unblinded_utc=tuple(unblinded(defaults.data)),
             results_ns=_changed_ns(defaults.data / RESULTS / TABLE3),
             notices=notices(defaults, study, text, (roster, rehearsals), datetime.now(UTC)),
+            free_gb=_free_gb(defaults.data),
+            without_backup=len(not_backed_up(defaults.data, defaults.backup))
+            if defaults.backup
+            else None,
         )
     except UserError as error:
         return Snapshot(problem=harmless(str(error)), defaults=defaults)
@@ -168,7 +202,28 @@ def _anew(found: Snapshot) -> Live | None:
     for roster, pilot in ((found.roster, False), (found.rehearsals, True)):
         if roster and (live := _live(roster, pilot=pilot)):
             return live
-    return None
+    return next(_elsewhere(found), None) if found.study else None
+
+
+def _elsewhere(found: Snapshot) -> Iterator[Live]:
+    """Yield this study's sessions whose journals have gone, and go on in the fallback folder."""
+    boxes = (Path.home() / FALLBACK).glob("*/sourcedata/*/*_journal.jsonl.live")
+    for path in (box.with_suffix("") for box in boxes):
+        if not is_being_written(path):
+            continue
+        plan, _ = read_usable(path, most=1)
+        if plan is None or found.study is None or plan.study.name != found.study.name:
+            continue
+        status = read_status(path)
+        visit = Visit(session=plan.session, run=plan.run, path=path, state="running now")
+        yield Live(
+            label=plan.participant,
+            visit=visit,
+            status=status,
+            summary=summary(path),
+            pilot=plan.mode == "pilot",
+            left_s=status.time_left_s if status else None,
+        )
 
 
 def _live(roster: Roster, *, pilot: bool) -> Live | None:
@@ -203,18 +258,31 @@ def usual_duration_s(roster: Roster) -> float | None:
     return sum(took) / len(took) if took else None
 
 
+def _free_gb(data: Path) -> float | None:
+    """Return the free space where the data are, or will be."""
+    try:
+        return round(shutil.disk_usage(data if data.is_dir() else Path()).free / 1e9, 1)
+    except OSError:
+        return None
+
+
 def _changed_ns(path: Path) -> int | None:
+    return changed_ns(path) or None
+
+
+def changed_ns(path: Path) -> int:
+    """Return when a file changed last; 0 without one."""
     try:
         return path.stat().st_mtime_ns
     except OSError:
-        return None
+        return 0
 
 
 def ended_runs(found: Snapshot) -> frozenset[tuple[Path, int]]:
     """Return participants' runs that have come to their end, with when their journals changed."""
     people = found.roster.people if found.roster else ()
     paths = [v.path for person in people for v in person.visits if v.state == "complete"]
-    return frozenset((path, _changed_ns(path) or 0) for path in paths)
+    return frozenset((path, changed_ns(path)) for path in paths)
 
 
 def pilots(defaults: Defaults) -> list[Path]:

@@ -65,6 +65,8 @@ sure.addEventListener("keydown", (event) => {
 });
 
 document.addEventListener("click", async (event) => {
+  const opener = event.target.closest("[data-open]");
+  if (opener) return document.getElementById(opener.dataset.open).showModal();
   const button = event.target.closest("[data-do]");
   if (!button || sure.open) return;
   const more = await confirmed(button);
@@ -110,6 +112,15 @@ async function refresh() {
   if (now === "fault" && state !== "fault") beep();
   state = now;
 }
+
+// Times since a beginning go on between two answers of the console.
+setInterval(() => {
+  for (const place of document.querySelectorAll("[data-ticks]")) {
+    const seconds = Number(place.dataset.ticks) + 1;
+    place.dataset.ticks = seconds;
+    place.textContent = `${Math.floor(seconds / 60)}:${String(seconds % 60).padStart(2, "0")}`;
+  }
+}, 1000);
 
 function beep() {
   const audio = new AudioContext();
