@@ -41,7 +41,7 @@ COMMAND = [sys.executable, "-P", "-m", "slipscale"]
 
 # A session's mailbox without a session: it tells what it is told to, and holds the journal.
 SESSION = """
-import json, sys
+import json, sys, threading, time
 from pathlib import Path
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.plan_and_progress import latest_s, read_plan
@@ -57,6 +57,11 @@ usual = {"state": "waiting", "task": "t", "trial": 5, "total": 8, "done": 9, "pl
     "answered": Trial(task="t", number=4, total=8)}
 clock = SystemClock(latest_s(read_plan(path)[1]))
 with Journal.reopen(path, clock) as journal, Mailbox(mailbox_of(path), heading) as box:
+    def beat():
+        while True:
+            box.poll()
+            time.sleep(0.5)
+    threading.Thread(target=beat, daemon=True).start()
     journal.write("note", text="the heating came on; a door slammed twice in the corridor")
     for line in sys.stdin:
         told = json.loads(line)

@@ -67,6 +67,8 @@ def test_eight_pages_of_one_browser_all_see_what_changes(page, tmp_path):
         (tmp_path / "slipscale.toml").write_text('study = "gone.toml"')
         for each in pages:
             each.get_by_text("gone.toml").first.wait_for()
+        page.keyboard.press("?")
+        page.get_by_text("write a note").wait_for()
         page.close()
         (tmp_path / "slipscale.toml").write_text('study = "short.toml"')
         for each in pages[1:]:
