@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
 # Counts that take longer are made only if sums and searches do not answer.
-QUICK_S = 2.0
+QUICK_S = 0.25
 # Data sets that are drawn where they are too many to list.
 DRAWN = 2000
 
