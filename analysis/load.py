@@ -149,6 +149,8 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         details=details,
         choices=choices,
         frozen=frozen,
+        # Another study file may state another rule than the one that ran.
+        study=None if unchanged is False else metadata.study(folder),
         unchanged=unchanged,
         journal_differences=differences,
         problems=tuple(problems.sentences),

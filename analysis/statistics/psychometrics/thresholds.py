@@ -18,6 +18,7 @@ from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, 
 from slipscale.analysis.statistics.psychometrics.psychometric_function import (
     METHODS,
     Answers,
+    Estimate,
     PsychometricFunction,
     estimate,
 )
@@ -33,6 +34,8 @@ if TYPE_CHECKING:
 LARGEST_LAPSE = 0.06
 #: A fall of log likelihood that says nothing.
 NO_LESS_LIKELY = 1e-3
+#: A slope whose interval's ends are further apart than this factor is not determined.
+WIDEST = 20.0
 
 
 def fit_threshold(
@@ -83,7 +86,7 @@ def fit_threshold(
         ),
         slope=NotComputed("the answers jump between two levels: no finite slope fits best")
         if _jumps(model, counts, found)[0]
-        else estimate(np.exp([theta[likelihood.LOG_SLOPE], shallow, steepest]), confidence),
+        else _slope(np.exp([theta[likelihood.LOG_SLOPE], shallow, steepest]), answers, confidence),
         slope_value=slope_value,
         lapse=float(theta[likelihood.LAPSE]),
         guess=float(theta[likelihood.LAPSE if equal else likelihood.GUESS]),
@@ -115,7 +118,7 @@ def threshold_values(
     enough = [place for place, each in enumerate(people) if not _too_little(each, model)]
     if not enough:
         return found
-    counts = _side_by_side([counts_of(people[place], model) for place in enough])
+    counts = side_by_side([counts_of(people[place], model) for place in enough])
     fits = likelihood.fit(model, counts)
     theta = fits.theta
     low, high = fits.at_bound(likelihood.THRESHOLD)
@@ -130,7 +133,7 @@ def threshold_values(
     return found
 
 
-def _side_by_side(sets: Sequence[Counts]) -> Counts:
+def side_by_side(sets: Sequence[Counts]) -> Counts:
     """Return data sets as one; shorter ones have their last level again, without answers."""
     longest = max(each.u.shape[1] for each in sets)
 
@@ -163,15 +166,15 @@ def fit_threshold_by_posterior(
     if isinstance(likeliest, NotComputed):
         return likeliest
     found = marginals(model, counts_of(answers, model), confidence)
-    slope = estimate(np.exp(found.log_slope), confidence)
+    ends = np.exp(found.log_slope)
     return PsychometricFunction(
         estimator="posterior",
         curve=curve,
         method=method,
         share=share,
         threshold_um_pp=estimate(model.curve.level_um_pp(found.threshold), confidence),
-        slope=slope,
-        slope_value=slope.value,
+        slope=_slope(ends, answers, confidence),
+        slope_value=float(ends[0]),
         lapse=found.lapse,
         guess=found.lapse if model.guess == "equal to lapse" else found.guess,
         trials=int(answers.trials.sum()),
@@ -228,8 +231,10 @@ def fit_threshold_by_psignifit(
             model.curve.level_um_pp([value["threshold"], *ends["threshold"]]), confidence
         ),
         # A width is the distance of 5 and 95 %: wide is shallow.
-        slope=estimate(
-            model.spread / np.array([value["width"], *reversed(ends["width"])]), confidence
+        slope=_slope(
+            model.spread / np.array([value["width"], *reversed(ends["width"])]),
+            answers,
+            confidence,
         ),
         slope_value=model.spread / float(value["width"]),
         lapse=float(value["lambda"]),
@@ -292,6 +297,14 @@ def _too_little(answers: Answers, model: Model) -> str | None:
     if answers.correct.sum() in {0, answers.trials.sum()}:
         return "every answer is the same: nothing for a curve to rise between"
     return None
+
+
+def _slope(value_and_ends: Array, answers: Answers, confidence: float) -> Estimate | NotComputed:
+    """Return a slope, unless its interval shows that the answers do not determine it."""
+    value, low, high = value_and_ends
+    if not low < value < high or high > WIDEST * low:
+        return NotComputed(f"{answers.trials.sum():.0f} trials do not determine the slope")
+    return estimate(value_and_ends, confidence)
 
 
 def _jumps(model: Model, counts: Counts, found: likelihood.Fits) -> NDArray[np.bool_]:

@@ -21,6 +21,7 @@ from slipscale.analysis.tasks.estimation.growth import exponents_figure
 from slipscale.analysis.tasks.estimation.growth import figures as growth_figures
 from slipscale.analysis.tasks.estimation.primary import primary_sentences, secondary_sentences
 from slipscale.analysis.tasks.estimation.reading import TRIALS
+from slipscale.analysis.tasks.estimation.spread import unequal_spread
 from slipscale.analysis.tasks.estimation.statistics import (
     BAYESIAN_GROWTH,
     GROWTH,
@@ -84,9 +85,12 @@ def _equal(analysis: Analysis) -> list[str]:
 
 def _doubts(analysis: Analysis) -> list[str]:
     order = analysis.inference[ORDER]
+    found = []
     if isinstance(order, NotComputed) and "not identifiable" in order.reason:
-        return [f"Effects of order are {order.reason}."]
-    return []
+        found.append(f"Effects of order are {order.reason}.")
+    if analysis.prepared is not None:
+        found += unequal_spread(analysis.prepared)
+    return found
 
 
 def _sentences(analysis: Analysis) -> Mapping[str, list[str]]:

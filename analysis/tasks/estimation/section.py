@@ -55,7 +55,9 @@ def estimates(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
             ],
             "All descriptive statistics. Intervals of geometric means are computed on logarithms "
             f"and taken back; within-participant ones compare {quantity.levels}. "
-            "Geometric means leave estimates of zero to the zero rule.",
+            "Geometric means leave estimates of zero to the zero rule. Student's intervals of "
+            "arithmetic means of skewed estimates contain the true mean in 91 to 92 % of studies "
+            "of 6 to 12 participants instead of 95 %; those of geometric means hold.",
         )
     )
     if len(analysis.textures):

@@ -193,6 +193,8 @@ MIXED_MODEL: Statistic[MixedModel] = Statistic(
     meaning="mixed model of log estimates on log amplitude",
     compute=of_estimates(mixed_model),
     sentences=(Sentence(write=write.mixed_model),),
+    methods="A linear mixed model of log estimates on log {q.name}, with a random intercept and "
+    "slope for each participant, was fitted by restricted maximum likelihood [[laird1982]].",
 )
 GROWTH: Statistic[Growth] = Statistic(
     key="growth",
@@ -200,6 +202,8 @@ GROWTH: Statistic[Growth] = Statistic(
     meaning="comparison of growth functions",
     compute=of_estimates(growth),
     sentences=(Sentence(write=write.growth),),
+    methods="Growth functions were fitted to participants' mean log estimates by least squares and "
+    "compared by Akaike's criterion, corrected for small samples [[hurvich1989]].",
     conclusions={
         r"amplitude\.best: (.+)": "of the growth functions, {0} fits best",
         r"friction\.best: (.+)": "of the functions of relative friction, {0} fits best",
@@ -230,6 +234,8 @@ ORDER: Statistic[OrderEffects] = Statistic(
         ),
     ),
     sentences=(Sentence(write=write.order),),
+    methods="Effects of a trial's position and of the preceding {q.stimulus} were estimated "
+    "jointly, with a jackknife over participants [[tukey1958]].",
     conclusions={
         r"position\.p": "estimates drift over a session",
         r"carry_over\.p": "estimates depend on the surface before",
@@ -241,6 +247,8 @@ RELIABILITY: Statistic[Reliability] = Statistic(
     meaning="reliability of repeated estimates",
     compute=of_estimates(reliability),
     sentences=(Sentence(write=write.reliability),),
+    methods="Test-retest reliability is an intraclass correlation from components of variance, "
+    "with {q.levels} as a fixed effect and a jackknife over participants.",
 )
 NORMALISATION: Statistic[NormalisationUsed] = Statistic(
     key="normalisation",

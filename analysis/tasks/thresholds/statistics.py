@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,12 +32,15 @@ from slipscale.analysis.tasks.thresholds.population_threshold import (
     weber_fraction,
 )
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
+from slipscale.analysis.tasks.thresholds.rules import rules_of
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     import pandas as pd
+
+    from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
 
 #: A comparison's curve runs over the amplitude itself: it lies below and above the standard.
 COMPARED = "comparison"
@@ -107,7 +111,11 @@ class TaskThresholds:
 
 
 def thresholds(
-    choices: pd.DataFrame, confidence: float = 0.95, *, psignifit: bool = False
+    choices: pd.DataFrame,
+    confidence: float = 0.95,
+    *,
+    rules: Mapping[str, Interleaved] = MappingProxyType({}),
+    psignifit: bool = False,
 ) -> tuple[TaskThresholds, ...] | NotComputed:
     """Return the thresholds of every task of forced choice.
 
@@ -115,23 +123,32 @@ def thresholds(
     ----------
     choices : DataFrame
         `slipscale.analysis.tasks.thresholds.reading.read_choices`'s trials.
+    rules : Mapping
+        The adaptive rule of each task that has one, before its first trial.
     psignifit : bool
         Whether to fit by psignifit too, which takes a second a participant and task.
     """
     if not len(choices):
         return NotComputed("no trials of forced choice")
     return tuple(
-        _task(str(task), rows, confidence, psignifit=psignifit)
+        _task(str(task), rows, confidence, rules.get(str(task)), psignifit=psignifit)
         for task, rows in choices.groupby("task", sort=True)
     )
 
 
-def _task(task: str, rows: pd.DataFrame, confidence: float, *, psignifit: bool) -> TaskThresholds:
+def _task(
+    task: str,
+    rows: pd.DataFrame,
+    confidence: float,
+    rule: Interleaved | None,
+    *,
+    psignifit: bool,
+) -> TaskThresholds:
     method = str(rows["method"].iloc[0])
     standards = rows["standard_um_pp"].dropna().unique()
     standard = float(standards[0]) if len(standards) == 1 and standards[0] > 0 else None
     people = tuple(
-        _participant(str(who), own, method, standard, confidence, psignifit=psignifit)
+        _participant(str(who), own, method, standard, confidence, rule=rule, psignifit=psignifit)
         for who, own in rows.groupby(PARTICIPANT, observed=True)
     )
     population = population_threshold([each.function for each in people], confidence)
@@ -152,6 +169,7 @@ def _participant(
     standard: float | None,
     confidence: float,
     *,
+    rule: Interleaved | None,
     psignifit: bool,
 ) -> ParticipantThreshold:
     catches, main = rows[rows["catch"]], rows[~rows["catch"]]
@@ -175,7 +193,8 @@ def _participant(
                 if psignifit
                 else NotComputed("not asked for")
             )
-            fit = goodness_of_fit(likeliest, answers)
+            adaptive = bool(main["track"].notna().any())
+            fit = _fit(likeliest, function, answers, rule, adaptive=adaptive)
         if function:
             weber = (
                 NotComputed("there is no one standard above 0")
@@ -194,6 +213,22 @@ def _participant(
         weber_fraction=weber,
         fit=fit,
     )
+
+
+def _fit(
+    likeliest: PsychometricFunction,
+    function: PsychometricFunction | NotComputed,
+    answers: Answers,
+    rule: Interleaved | None,
+    *,
+    adaptive: bool,
+) -> GoodnessOfFit | NotComputed:
+    """Return how well the likeliest function fits, by the rule that chose the levels."""
+    if not adaptive:
+        return goodness_of_fit(likeliest, answers)
+    if rule is None or isinstance(function, NotComputed):
+        return NotComputed("levels followed the answers by a rule that the data do not state")
+    return goodness_of_fit(likeliest, answers, tracks=rule, generating=function)
 
 
 def _correct(rows: pd.DataFrame, method: str) -> int:
@@ -221,7 +256,10 @@ THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
     key="thresholds",
     meaning="thresholds of forced choice",
     compute=lambda inputs: thresholds(
-        inputs.data.of(TRIALS), inputs.data.choices.confidence, psignifit=inputs.psignifit
+        inputs.data.of(TRIALS),
+        inputs.data.choices.confidence,
+        rules=rules_of(inputs.data.study),
+        psignifit=inputs.psignifit,
     ),
     headlines={
         r"([^ ]+)(?: - .+)?\.population\.threshold_um_pp\.value": "{0}: threshold, µm p-p",

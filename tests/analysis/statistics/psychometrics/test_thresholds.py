@@ -17,6 +17,7 @@ from slipscale.analysis.statistics.psychometrics.goodness_of_fit import goodness
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import (
     fit_threshold,
+    fit_threshold_by_posterior,
     fit_threshold_by_psignifit,
 )
 from slipscale.analysis.tasks.thresholds.population_threshold import (
@@ -24,6 +25,9 @@ from slipscale.analysis.tasks.thresholds.population_threshold import (
     weber_fraction,
 )
 from slipscale.experiments.protocols.adaptive.curves import CURVES
+from slipscale.experiments.protocols.adaptive.simulated_runs import simulated_runs
+from slipscale.experiments.protocols.detection_threshold import DetectionThreshold
+from slipscale.experiments.protocols.ordering.randomisation import Stream
 from slipscale.faults import UserError
 
 # psignifit's example: two intervals, 90 trials a level (python-psignifit, docs/basic-usage.md).
@@ -239,6 +243,59 @@ def test_single_answers_a_level_tell_nothing_of_the_fit():
     data = answers(levels, np.arange(30) % 4 > 0, np.ones(30))
     found = goodness_of_fit(fit_threshold(data), data)
     assert found == NotComputed("levels with more than one answer: 0 (at least 4 are needed)")
+
+
+def weibull(levels):
+    return 0.5 + 0.48 * (1 - np.exp(-math.log(2) * (np.asarray(levels) / 0.2) ** 2))
+
+
+def rule(name, **more):
+    options = DetectionThreshold(protocol="detection_threshold", rule=name, **more)
+    return options.begin(options.guess, lambda turn: Stream(1, "tracks", turn))
+
+
+@pytest.mark.parametrize("name, more", [
+    ("staircase", {"tracks": 2, "most_trials": 30}),
+    ("quest_plus", {"tracks": 1, "most_trials": 40}),
+])  # fmt: skip
+def test_the_fit_of_adaptive_levels_is_judged_by_runs_of_the_rule(name, more):
+    """At the observed levels, 23 to 40 % of observers of the right family were rejected."""
+    tracks = rule(name, **more)
+    rng = np.random.default_rng(5)
+    runs = simulated_runs(tracks, weibull, 12, rng)
+    sets = [Answers.of_trials(*map(list, run)) for run in runs]
+    found = [
+        goodness_of_fit(
+            fit,
+            data,
+            tracks=tracks,
+            generating=fit_threshold_by_posterior(data),
+            simulations=40,
+        )
+        for data in sets
+        if (fit := fit_threshold(data))
+    ]
+    ps = [fit.p for fit in found if fit]
+    assert len(ps) >= 6
+    assert {fit.simulations for fit in found if fit} == {40}
+    assert np.mean(np.array(ps) < 0.05) <= 2 / len(ps)
+    assert np.mean(ps) > 0.25
+
+
+def test_simulated_runs_are_those_of_the_rule_itself():
+    tracks = rule("staircase", tracks=2, most_trials=20)
+    ((levels, answers),) = simulated_runs(tracks, weibull, 1, np.random.default_rng(2))
+    for number, start in enumerate(tracks.tracks):
+        track = start
+        for trial in range(20 * number, 20 * (number + 1)):
+            assert track.level_um_pp == levels[trial]
+            track = track.answered(correct=bool(answers[trial]))
+
+
+def test_a_slope_that_the_answers_leave_open_is_not_reported():
+    few = fit_threshold(answers([0.1, 0.2, 0.4], [3, 4, 6], [6, 6, 6]))
+    assert few.slope == NotComputed("18 trials do not determine the slope")
+    assert fitted("weibull").slope.value > 0
 
 
 def test_trials_are_counted_by_level():

@@ -1,0 +1,49 @@
+"""Whether repeated estimates scatter alike at every level: tests of arithmetic means assume it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+if TYPE_CHECKING:
+    from slipscale.analysis.preprocessing.log_transform import Prepared
+
+#: Ratio of standard deviations from which rank tests of arithmetic means err noticeably.
+NOTICEABLE = 1.75
+#: Differences within cells below which a standard deviation is too uncertain to compare.
+FEWEST = 12
+
+
+def unequal_spread(data: Prepared) -> list[str]:
+    """Return what a reader should doubt if log estimates scatter unequally within cells.
+
+    Arithmetic means of skewed estimates grow with their scatter. If geometric means are equal but
+    scatter is not, arithmetic cell means differ, and tests of their ranks reject: with standard
+    deviations of 0.3 and 0.6 (natural logarithms), 12 participants and 3 repetitions Wilcoxon's
+    test in 9 % of 1,000 simulated studies at a level of 5 %, with 6 repetitions in 21 %; with equal
+    scatter in 4 %.
+    """
+    usable = data.trials[data.trials["log"].notna()]
+    cells = usable.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True)["log"]
+    around = usable.assign(
+        square=(usable["log"] - cells.transform("mean")) ** 2,
+        freedom=1 - 1 / cells.transform("size"),
+    )
+    sums = around.groupby("amplitude_um_pp", observed=True)[["square", "freedom"]].sum()
+    sums = sums[sums["freedom"] >= FEWEST]
+    deviations = (sums["square"] / sums["freedom"]) ** 0.5
+    if len(deviations) < 2 or deviations.min() <= 0:  # noqa: PLR2004
+        return []
+    most, least = deviations.idxmax(), deviations.idxmin()
+    ratio = deviations[most] / deviations[least]
+    if ratio < NOTICEABLE:
+        return []
+    unit = data.quantity.unit
+    return [
+        f"Repeated log estimates scatter {ratio:.1f} times as much at {most:g} as at {least:g} "
+        f"{unit}".rstrip()
+        + ": arithmetic means then differ even if geometric means do not, and "
+        "rank tests reject too often (with a ratio of 2, 12 participants and 3 repetitions in 9 % "
+        "of studies at a level of 5 %). Prefer the tests of logarithms."
+    ]

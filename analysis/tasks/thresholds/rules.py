@@ -1,0 +1,24 @@
+"""Which adaptive rule chose the levels of each task: what the study file states."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from slipscale.experiments.protocols.building_blocks.forced_choice import ForcedChoiceOptions
+from slipscale.experiments.protocols.ordering.randomisation import Stream
+from slipscale.experiments.protocols.registry import load_protocol
+
+if TYPE_CHECKING:
+    from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
+    from slipscale.experiments.study.model import Study
+
+
+def rules_of(study: Study | None) -> dict[str, Interleaved]:
+    """Return the tracks of each adaptive task before their first trial, by the task's label."""
+    found = {}
+    for options in study.tasks if study else ():
+        if isinstance(options, ForcedChoiceOptions):
+            label = load_protocol(options.protocol).for_task(options).task
+            # The order of tracks changes no level.
+            found[label] = options.begin(options.guess, lambda turn: Stream(0, "rule", turn))
+    return found
