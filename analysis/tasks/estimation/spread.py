@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -31,12 +33,13 @@ def unequal_spread(data: Prepared) -> list[str]:
         freedom=1 - 1 / cells.transform("size"),
     )
     sums = around.groupby("amplitude_um_pp", observed=True)[["square", "freedom"]].sum()
-    sums = sums[sums["freedom"] >= FEWEST]
-    deviations = (sums["square"] / sums["freedom"]) ** 0.5
+    sums = sums.loc[sums["freedom"] >= FEWEST]
+    levels = sums.index.to_numpy(float)
+    deviations = np.sqrt((sums["square"] / sums["freedom"]).to_numpy(float))
     if len(deviations) < 2 or deviations.min() <= 0:  # noqa: PLR2004
         return []
-    most, least = deviations.idxmax(), deviations.idxmin()
-    ratio = deviations[most] / deviations[least]
+    most, least = levels[deviations.argmax()], levels[deviations.argmin()]
+    ratio = deviations.max() / deviations.min()
     if ratio < NOTICEABLE:
         return []
     unit = data.quantity.unit

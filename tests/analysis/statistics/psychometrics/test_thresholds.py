@@ -271,14 +271,16 @@ def test_the_fit_of_adaptive_levels_is_judged_by_runs_of_the_rule(name, more):
             tracks=tracks,
             generating=fit_threshold_by_posterior(data),
             simulations=40,
+            seed=seed,
         )
-        for data in sets
+        for seed, data in enumerate(sets)
         if (fit := fit_threshold(data))
     ]
     ps = [fit.p for fit in found if fit]
     assert len(ps) >= 6
     assert {fit.simulations for fit in found if fit} == {40}
-    assert np.mean(np.array(ps) < 0.05) <= 2 / len(ps)
+    # No simulated run fits worse than these.
+    assert sum(p <= 1 / 41 for p in ps) <= 2
     assert np.mean(ps) > 0.25
 
 
@@ -293,8 +295,8 @@ def test_simulated_runs_are_those_of_the_rule_itself():
 
 
 def test_a_slope_that_the_answers_leave_open_is_not_reported():
-    few = fit_threshold(answers([0.1, 0.2, 0.4], [3, 4, 6], [6, 6, 6]))
-    assert few.slope == NotComputed("18 trials do not determine the slope")
+    few = fit_threshold(answers([0.1, 0.2, 0.4, 0.8], [4, 5, 7, 8], np.full(4, 8)))
+    assert few.slope == NotComputed("32 trials do not determine the slope")
     assert fitted("weibull").slope.value > 0
 
 
