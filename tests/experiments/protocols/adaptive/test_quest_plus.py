@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from questplus import QuestPlus as Oracle
 
+from slipscale.experiments.protocols.adaptive.batched import QuestPlusBatch
 from slipscale.experiments.protocols.adaptive.curves import CURVES
 from slipscale.experiments.protocols.adaptive.quest_plus import QuestPlus, information_gain
 from slipscale.faults import UserError
@@ -155,7 +156,23 @@ def test_a_posterior_that_differs_in_its_last_bits_gives_the_same_level(answers,
         assert elsewhere.level_um_pp == track.level_um_pp
 
 
-def test_the_truth_is_recovered_over_100_runs():
+@settings(max_examples=20)
+@given(st.integers(0, 1000))
+def test_a_batch_takes_the_levels_of_single_runs(seed):
+    rng = np.random.default_rng(seed)
+    batch = QuestPlusBatch.start(RULE, 7)
+    singles = [RULE.start() for _ in range(7)]
+    for _ in range(20):
+        correct = rng.random(7) < 0.8
+        assert batch.levels_um_pp.tolist() == [track.level_um_pp for track in singles]
+        batch = batch.answered(correct)
+        singles = [
+            track.answered(correct=bool(one)) for track, one in zip(singles, correct, strict=True)
+        ]
+    np.testing.assert_allclose(batch.threshold_log10, [track.threshold_log10 for track in singles])
+
+
+def test_the_truth_is_recovered_over_400_runs():
     """Mean of the log thresholds within 3 standard errors of the truth.
 
     By chance 0.3 % of right programs would fail; the seed is fixed, so that none does. The
@@ -168,15 +185,15 @@ def test_the_truth_is_recovered_over_100_runs():
         slopes=(1.5, 2.5, 3.5),
         lapses=(0.0, 0.03),
     )
-    errors = []
-    for drawn in rng.integers(rule.prior.size, size=100):
-        track = rule.start()
-        for _ in range(60):
-            share = rule.proportion[track.level_index, drawn]
-            track = track.answered(correct=bool(rng.random() < share))
-        errors.append(track.threshold_log10 - rule.log10_thresholds[drawn])
-    assert abs(np.mean(errors)) < 3 * np.std(errors, ddof=1) / math.sqrt(len(errors))
-    assert np.std(errors) < 0.12
+    runs = 400
+    drawn = rng.integers(rule.prior.size, size=runs)
+    batch = QuestPlusBatch.start(rule, runs)
+    for _ in range(60):
+        share = rule.proportion[batch.level_indices, drawn]
+        batch = batch.answered(rng.random(runs) < share)
+    error = batch.threshold_log10 - rule.log10_thresholds[drawn]
+    assert abs(error.mean()) < 3 * error.std(ddof=1) / math.sqrt(runs)
+    assert error.std() < 0.12
 
 
 @pytest.mark.parametrize(
@@ -211,3 +228,11 @@ def test_an_answer_that_no_parameters_allow_is_refused():
     rule = QuestPlus(levels_um_pp=(10.0,), thresholds_um_pp=(0.1,), slopes=(5.0,), lapses=(0.0,))
     with pytest.raises(UserError, match="allows a wrong answer at 10 um_pp; let lapses go above 0"):
         rule.start().answered(correct=False)
+    with pytest.raises(UserError, match="allows an answer given"):
+        QuestPlusBatch.start(rule, 2).answered(np.array([True, False]))
+
+
+@pytest.mark.parametrize("runs,words", [(0, "0 runs"), (10**8, "runs at once")])
+def test_a_batch_that_does_not_fit_is_refused(runs, words):
+    with pytest.raises(UserError, match=words):
+        QuestPlusBatch.start(RULE, runs)

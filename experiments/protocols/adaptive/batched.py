@@ -1,0 +1,85 @@
+"""Many QUEST+ runs at once, for simulations: one matrix product a trial for all of them.
+
+Each run takes the same levels as a `QuestPlusTrack` that is given the same answers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Self
+
+import numpy as np
+import numpy.typing as npt
+
+from slipscale.experiments.protocols.adaptive.quest_plus import QuestPlus, information_gain
+from slipscale.experiments.protocols.adaptive.track import DECIMALS
+from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.experiments.protocols.adaptive.curves import Array
+
+#: Runs times combinations of parameters: 400 MB.
+LARGEST_BATCH = 50_000_000
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class QuestPlusBatch:
+    """The state of many runs.
+
+    Parameters
+    ----------
+    rule : QuestPlus
+        The grids, the same for all.
+    posteriors : array, shape (runs, combinations)
+        Each sums to 1.
+    trials : int
+        Answers so far, the same for all.
+    """
+
+    rule: QuestPlus
+    posteriors: Array
+    trials: int = 0
+
+    @classmethod
+    def start(cls, rule: QuestPlus, runs: int) -> Self:
+        """Return ``runs`` runs before their first trial.
+
+        Raises
+        ------
+        UserError
+            There are none, or they do not fit memory.
+        """
+        if runs < 1:
+            raise UserError(f"QUEST+: {runs} runs, expected 1 or more")
+        if runs * rule.prior.size > LARGEST_BATCH:
+            raise UserError(
+                f"QUEST+: {runs} runs of {rule.prior.size} combinations of parameters do not fit, "
+                f"expected at most {LARGEST_BATCH // rule.prior.size} runs at once"
+            )
+        return cls(rule=rule, posteriors=np.tile(rule.prior, (runs, 1)))
+
+    @cached_property
+    def level_indices(self) -> npt.NDArray[np.intp]:
+        """Which level comes next, shape (runs,)."""
+        return np.asarray(np.argmax(information_gain(self.rule, self.posteriors), axis=1))
+
+    @property
+    def levels_um_pp(self) -> Array:
+        """The levels of the next trial, µm peak to peak, shape (runs,)."""
+        return np.round(np.array(self.rule.levels_um_pp)[self.level_indices], DECIMALS)
+
+    def answered(self, correct: npt.NDArray[np.bool_]) -> Self:
+        """Return the runs after an answer of each, shape (runs,)."""
+        posteriors = self.rule.likelihood[correct.astype(int), self.level_indices]
+        posteriors *= self.posteriors
+        totals = posteriors @ np.ones((self.rule.prior.size, 1))
+        if not np.all(totals > 0):
+            raise UserError("QUEST+: no combination of parameters allows an answer given")
+        posteriors /= totals
+        return type(self)(rule=self.rule, posteriors=posteriors, trials=self.trials + 1)
+
+    @property
+    def threshold_log10(self) -> Array:
+        """Means of the threshold's logarithm over the posteriors, decades, shape (runs,)."""
+        return np.asarray(self.posteriors @ self.rule.log10_thresholds)
