@@ -126,7 +126,11 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
         (
             "          "
             + " to ".join(f"{end:.2f}" for end in result["relative_friction_band"])
-            + " if asperities and film share the load (not validated)"
+            + " if asperities and film share the load (not validated);"
+        ),
+        (
+            "          the films of 2007 have a finger that rests, at any speed, on 1 cm² at any "
+            "force, and hardly depend on frequency"
         ),
         "",
         (

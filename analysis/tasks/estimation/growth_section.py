@@ -58,6 +58,7 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             f"{quantity.value(amplitude)} {found.friction.reduction[amplitude]:.2f}, "
             f"{least:.2f} to {most:.2f}"
             for amplitude, (least, most) in found.friction.shared_load.items()
+            if amplitude
         )
         section.blocks.append(
             html.paragraph(
