@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from slipscale.experiments.protocols.adaptive.batched import QuestPlusBatch
 
+from slipscale.experiments.protocols.adaptive.batched import QuestPlusBatch
 from slipscale.experiments.protocols.adaptive.quest_plus import QuestPlusTrack
 
 if TYPE_CHECKING:
