@@ -27,14 +27,15 @@ setup: set-session
 pilot: set-pilot
 	@$(BIN)/slipscale pilot $(ARGS)
 
+WORKERS = 3
 test: set-test
 	@$(PYTHON) tools/system_packages.py
-	@# Lint uses the time in which tests wait for a window, a board or a process. The processes that
-	@# tests start would compile every module again if Python kept no bytecode.
+	@# A third process on two cores, and lint, use the time in which tests wait for a window, a board
+	@# or a process. What tests start would compile every module again if Python kept no bytecode.
 	@mkdir -p build
 	@echo "Lint runs next to the tests; its output is in build/lint.txt."
 	@nice $(LINT) >build/lint.txt 2>&1 & lint=$$!; \
-	env -u PYTHONDONTWRITEBYTECODE $(BIN)/python -m pytest -n 2 --dist worksteal $(ARGS); tests=$$?; \
+	env -u PYTHONDONTWRITEBYTECODE $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal $(ARGS); tests=$$?; \
 	wait $$lint || { cat build/lint.txt; echo "Lint failed: see above."; exit 1; }; \
 	exit $$tests
 

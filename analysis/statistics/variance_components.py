@@ -44,11 +44,20 @@ def reml_components(
     used = (counts > 0).any(axis=0)
     own, cells = np.where(counts > 0, means, 0.0)[:, used], counts[:, used]
     within, freedom = squares.sum(), counts.sum() - (counts > 0).sum()
+    # Participants of the same counts enter by their number, their sums and their products' sums.
+    order = np.lexsort(cells.T)
+    own, cells = own[order], cells[order]
+    first = np.flatnonzero(np.append(True, (np.diff(cells, axis=0) != 0).any(axis=1)))
+    counts, people = cells[first], np.diff(first, append=len(cells))
+    sums = np.add.reduceat(own, first)
+    products = np.add.reduceat(own[:, :, None] * own[:, None, :], first)
+    alike = (counts, people, sums, products)
     found = min(
         (
             optimize.minimize(
-                lambda ratios: _deviance(ratios, own, cells, within, freedom)[0],
+                lambda ratios: _deviance(ratios, *alike, within, freedom)[:2],
                 start,
+                jac=True,
                 bounds=[(0, None)] * 2,
                 options={"ftol": 1e-15, "gtol": 1e-8},
             )
@@ -56,32 +65,51 @@ def reml_components(
         ),
         key=lambda each: float(each.fun),
     )
-    scale = _deviance(found.x, own, cells, within, freedom)[1]
+    scale = _deviance(found.x, *alike, within, freedom)[2]
     return np.array([*found.x, 1.0]) * scale
 
 
-def _deviance(
-    ratios: Array, means: Array, counts: Array, within: float, freedom: float
-) -> tuple[float, float]:
-    """Return -2 log restricted likelihood, less a constant, and the repetitions' variance.
+def _deviance(  # noqa: PLR0917
+    ratios: Array,
+    counts: Array,
+    people: NDArray[np.intp],
+    sums: Array,
+    products: Array,
+    within: float,
+    freedom: float,
+) -> tuple[float, Array, float]:
+    """Return -2 log restricted likelihood, less a constant, its gradient, repetitions' variance.
 
-    ``ratios`` are the other components over that variance, which has a closed form.
+    ``ratios`` are the other components over that variance, which has a closed form. ``counts`` are
+    those of groups of so many ``people`` alike, whose cell means have these sums and products.
     """
     person, cell = ratios
     there = counts > 0
     spread = np.where(there, cell + 1 / np.where(there, counts, 1.0), 1.0)
     weights = there / spread
-    shrink = person / (1 + person * weights.sum(axis=1))
-    normal = np.diag(weights.sum(axis=0)) - (weights * shrink[:, None]).T @ weights
-    total = (weights * means).sum(axis=1)
-    right = (weights * means).sum(axis=0) - (shrink * total) @ weights
+    each = weights.sum(axis=1)
+    shrink = person / (1 + person * each)
+    normal = np.diag(people @ weights) - (weights * (people * shrink)[:, None]).T @ weights
+    right = (weights * sums).sum(axis=0) - (shrink * (weights * sums).sum(axis=1)) @ weights
     levels = np.linalg.solve(normal, right)
-    quadratic = (weights * means**2).sum() - (shrink * total**2).sum() - right @ levels
-    left = there.sum() - len(levels) + freedom
+    squares = np.einsum("gk,gkl,gl->g", weights, products, weights)
+    quadratic = np.einsum("gk,gkk->", weights, products) - shrink @ squares - right @ levels
+    left = people @ there.sum(axis=1) - len(levels) + freedom
     scale = (quadratic + within) / left
     determinants = (
-        np.log(spread).sum()
-        + np.log1p(person * weights.sum(axis=1)).sum()
+        people @ np.log(spread).sum(axis=1)
+        + people @ np.log1p(person * each)
         + np.linalg.slogdet(normal)[1]
     )
-    return float(determinants + left * np.log(scale)), float(scale)
+    # A group's covariance V is 1 person + diagonal cell + diagonal 1 / count, over the variance.
+    inverse = weights[:, :, None] * np.eye(len(levels))
+    inverse -= shrink[:, None, None] * weights[:, :, None] * weights[:, None, :]
+    across = sums[:, :, None] * levels
+    squared = products - across - across.swapaxes(1, 2)
+    squared += people[:, None, None] * np.outer(levels, levels)
+    # tr(A dV) for A = people V^-1 - V^-1 squared V^-1 / scale - people V^-1 normal^-1 V^-1; dV is
+    # a matrix of ones for participants, and the diagonal for cells.
+    middle = squared / scale + people[:, None, None] * np.linalg.inv(normal)
+    slope = people[:, None, None] * inverse - inverse @ middle @ inverse
+    gradient = np.array([slope.sum(), np.einsum("gkk->", slope)])
+    return float(determinants + left * np.log(scale)), gradient, float(scale)

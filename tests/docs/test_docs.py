@@ -11,7 +11,8 @@ import yaml
 
 import slipscale
 from slipscale import commands
-from tools.site import command_reference, reconstruction_example
+from slipscale.experiments.study.file import shipped_studies
+from tools.site import command_reference, gallery, reconstruction_example
 from tools.site.hooks import SOURCES
 
 ROOT = Path(__file__).parents[2]
@@ -23,9 +24,10 @@ OF_OTHERS = {"--device-address", "--no-deps"}
 
 @cache
 def generated():
-    slow = reconstruction_example.pages  # the test of the site makes that page
-    paths = {path for source in SOURCES if source is not slow for path in source()}
-    return paths | {reconstruction_example.PAGE}
+    slow = (reconstruction_example.pages, gallery.pages)  # the test of the site makes their pages
+    paths = {path for source in SOURCES if source not in slow for path in source()}
+    studies = {f"studies/{name}.{end}" for name in shipped_studies() for end in ("md", "svg")}
+    return paths | studies | {"studies/index.md", reconstruction_example.PAGE}
 
 
 def source(page, target):

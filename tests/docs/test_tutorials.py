@@ -14,7 +14,7 @@ from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.study.file import study_text
 from tools.tutorial_pictures import TUTORIALS, picture_name
 
-pytestmark = pytest.mark.usefixtures("without_models")
+pytestmark = pytest.mark.usefixtures("without_models", "without_simulated_fits")
 
 DOCS = Path(__file__).parents[2] / "docs" / "tutorials"
 BLOCK = re.compile(r"^```sh\n(.*?)^```", re.MULTILINE | re.DOTALL)

@@ -14,6 +14,8 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.faults import UserError
 
+pytestmark = pytest.mark.usefixtures("without_simulated_fits")
+
 STUDY = """
 name = "thresholds"
 title = "Thresholds"

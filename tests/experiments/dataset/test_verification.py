@@ -109,10 +109,12 @@ def one_flipped_bit(lines, place):
     return [*lines[:place], bytes(line), *lines[place + 1 :]]
 
 
-def test_a_flipped_bit_anywhere_is_named_and_costs_no_more_than_the_trials_beside_it(dataset):
+def test_a_flipped_bit_anywhere_is_named_and_costs_no_more_than_the_trials_beside_it(
+    dataset, places
+):
     lines = lines_of(dataset)
     whole = pd.read_csv(dataset / TABLE, sep="\t", keep_default_na=False).set_index("trial")
-    for place in range(1, len(lines)):
+    for place in places(lines):
         put(dataset, one_flipped_bit(lines, place))
         runs, problems = read_runs(dataset)
         assert problems
@@ -131,13 +133,13 @@ def test_a_flipped_bit_anywhere_is_named_and_costs_no_more_than_the_trials_besid
 
 
 @pytest.mark.parametrize("protocol", ["constant_stimuli", "paired_comparison", "matching"])
-def test_a_flipped_bit_in_a_trial_of_several_intervals_blocks_nobody(runs_of_all, protocol):
+def test_a_flipped_bit_in_a_trial_of_several_intervals_blocks_nobody(runs_of_all, protocol, places):
     """Also where what was presented is lost, and the exploration of it is not."""
     folder, plans = runs_of_all
     dataset, path = folder / protocol, plans[protocol].journal_path(folder / protocol)
     lines = path.read_bytes().splitlines(keepends=True)
     try:
-        for place in range(1, len(lines)):
+        for place in places(lines):
             path.write_bytes(b"".join(one_flipped_bit(lines, place)))
             (run,), problems = read_runs(dataset)
             assert problems[0].place == f"line {place + 1}"
