@@ -79,11 +79,13 @@ def run_lab(args: Namespace) -> int:
 
 def _console(args: Namespace) -> int:
     from slipscale.experiments.lab.console.serve import serve  # noqa: PLC0415 - Starlette and uvicorn
+    from slipscale.experiments.lab.defaults import here  # noqa: PLC0415
     from slipscale.faults import UserError  # noqa: PLC0415
 
     if not 0 <= args.port <= HIGHEST_PORT:
         raise UserError(f"--port {args.port}: expected a number from 0 to {HIGHEST_PORT}")
-    _folder()  # raises where this is no laboratory folder
+    if here().file:
+        _folder()  # raises if the study cannot be read
     serve(port=args.port, lan=args.lan, browser=not args.no_browser)
     return DONE
 

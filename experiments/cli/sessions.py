@@ -359,7 +359,15 @@ def add_check(parser: ArgumentParser) -> None:
         help="what the participant will read (default: the study's)",
     )
     parser.add_argument("--pilot", action="store_true", help="the run will be marked as a pilot")
+    parser.add_argument(
+        "--only", metavar="NAME", help="make one check alone: plate, display, sound, ..."
+    )
     parser.add_argument("--json", action="store_true", help="print the findings as JSON")
+
+
+def _tell_step(finding: Finding) -> None:
+    """Say on standard error which check is over, for a program that shows it."""
+    print(f"step: {finding.name}", file=sys.stderr, flush=True)
 
 
 def run_check(args: Namespace) -> int:
@@ -385,7 +393,7 @@ def run_check(args: Namespace) -> int:
         sound_required=defaults.sound_required,
         backup=args.backup,
     )
-    findings = check(planned, (lambda _: None) if args.json else _print_finding)
+    findings = check(planned, _tell_step if args.json else _print_finding, only=args.only)
     if args.json:
         import json  # noqa: PLC0415
         from dataclasses import asdict  # noqa: PLC0415

@@ -130,9 +130,15 @@ def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] |
             given[key] = ask(question, str(LabFile.model_fields[key].default))
     text = rendered(given)
     lab = parse_toml(text, FILE, LabFile)
+    _check_study(folder, lab)
+    write_file(path, text)
+    return lab
+
+
+def _check_study(folder: Path, lab: LabFile) -> None:
+    """Raise `UserError` if the study cannot be read, or lacks words in the language."""
     own = folder / lab.study
     study, study_text = read_study(str(own) if own.is_file() else lab.study)
-    # Raises where the study lacks words in that language.
     RunPlan(
         study_name=study.name,
         study_text=study_text,
@@ -141,8 +147,36 @@ def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] |
         language=lab.language or study.language,
         mode="pilot",
     ).person_questions()
-    write_file(path, text)
-    return lab
+
+
+def lab_text(folder: Path) -> str:
+    """Return the text of a folder's ``slipscale.toml``; empty without one."""
+    try:
+        return (folder / FILE).read_text(encoding="utf-8-sig", errors="replace")
+    except OSError:
+        return ""
+
+
+def write_settings(folder: Path, lab: LabFile) -> None:
+    """Write settings into a folder's ``slipscale.toml``; its comments and order stay.
+
+    Raises
+    ------
+    UserError
+        The file that is there has a fault, the study or the backup folder cannot be used, or the
+        file cannot be written.
+    """
+    import tomlkit  # noqa: PLC0415 - when a file is written
+
+    read_lab(folder)
+    _check_study(folder, lab)
+    if lab.backup and not (folder / lab.backup).is_dir():
+        raise UserError(f"backup: {lab.backup}: no such folder; connect its disk, or make it")
+    document = tomlkit.parse(lab_text(folder) or rendered({}))
+    for key, value in lab.model_dump(mode="json").items():
+        if key not in document or document[key] != value:
+            document[key] = value
+    write_file(folder / FILE, tomlkit.dumps(document))
 
 
 QUESTIONS = {

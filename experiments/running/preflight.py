@@ -407,13 +407,19 @@ def _contact_specs(planned: PlannedSession) -> ContactSpecs:
     return named.otherwise(of_plate(plate.plate_file))
 
 
-def check(planned: PlannedSession, tell: Callable[[Finding], None]) -> list[Finding]:
-    """Make all checks, in order; tell of each as soon as it is made.
+def check(
+    planned: PlannedSession, tell: Callable[[Finding], None], *, only: str | None = None
+) -> list[Finding]:
+    """Make all checks, or one alone, in order; tell of each as soon as it is made.
 
     A fault of the user's or the rig's is a finding, not an error: the list is always whole.
     """
+    if only is not None and only not in CHECKS:
+        raise UserError(f"--only {only}: no such check; expected {', '.join(CHECKS)}")
     findings: list[Finding] = []
     for name, look in CHECKS.items():
+        if only is not None and name != only:
+            continue
         if name == "finger" and not _measures_finger(planned):
             continue
         studyless = findings and findings[0].passed is False and name in NEED_STUDY

@@ -11,11 +11,12 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from slipscale.experiments.dataset.files import write_file
 from slipscale.experiments.journal.plan_and_progress import is_mock
 from slipscale.experiments.lab.console.state import ended_runs
+from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, write_settings
 from slipscale.experiments.lab.unblinding import unblind
 from slipscale.experiments.running.run_state import studies
 from slipscale.experiments.session.mailbox import LiveRequest, TrialName, post
@@ -26,13 +27,15 @@ from slipscale.faults.validation import in_words
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from slipscale.experiments.lab.console.jobs import Jobs
+    from slipscale.experiments.lab.console.jobs import Jobs, Kind
     from slipscale.experiments.lab.console.state import Snapshot, State
     from slipscale.experiments.lab.roster import Person
 
 Label = Annotated[str, Field(pattern="^[A-Za-z0-9]{1,40}$")]
 Words = Annotated[str, Field(max_length=2000)]
 LARGEST_STUDY = 500_000
+# What may move the plate: one of these at a time.
+USING_THE_PLATE: tuple[Kind, ...] = ("session", "check", "test")
 
 
 class Form(BaseModel):
@@ -88,6 +91,27 @@ class Acknowledge(Form):
     sentence: str
 
 
+class Settings(Form):
+    """The laboratory folder's settings, and the file's text that the page showed."""
+
+    settings: LabFile
+    before: Annotated[str, Field(pattern="^[0-9a-f]{64}$")]
+
+    @field_validator("settings", mode="before")
+    @classmethod
+    def _listed(cls, value: Any) -> Any:
+        """Take markers as they are typed: one word each."""
+        if isinstance(value, dict) and isinstance(value.get("markers"), str):
+            return value | {"markers": value["markers"].split()}
+        return value
+
+
+class Test(Form):
+    """Try a plate before it is written down."""
+
+    plate: Annotated[str, Field(min_length=1, max_length=300)]
+
+
 class Pilot(Form):
     """Run a simulated pilot."""
 
@@ -135,6 +159,8 @@ class Actions:
             "ask": (Ask, self._ask),
             "check": (Nothing, self._check),
             "acknowledge": (Acknowledge, self._acknowledge),
+            "settings": (Settings, self._settings),
+            "test": (Test, self._test),
             "unblind": (Unblind, self._unblind),
             "analyse": (Nothing, self._analyse),
             "pilot": (Pilot, self._pilot),
@@ -170,13 +196,16 @@ class Actions:
     def _free(self) -> Snapshot:
         """Return the folder where nothing uses the plate now."""
         found = self._now()
+        self._check_free(found)
+        return found
+
+    def _check_free(self, found: Snapshot) -> None:
         if found.live:
             raise UserError(f"a session of participant {found.live.label} runs now; end it first")
-        for kind in ("session", "check"):
+        for kind in USING_THE_PLATE:
             job = self._jobs.last(kind)
             if job and job.running:
                 raise UserError(f"{job.about}: still at work; wait until it is over")
-        return found
 
     def _begin(self, asked: Begin) -> str:
         found = self._free()
@@ -248,6 +277,23 @@ class Actions:
     def _acknowledge(self, asked: Acknowledge) -> str:
         self._acknowledged.add((asked.session, asked.sentence))
         return ""
+
+    def _settings(self, asked: Settings) -> str:
+        self._check_free(self._state.now(fresh=True))  # also in a folder without settings
+        if text_hash(lab_text(Path())) != asked.before:
+            raise UserError(
+                f"{FILE} was changed on disk since this page showed it; reload the page, and "
+                "change it again"
+            )
+        write_settings(Path(), asked.settings)
+        self._state.now(fresh=True)
+        return f"saved: {FILE}"
+
+    def _test(self, asked: Test) -> str:
+        self._check_free(self._state.now(fresh=True))
+        words = ("check", "--json", "--only", "plate", f"--plate={asked.plate}")
+        self._jobs.start("test", "the test of the plate", *words)
+        return "testing"
 
     def _check(self, _: Nothing) -> str:
         self._free()

@@ -18,7 +18,7 @@ from typing import Literal, get_args
 
 from slipscale.faults import UserError, harmless
 
-Kind = Literal["session", "check", "analysis", "pilot"]
+Kind = Literal["session", "check", "test", "analysis", "pilot"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 LONGEST = 20_000  # characters of a job's output that are read
 WARNS = ("NO BACKUP", "The journal's own place has gone")  # how a session's warnings begin

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING, Any
+
+from serial.tools.list_ports import comports
 
 from slipscale.experiments.journal.plan_and_progress import is_mock
 from slipscale.experiments.lab.blind_summary import RunSummary, summary
@@ -20,8 +23,12 @@ from slipscale.experiments.lab.console.state import (
     table3,
     usual_duration_s,
 )
-from slipscale.experiments.study.file import study_text
+from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, read_lab
+from slipscale.experiments.languages.texts import languages
+from slipscale.experiments.study.file import shipped_studies, study_text
 from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.faults import UserError
+from slipscale.hardware.cli.ports import listing
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -75,6 +82,7 @@ def today(found: Snapshot, jobs: Jobs, t: Words) -> dict[str, Any]:
         "session_failed": _failure(jobs.last("session")),
         "between": _between(found, jobs.last("session")),
         "checking": bool(check and check.running),
+        "steps": check.steps() if check else [],
         "found_checks": results,
         "check_failed": check.complained() if check and over and results is None else "",
         "ready": bool(results) and all(each["passed"] is not False for each in results or ()),
@@ -353,10 +361,58 @@ def strip(found: Snapshot, t: Words, lab: str) -> list[tuple[str, str, str]]:
     ]
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Field:
+    """A setting on its page: its input's type, its value, what is offered, what it means."""
+
+    key: str
+    kind: str
+    value: object
+    offered: tuple[str, ...]
+    why: str
+
+
+def settings(_: Snapshot, jobs: Jobs, __: Words) -> dict[str, Any]:
+    """Return what the page of the settings shows: each key of slipscale.toml."""
+    test = jobs.last("test")
+    over = test is not None and not test.running
+    text, fault = lab_text(Path()), ""
+    try:
+        lab = read_lab(Path()) or LabFile()
+    except UserError as error:
+        lab, fault = LabFile(), str(error)
+    return {
+        "there": bool(text),
+        "before": text_hash(text),
+        "fault": fault,
+        "fields": [_field(key, getattr(lab, key)) for key in LabFile.model_fields],
+        "testing": bool(test and test.running),
+        "tested": findings(test.said()) if test and over else None,
+        "test_failed": test.complained() if test and over and not findings(test.said()) else "",
+    }
+
+
+def _field(key: str, value: object) -> Field:
+    kinds: dict[type, str] = {bool: "checkbox", int: "number"}
+    offered: dict[str, Callable[[], list[str]]] = {
+        "study": lambda: [*sorted(path.name for path in Path().glob("*.toml")), *shipped_studies()],
+        "plate": lambda: ["mock", *(port["spec"] for port in listing((), comports)["ports"])],
+        "language": languages,
+    }
+    return Field(
+        key=key,
+        kind=kinds.get(type(value), "text"),
+        value=" ".join(value) if isinstance(value, tuple) else value,
+        offered=tuple(name for name in offered.get(key, list)() if name != FILE),
+        why=str(LabFile.model_fields[key].description),
+    )
+
+
 PAGES: dict[str, Callable[[Snapshot, Jobs, Words], dict[str, Any]]] = {
     "today": today,
     "live": live,
     "study": study,
     "data": data,
     "pilot": pilot,
+    "settings": settings,
 }

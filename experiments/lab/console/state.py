@@ -169,8 +169,8 @@ def take_snapshot() -> Snapshot:
         defaults = here()
         if defaults.file is None:
             return Snapshot(
-                problem=f"{Path.cwd()}: there is no slipscale.toml any more; was it moved or "
-                "renamed? Make one with slipscale lab init, and reload this page"
+                problem=f"{Path.cwd()}: there is no slipscale.toml here; set the folder up on the "
+                "page Settings, or bring the file back"
             )
         study, text = read_study(defaults.study)
         roster = read_roster(defaults.data, study, text)

@@ -69,16 +69,29 @@ document.addEventListener("click", async (event) => {
   if (opener) return document.getElementById(opener.dataset.open).showModal();
   const button = event.target.closest("[data-do]");
   if (!button || sure.open) return;
+  const { from } = button.dataset;
+  if (from) button.dataset.fields = JSON.stringify({ [from]: button.form.elements[from].value });
   const more = await confirmed(button);
   if (more) await ask(button.dataset.do, { ...JSON.parse(button.dataset.fields), ...more });
 });
 
-document.addEventListener("submit", (event) => {
+function valueOf(input) {
+  if (input.type === "checkbox") return input.checked;
+  return input.type === "number" ? Number(input.value) : input.value;
+}
+
+document.addEventListener("submit", async (event) => {
   const form = event.target.closest("[data-form]");
   if (!form) return;
   event.preventDefault();
-  const fields = Object.fromEntries([...new FormData(form)].map(([name, value]) => [name, Number(value)]));
-  ask(form.dataset.form, fields);
+  const inputs = [...form.elements].filter((input) => input.name);
+  const fields = Object.fromEntries(inputs.map((input) => [input.name, valueOf(input)]));
+  if (!form.dataset.more) return ask(form.dataset.form, fields);
+  const { good, said: sentence } = await post(form.dataset.form, { [form.id]: fields, ...JSON.parse(form.dataset.more) });
+  if (good) return location.reload();
+  say(sentence, true);
+  for (const input of inputs) input.setAttribute("aria-invalid", new RegExp(`\\b${input.name}\\b`).test(sentence));
+  form.querySelector("[aria-invalid=true]")?.focus();
 });
 
 document.addEventListener("keydown", (event) => {

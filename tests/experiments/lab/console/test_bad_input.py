@@ -28,7 +28,7 @@ def journal_of(lab, number, folder="data"):
 UNUSABLE = {
     "the file of the folder is gone": (
         lambda lab: (lab / "slipscale.toml").unlink(),
-        "no slipscale.toml any more",
+        "no slipscale.toml here",
     ),
     "the file of the folder is no TOML": (
         lambda lab: (lab / "slipscale.toml").write_text("study ="),

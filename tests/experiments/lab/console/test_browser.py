@@ -18,7 +18,7 @@ import pytest
 
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import read_plan
-from slipscale.experiments.lab.folder import init
+from slipscale.experiments.lab.folder import init, read_lab
 from slipscale.experiments.lab.roster import read_roster
 from slipscale.experiments.session.mailbox import read_status
 from slipscale.experiments.study.file import read_study
@@ -73,6 +73,25 @@ def test_eight_pages_of_one_browser_all_see_what_changes(page, tmp_path):
         (tmp_path / "slipscale.toml").write_text('study = "short.toml"')
         for each in pages[1:]:
             each.get_by_text("gone.toml").first.wait_for(state="detached")
+
+
+def test_a_new_folder_is_set_up_without_a_file_being_written_by_hand(page, tmp_path):
+    with console(tmp_path) as (_, address):
+        page.goto(address)
+        page.get_by_text("set the folder up on the page Settings").wait_for()
+        page.get_by_role("link", name="Settings").click()
+        page.get_by_label("Plate", exact=True).fill("nonsense:")
+        page.get_by_role("button", name="Save").click()
+        page.get_by_text("no backend 'nonsense'").wait_for()
+        assert page.locator("[aria-invalid=true]").get_attribute("name") == "plate"
+        page.get_by_label("Plate", exact=True).fill("mock")
+        page.get_by_label("Participant's window is not full screen").check()
+        page.get_by_role("button", name="Test", exact=True).click()
+        page.locator("#plate-test .good").wait_for()
+        page.get_by_role("button", name="Save").click()
+        page.get_by_text("These settings are located in slipscale.toml").wait_for()
+    assert (read_lab(tmp_path).plate, read_lab(tmp_path).windowed) == ("mock", True)
+    assert page.complaints == []
 
 
 @pytest.fixture
