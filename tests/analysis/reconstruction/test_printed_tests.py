@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from functools import partial
 from itertools import permutations, product
 
@@ -10,6 +11,8 @@ import pytest
 from scipy.stats import f_oneway, pearsonr, ttest_ind, ttest_rel
 
 from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+from slipscale.analysis.reconstruction.inference import cross_products
+from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
 from slipscale.analysis.reconstruction.inference.printed_test_answers import answer
 from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 from slipscale.analysis.reconstruction.table.table_files import from_toml
@@ -267,3 +270,18 @@ def test_a_wrong_test_is_refused_with_its_line(old, new, said):
 def test_a_test_of_two_columns_says_which(groups):
     with pytest.raises(UserError, match="expected the labels of its two columns"):
         answer(PrintedTest(kind="paired_t", statistic="1"), groups)
+
+
+def test_a_random_part_of_the_choices_needs_no_memory_for_all(column):
+    """The tables of Anscombe took 7 GB: all pairs of sums were multiplied, few were used."""
+    rows = [
+        ColumnRows(Solutions(column(11, mean, sd, maximum=2000)), sums_first=True)
+        for mean, sd in (("900", "330.0"), ("750", "203.0"))
+    ]
+    pairs = len(rows[0].moments) * len(rows[1].moments)
+    tracemalloc.start()
+    found = cross_products.choices(rows)
+    _, peak_bytes = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert not found.complete
+    assert peak_bytes < 16 * pairs
