@@ -31,6 +31,8 @@ def split_address(
     UserError
         An option is unknown, twice there, or its value cannot be read.
 
+    Examples
+    --------
     >>> split_address("/dev/ttyACM0,limit=2", {"limit": number})
     ('/dev/ttyACM0', {'limit': 2.0})
     """
@@ -177,6 +179,8 @@ def with_plate_file(spec: str, wanted: str) -> str:
     UserError
         The SPEC names another.
 
+    Examples
+    --------
     >>> with_plate_file("serial:COM3", "desk"), with_plate_file("mock", "desk")
     ('serial:COM3,plate=desk', 'mock:plate=desk')
     >>> with_plate_file("mock:plate=desk,q=50", "desk"), with_plate_file("mock", "")

@@ -64,6 +64,8 @@ def vertex(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     UserError
         They lie on no resonance: an amplitude is 0, or the one in the middle of a valley.
 
+    Examples
+    --------
     >>> import math
     >>> resonance = lambda f: 0.3 / math.sqrt(1 + 4 * 60**2 * (f - 30_480) ** 2 / 30_480**2)
     >>> found = vertex([(f, resonance(f)) for f in (30_373, 30_500, 30_627)])

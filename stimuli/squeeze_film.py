@@ -236,6 +236,8 @@ def relative_friction(
     ClosedFormWarning
         A squeeze number lies below 10 while the plate vibrates.
 
+    Examples
+    --------
     >>> round(float(relative_friction(1.5, 0.6, 40_000).relative_friction), 2)  # printed: half
     0.48
     """

@@ -131,6 +131,8 @@ class VirtualSurface:
         float
             µ'/µ of equation (15): 1 for no effect, below 0 where the finger levitates.
 
+        Examples
+        --------
         >>> round(VirtualSurface(amplitude_um_pp=2.3).predicted_relative_friction(), 2)
         0.74
         """

@@ -35,6 +35,8 @@ def parse_injections(
     ValueError
         With what was expected.
 
+    Examples
+    --------
     >>> parse_injections("lost@present/3", faults=["lost"], phases=["present"])
     (Injection(fault='lost', phase='present', n=3),)
     """

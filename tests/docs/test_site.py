@@ -94,6 +94,10 @@ def test_every_page_of_docs_is_built_and_in_the_menu_under_its_folder(pages, sit
     assert {"How to": ["how-to/magnitude-estimation.md", "how-to/new.md"]} in menu
 
 
+def test_no_page_shows_a_fence_of_markdown(site):
+    assert [path.name for path in site.rglob("*.html") if "```" in path.read_text("utf-8")] == []
+
+
 def test_the_pages_request_nothing_from_the_network(pages, site):
     assert len(pages) > 50
     outside = {each for page in pages.values() for each in page.fetched if is_elsewhere(each)}

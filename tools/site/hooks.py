@@ -116,5 +116,7 @@ def on_page_markdown(markdown: str, *, page: Page, **_: object) -> str:
     if page.file.src_uri.startswith(SPECIAL):
         page.meta["search"] = {"boost": 0.3}
     markdown = markdown.replace("](../../README.md", "](../index.md").replace(".ipynb)", ".md)")
+    # "output" marks what the tests compare; a fence of two words is none to Markdown.
+    markdown = re.sub(r"^```(\w+) output$", r"```\1", markdown, flags=re.MULTILINE)
     markdown = re.sub(r"^```(\w+) file=(\S+)$", r'```\1 title="\2"', markdown, flags=re.MULTILINE)
     return markdown.replace("```python\n>>> ", "```pycon\n>>> ")

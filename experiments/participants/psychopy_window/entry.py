@@ -79,6 +79,8 @@ def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
     positive : bool
         Whether 0 is no answer.
 
+    Examples
+    --------
     >>> judge_number("12,5")
     Accepted(value=12.5)
     >>> judge_number("1,000").reason

@@ -67,6 +67,8 @@ def claim(heard: int, stamps_s: Iterable[float], last_poll_s: float, poll_s: flo
         As many as were heard, or none when the two do not agree: a wrong time is worse than the
         window's own.
 
+    Examples
+    --------
     >>> claim(2, [0.1, 1.003, 1.009], last_poll_s=1.0, poll_s=1.016)
     [1.003, 1.009]
     >>> claim(2, [1.003], last_poll_s=1.0, poll_s=1.016)
