@@ -163,6 +163,7 @@ SCENES: dict[str, tuple[Callable[[Stage], None], str, str]] = {
     "live-nothing": (nothing, "live", ""),
     "keys": (nothing, "", "[data-open=keys]"),
     "study": (nothing, "study", ""),
+    "settings": (nothing, "settings", ""),
     "data-blind": (nothing, "data", ""),
     "pilot": (nothing, "pilot", ""),
     "pilot-report": (nothing, "pilot/001/report", ""),

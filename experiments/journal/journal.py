@@ -290,14 +290,18 @@ class Journal:
         self._unfinished = False
 
     def _close_file(self) -> None:
-        if self._keeper:
-            self._keeper.stop()
-            self._keeper = None
-        self._stream.close()
+        keeper, self._keeper = self._keeper, None
+        try:
+            if keeper:
+                keeper.stop()
+        finally:
+            self._stream.close()
 
     def _let_go(self) -> None:
-        self._close_file()
-        locks.release(self.path)
+        try:
+            self._close_file()
+        finally:
+            locks.release(self.path)
 
     def close(self) -> None:
         """Close the file and give up the lock; a journal that never began leaves no file."""

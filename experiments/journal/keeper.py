@@ -18,8 +18,9 @@ from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import NamedTuple
 
-# A disk that takes longer is taken for dead: nobody is kept waiting on a vibrating plate.
+# A disk that takes longer is taken for dead: the session ends, and the plate is silenced.
 PATIENCE_S = 30.0
+ENDS_S = 1.0
 
 
 class Mark(NamedTuple):
@@ -73,8 +74,9 @@ class Keeper:
         return True
 
     def stop(self) -> None:
-        """End the thread once it has nothing left to do; nobody waits for it."""
+        """End the thread once it has nothing left to do; one that hangs is left behind."""
         self._handed.put(None)
+        self._thread.join(ENDS_S)
 
     def _run(self) -> None:
         for mark in iter(self._next, None):

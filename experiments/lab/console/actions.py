@@ -265,14 +265,12 @@ class Actions:
     def warnings(self) -> list[tuple[str, str]]:
         """Return what sessions warned of and nobody has acknowledged: (session, sentence)."""
         live, job = self._state.now().live, self._jobs.last("session")
-        said = {sentence for _, sentence in self._warned}
         if live and live.status:
             found = [(live.status.token, sentence) for sentence in live.status.warnings]
             self._warned |= dict.fromkeys(found)
-        for sentence in job.warnings() if job else ():
-            if job and sentence not in said:
-                self._warned[str(job.began_s), sentence] = None
-        return [each for each in self._warned if each not in self._acknowledged]
+        if job:
+            self._warned |= dict.fromkeys((str(job.began_s), each) for each in job.warnings())
+        return [each for each in tuple(self._warned) if each not in self._acknowledged]
 
     def _acknowledge(self, asked: Acknowledge) -> str:
         self._acknowledged.add((asked.session, asked.sentence))

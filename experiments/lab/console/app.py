@@ -114,9 +114,10 @@ class Console:
         )
 
     async def _changes(self) -> AsyncIterator[str]:
-        before, pulse, looked_s = "", self._pulse(), float("-inf")
+        before, looked_s = "", float("-inf")
+        pulse = await run_in_threadpool(self._pulse)
         while not self.closing.is_set():
-            last, pulse = pulse, self._pulse()
+            last, pulse = pulse, await run_in_threadpool(self._pulse)
             if pulse != last or time.monotonic() - looked_s >= LOOK_S:
                 looked_s = time.monotonic()
                 now = await run_in_threadpool(self._version)

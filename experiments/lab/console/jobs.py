@@ -21,7 +21,8 @@ from slipscale.faults import UserError, harmless
 Kind = Literal["session", "check", "test", "analysis", "pilot"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 LONGEST = 20_000  # characters of a job's output that are read
-WARNS = ("NO BACKUP", "The journal's own place has gone")  # how a session's warnings begin
+# How a session's last warnings begin; those before its end are in its status.
+WARNS = ("NO BACKUP of this run:", "The journal's own place has gone")
 STEP = "step: "  # how a command begins a line that says what it does now
 LEAST_URGENT = 19  # a session's frames come before what is computed beside it
 COMPUTING: frozenset[Kind] = frozenset({"analysis", "pilot"})

@@ -59,6 +59,10 @@ def test_a_backup_that_failed_at_the_end_is_a_warning(visitor, recorded, tmp_pat
     page = visitor.see("/pilot")
     assert said in page
     assert "noise" not in page
+    assert visitor.ask("acknowledge", session="0.0", sentence=said)[0] == 200
+    assert said not in visitor.see("/pilot")
+    visitor.jobs.jobs["session"].began_s = 1.0
+    assert said in visitor.see("/pilot")  # of another session
 
 
 def test_a_session_whose_journal_has_gone_is_steered_where_it_goes_on(
