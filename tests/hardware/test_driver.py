@@ -22,6 +22,7 @@ from slipscale.hardware.errors import (
 from slipscale.hardware.limits import OnTime, PlateLimits
 from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
 from slipscale.hardware.registry import backend_names, open_plate
+from slipscale.stimuli.modulation import DEFAULT_MODULATOR
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
 
@@ -440,3 +441,59 @@ def test_a_backend_that_follows_needs_no_modulator_where_the_fingers_place_is_kn
     wide = replace(texture, mean_um_pp=2.0, depth_um_pp=0.8)
     with pytest.raises(OverLimit):
         plate.check_supported(wide, place_known=True)
+
+
+class Modulating(Recorder):
+    """A recorder that plays textures, and follows."""
+
+    modulator = DEFAULT_MODULATOR
+    follow_lag_s = 0.01
+
+    def _play(self, loop):
+        self.heard.append(("play", max(loop.amplitudes_um_pp)))
+
+    def _follow(self, amplitude_um_pp):
+        self.heard.append(("follow", amplitude_um_pp))
+
+
+def ridges(mean_um_pp, depth_um_pp):
+    return Grating(
+        spatial_period_mm=2.5,
+        mean_um_pp=mean_um_pp,
+        depth_um_pp=depth_um_pp,
+        waveform="square",
+        finger_speed_mm_s=50,
+    )
+
+
+def test_a_texture_is_driven_at_its_mean_and_then_played():
+    with Modulating() as plate:
+        plate.heard.clear()
+        presented = plate.present(ridges(1.2, 0.8))
+    assert plate.heard[:3] == ["drive", "read_back", ("play", pytest.approx(2.0))]
+    assert presented.commanded_um_pp == 1.2
+
+
+def test_a_texture_whose_ridges_are_beyond_the_limits_never_reaches_the_backend():
+    with Modulating() as plate:
+        plate.heard.clear()
+        with pytest.raises(OverLimit, match=r"2\.6 µm p-p is outside 0 to 2\.5"):
+            plate.present(ridges(2.0, 0.6))
+        assert plate.heard == []
+
+
+def test_a_plate_that_vibrates_follows_within_its_limits():
+    with Modulating() as plate:
+        plate.present(surface(1.2))
+        plate.heard.clear()
+        plate.follow(0.4)
+        with pytest.raises(OverLimit, match=r"2\.6 µm p-p is outside 0 to 2\.5"):
+            plate.follow(2.6)
+        assert plate.heard == [("follow", 0.4)]
+
+
+def test_a_plate_that_is_not_connected_reads_nothing_back():
+    plate = Recorder()
+    with pytest.raises(ConnectionLost, match="not connected"):
+        plate.read_back()
+    assert plate.heard == []
