@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
+    from slipscale.analysis.reconstruction.table.published_table import Column
 
 # Pairs of sum and sum of squares that are all set against those of another column; of more, only
 # the extremes of each sum are.
@@ -60,7 +61,6 @@ def group_of(solutions: Solutions) -> Group:
     """Return the means and variances that a column may have; by its sums if a count takes long."""
     column, rows = solutions.column, ColumnRows.quickest(solutions)
     pairs, sharp = rows.moments, not rows.sums_first
-    n, step, low = column.n, float(column.scale.step), float(column.scale.minimum)
     complete = len(pairs) <= ALL_OF
     if not complete:
         ends: dict[int, tuple[int, int]] = {}
@@ -68,14 +68,12 @@ def group_of(solutions: Solutions) -> Group:
             least, most = ends.get(total, (squares, squares))
             ends[total] = (min(least, squares), max(most, squares))
         pairs = tuple((total, squares) for total, two in ends.items() for squares in two)
-    # Whole numbers, before anything is rounded.
-    scatter = np.array([n * q - s * s for s, q in pairs], dtype=np.float64) / n
-    sums = np.array([s for s, _ in pairs], dtype=np.float64)
+    mean, variance = _means_and_variances(column, pairs)
     return Group(
         label=column.label,
-        n=n,
-        mean=low + step * sums / n,
-        variance=step**2 * scatter / (n - 1),
+        n=column.n,
+        mean=mean,
+        variance=variance,
         sharp=sharp,
         complete=complete,
     )
@@ -91,16 +89,21 @@ def moments_of_groups(rows: Sequence[ColumnRows], places: Array) -> tuple[Array,
     places : ndarray of int, shape (choices, groups)
         Which sum and sum of squares each group has.
     """
-    means, variances = [], []
-    for j, row in enumerate(rows):
-        scale, n = row.solutions.column.scale, row.n
-        low, step = float(scale.minimum), float(scale.step)
-        sums = np.array([s for s, _ in row.moments], dtype=np.float64)
-        # Whole numbers, before anything is rounded.
-        scatter = np.array([n * q - s * s for s, q in row.moments], dtype=np.float64) / n
-        means.append((low + step * sums / n)[places[:, j]])
-        variances.append((step**2 * scatter / (n - 1))[places[:, j]])
-    return np.stack(means, axis=1), np.stack(variances, axis=1), np.array([r.n for r in rows])
+    found = [
+        _means_and_variances(row.solutions.column, row.moments)[:, places[:, j]]
+        for j, row in enumerate(rows)
+    ]
+    means, variances = np.stack(found, axis=2)
+    return means, variances, np.array([row.n for row in rows])
+
+
+def _means_and_variances(column: Column, pairs: Sequence[tuple[int, int]]) -> Array:
+    """Return means and variances (n - 1) of pairs of sum and sum of squares, shape (2, pairs)."""
+    n, step, low = column.n, float(column.scale.step), float(column.scale.minimum)
+    # Whole numbers, before anything is rounded.
+    scatter = np.array([n * q - s * s for s, q in pairs], dtype=np.float64) / n
+    sums = np.array([s for s, _ in pairs], dtype=np.float64)
+    return np.array([low + step * sums / n, step**2 * scatter / (n - 1)])
 
 
 def students_t(a: Group, b: Group) -> tuple[Array, Array]:
