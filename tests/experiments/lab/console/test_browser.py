@@ -112,10 +112,12 @@ def page(display):
 
 def confirm(page, words=None):
     if words is not None:
-        page.locator("dialog input").wait_for()
+        page.locator("#sure input[name=reason]").wait_for()
         page.keyboard.type(words)
-        assert page.locator("dialog input").input_value() == words  # no shortcut's letter before it
-    page.locator("dialog .main").click()
+        assert (
+            page.locator("#sure input[name=reason]").input_value() == words
+        )  # no shortcut's letter before it
+    page.locator("#sure .main").click()
 
 
 def to_live(page, link):
