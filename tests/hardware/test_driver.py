@@ -497,3 +497,8 @@ def test_a_plate_that_is_not_connected_reads_nothing_back():
     with pytest.raises(ConnectionLost, match="not connected"):
         plate.read_back()
     assert plate.heard == []
+
+
+def test_what_a_plate_without_a_reading_vibrates_is_0(plate):
+    plate.measures = lambda _: None
+    assert plate.vibration_um_pp() == 0
