@@ -136,3 +136,25 @@ def test_a_subcommands_errors_name_its_own_help():
         parser.parse_args([])
     with pytest.raises(commands.UserError, match="'spare' is one argument too many"):
         parser.parse_args(["a", "spare"])
+
+
+WRAPS_A_SIGNAL = """
+import os, signal, sys
+from slipscale import commands
+def answer(_):
+    try:
+        os.kill(os.getpid(), signal.SIGTERM)
+    except KeyboardInterrupt:
+        raise ValueError("a library makes another error of it") from None
+commands._answer = answer
+sys.argv = ["slipscale"]
+sys.exit(commands.main())
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX'")
+def test_a_signal_that_a_library_makes_another_error_of_ends_quietly():
+    ended = subprocess.run(
+        [sys.executable, "-c", WRAPS_A_SIGNAL], capture_output=True, text=True, check=False
+    )
+    assert (ended.returncode, ended.stderr) == (130, "")

@@ -157,6 +157,10 @@ def main(arguments: list[str] | None = None) -> int:
         ended.append("over")
     except KeyboardInterrupt:
         return INTERRUPTED
+    except Exception:
+        if not ended:
+            raise
+        return INTERRUPTED  # a library that was being imported made another error of the signal
     return status
 
 

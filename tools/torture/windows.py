@@ -160,10 +160,7 @@ def signal_cases(count: int, seed: int) -> dict[str, Any]:
             with contextlib.redirect_stderr(said), contextlib.redirect_stdout(said):
                 kill.start()
                 inside[0] = True
-                try:
-                    status = commands.main(words)
-                except KeyboardInterrupt:  # before the command's first line, or after its last
-                    status = INTERRUPTED
+                status = ended(words)
                 inside[0] = False
             kill.cancel()
             kill.join()
@@ -182,6 +179,18 @@ def signal_cases(count: int, seed: int) -> dict[str, Any]:
                 bad.append(f"{name} after {delay_s:.3f} s of {words[0]}: {problem}")
             plates.clear()
     return {"counts": counts, "bad": bad}
+
+
+def ended(words: list[str]) -> int:
+    """Return the status of a command that a signal may end anywhere."""
+    try:
+        return commands.main(words)
+    except KeyboardInterrupt:
+        return INTERRUPTED
+    except Exception:  # as `commands.main` does it for a process of its own
+        if not signals._Noted.name:  # noqa: SLF001
+            raise
+        return INTERRUPTED
 
 
 def typing(poll: Callable[[Keyboard], list[Any]]) -> Callable[[Keyboard], list[Any]]:
