@@ -19,6 +19,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import gc
+import importlib
 import io
 import json
 import os
@@ -147,6 +148,8 @@ def signal_cases(count: int, seed: int) -> dict[str, Any]:
     ):
         (place / "signals.toml").write_text(STUDY, encoding="utf-8")
         import_visual()  # a half-done import would belong to the next case too
+        for name in ("hardware.plate_file", "hardware.calibration.stored"):
+            importlib.import_module(f"slipscale.{name}")
         number = 1
         while sum(counts.values()) < count:
             words, journal = words_for(place, number)
