@@ -299,8 +299,9 @@ def main(words: list[str] | None = None) -> int:
     if args.session:
         return session(args.session)
     if args.cases:
-        with display():
+        with display() as server:
             print(json.dumps(signal_cases(args.cases, args.seed)), flush=True)
+            server.kill()
             os._exit(DONE)  # libraries close windows at exit, on a display that is no more
     for name in NAMES:  # nohup and a shell's background ignore some; commands would inherit that
         signal.signal(getattr(signal, name), signal.SIG_DFL)
