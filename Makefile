@@ -27,11 +27,12 @@ setup: set-session
 pilot: set-pilot
 	@$(BIN)/slipscale pilot $(ARGS)
 
-WORKERS = 3
+WORKERS = 2
 test: set-test
 	@$(PYTHON) tools/system_packages.py
-	@# A third process on two cores, and lint, use the time in which tests wait for a window, a board
-	@# or a process. What tests start would compile every module again if Python kept no bytecode.
+	@# Lint uses the time in which tests wait for a window, a board or a process; with a third worker
+	@# on two cores, emulated boards answer too late. What tests start would compile every module
+	@# again if Python kept no bytecode.
 	@mkdir -p build
 	@echo "Lint runs next to the tests; its output is in build/lint.txt."
 	@nice $(LINT) >build/lint.txt 2>&1 & lint=$$!; \

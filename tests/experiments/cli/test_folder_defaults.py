@@ -124,7 +124,7 @@ def test_a_session_takes_every_key(folder, capsys, monkeypatch, words):
 
 def test_check_takes_every_key(folder, capsys, monkeypatch):
     planned = []
-    monkeypatch.setattr(preflight, "check", lambda asked, _: planned.append(asked) or [])
+    monkeypatch.setattr(preflight, "check", lambda asked, _, **__: planned.append(asked) or [])
     (folder / FILE).write_text(WHOLE)
     assert main(["check"]) == DONE
     [asked] = planned

@@ -467,10 +467,13 @@ def test_a_disk_that_hangs_is_not_waited_for_for_ever(tmp_path, monkeypatch):
 def test_a_signal_at_any_moment_of_a_wait_leaves_all_that_was_appended(tmp_path, monkeypatch):
     """The next barrier hands over again what the signal kept from the thread."""
     want = keeper.Keeper.want
+    # A run in the background inherits an ignored SIGINT.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     monkeypatch.setattr(keeper.Keeper, "want", lambda *_: signal.raise_signal(signal.SIGINT))
     with Journal.create(tmp_path / "a.jsonl", VirtualClock()) as journal:
         with pytest.raises(KeyboardInterrupt):
             journal.append("header", format=2)
+        signal.signal(signal.SIGINT, before)
         monkeypatch.setattr(keeper.Keeper, "want", want)
         journal.wait_for(1)
         assert journal._keeper.kept.records == 1
