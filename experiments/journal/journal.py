@@ -102,7 +102,7 @@ class Journal:
         self._unfinished = False  # a record is being written, or a signal came while it was
         try:
             locks.take(stream, path)
-        except UserError:
+        except BaseException:  # a signal too: whoever keeps its traceback would keep the lock
             stream.close()
             raise
 
@@ -147,7 +147,7 @@ class Journal:
         journal = cls(path, clock, stream=stream, records=[], synced=synced)
         try:
             journal._take_stock()
-        except UserError:
+        except BaseException:
             journal._let_go()
             raise
         return journal
