@@ -134,7 +134,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     problems.add_many(faults, "analyses of other packages")
     tables = _divided(kinds, read, problems, counts)
     participants = metadata.participants(folder, sources, problems)
-    choices, frozen, unchanged = metadata.choices(folder, sources, details, problems)
+    choices, frozen, unchanged, text = metadata.choices(folder, sources, details, problems)
     metadata.add_sources(folder, choices, sources)
     return Dataset(
         name=metadata.title(folder),
@@ -150,7 +150,7 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         choices=choices,
         frozen=frozen,
         # Another study file may state another rule than the one that ran.
-        study=None if unchanged is False else metadata.study(folder),
+        study_text="" if unchanged is False else text,
         unchanged=unchanged,
         journal_differences=differences,
         problems=tuple(problems.sentences),

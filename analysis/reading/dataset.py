@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
-    from slipscale.experiments.study.model import Study
 
 
 #: The fields of `Dataset` that hold trials of magnitude estimation and descending difference.
@@ -39,8 +38,8 @@ class Dataset:
     answers : DataFrame
         All main trials of magnitude estimation that were not voided, answered or not: what data
         quality is judged by.
-    study : Study or None
-        The study that was run, if its file is in the folder and can be read.
+    study_text : str
+        The study file that the sessions ran with; empty if it is not in the folder.
     textures : DataFrame
         Answered main trials of textures, which ``estimates`` and ``answers`` do not hold; with
         their ``texture``.
@@ -96,7 +95,7 @@ class Dataset:
     sources: tuple[Source, ...] = ()
     folder: Path | None = None
     quantity: Quantity = PLATE_AMPLITUDE
-    study: Study | None = None
+    study_text: str = ""
     textures: pd.DataFrame = field(default_factory=pd.DataFrame)
     trials: Mapping[str, pd.DataFrame] = field(default_factory=dict)
     others: Mapping[str, pd.DataFrame] = field(default_factory=dict)

@@ -21,15 +21,12 @@ from slipscale.analysis.reading.delimited import (
 from slipscale.analysis.reading.table_lines import listed_lines
 from slipscale.experiments.dataset.schema import NOTES, PARTICIPANT, SIDECAR
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
-from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import toml_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
-
-    from slipscale.experiments.study.model import Study
 
 
 #: What is told of a sidecar's entries; see `slipscale.experiments.dataset.schema.NOTES`.
@@ -118,11 +115,11 @@ def choices(
     sources: list[Source],
     details: Mapping[str, tuple[str, ...]],
     problems: Problems,
-) -> tuple[AnalysisChoices, tuple[str, ...], bool | None]:
-    """Return the study's choices, which it sets, and whether it is the file of the sessions."""
+) -> tuple[AnalysisChoices, tuple[str, ...], bool | None, str]:
+    """Return the study's choices, which it sets, whether the sessions ran with it, and its text."""
     path = folder / "code" / "study.toml"
     if not path.is_file():
-        return AnalysisChoices(), (), None
+        return AnalysisChoices(), (), None, ""
     content, source = read_source(path, folder)
     sources.append(source)
     try:
@@ -148,19 +145,7 @@ def choices(
             f"Sessions ran with {len(ran_with)} different study files; the choices of analysis are "
             "those of code/study.toml"
         )
-    return choices, tuple(sorted(table)), unchanged
-
-
-def study(folder: Path) -> Study | None:
-    """Return the study of ``code/study.toml``; None without one, or if it cannot be read here.
-
-    A protocol of another package may not be installed where the data are analysed.
-    """
-    path = folder / "code" / "study.toml"
-    try:
-        return parse_study(path.read_text(encoding="utf-8-sig"), str(path))
-    except (OSError, UnicodeDecodeError, UserError):
-        return None
+    return choices, tuple(sorted(table)), unchanged, text
 
 
 def add_sources(folder: Path, choices: AnalysisChoices, sources: list[Source]) -> None:

@@ -98,10 +98,13 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
         return NotComputed(few("participants with estimates above zero", n))
     there = counts.to_numpy(float)
     balanced = there.min() == there.max()
-    repetitions = there.max() if balanced else there[there > 0].size / (1 / there[there > 0]).sum()
+    repetitions: float
     if balanced:
-        whole, without = _by_mean_squares(usable, (n, k, int(repetitions)))
+        repetitions = int(there.max())
+        whole, without = _by_mean_squares(usable, (n, k, repetitions))
     else:
+        filled = there[there > 0]
+        repetitions = float(filled.size / (1 / filled).sum())
         means = cells.mean().unstack().to_numpy()  # noqa: PD010
         around = (usable["log"] - cells.transform("mean")) ** 2
         squares = around.groupby(usable[CELL[0]], observed=True).sum().to_numpy()
@@ -121,7 +124,7 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
         variance_repetitions=float(whole[2]),
         n=n,
         amplitudes=k,
-        repetitions=int(repetitions) if balanced else float(repetitions),
+        repetitions=repetitions,
         trials=len(usable),
         method="mean squares" if balanced else "REML",
     )

@@ -7,16 +7,24 @@ from typing import TYPE_CHECKING
 from slipscale.experiments.protocols.building_blocks.forced_choice import ForcedChoiceOptions
 from slipscale.experiments.protocols.ordering.randomisation import Stream
 from slipscale.experiments.protocols.registry import load_protocol
+from slipscale.experiments.study.file import parse_study
+from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocols.adaptive.interleaved import Interleaved
-    from slipscale.experiments.study.model import Study
 
 
-def rules_of(study: Study | None) -> dict[str, Interleaved]:
-    """Return the tracks of each adaptive task before their first trial, by the task's label."""
-    found = {}
-    for options in study.tasks if study else ():
+def rules_of(study_text: str) -> dict[str, Interleaved]:
+    """Return the tracks of each adaptive task before their first trial, by the task's label.
+
+    None for a study that cannot be read here: the package of its protocol may not be installed.
+    """
+    found: dict[str, Interleaved] = {}
+    try:
+        study = parse_study(study_text, "code/study.toml")
+    except UserError:
+        return found
+    for options in study.tasks:
         if isinstance(options, ForcedChoiceOptions):
             label = load_protocol(options.protocol).for_task(options).task
             # The order of tracks changes no level.

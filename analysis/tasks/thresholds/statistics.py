@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,7 +35,7 @@ from slipscale.analysis.tasks.thresholds.rules import rules_of
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
     import pandas as pd
 
@@ -114,7 +113,7 @@ def thresholds(
     choices: pd.DataFrame,
     confidence: float = 0.95,
     *,
-    rules: Mapping[str, Interleaved] = MappingProxyType({}),
+    study_text: str = "",
     psignifit: bool = False,
 ) -> tuple[TaskThresholds, ...] | NotComputed:
     """Return the thresholds of every task of forced choice.
@@ -123,13 +122,14 @@ def thresholds(
     ----------
     choices : DataFrame
         `slipscale.analysis.tasks.thresholds.reading.read_choices`'s trials.
-    rules : Mapping
-        The adaptive rule of each task that has one, before its first trial.
+    study_text : str
+        The study file, which states the rules of adaptive tasks; empty if it is not known.
     psignifit : bool
         Whether to fit by psignifit too, which takes a second a participant and task.
     """
     if not len(choices):
         return NotComputed("no trials of forced choice")
+    rules = rules_of(study_text) if choices["track"].notna().any() else {}
     return tuple(
         _task(str(task), rows, confidence, rules.get(str(task)), psignifit=psignifit)
         for task, rows in choices.groupby("task", sort=True)
@@ -258,7 +258,7 @@ THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
     compute=lambda inputs: thresholds(
         inputs.data.of(TRIALS),
         inputs.data.choices.confidence,
-        rules=rules_of(inputs.data.study),
+        study_text=inputs.data.study_text,
         psignifit=inputs.psignifit,
     ),
     headlines={
