@@ -4,7 +4,6 @@ from __future__ import annotations
 
 # Imported module: the extra of pyproject.toml that installs it.
 EXTRA_OF = {
-    "choix": "analysis",
     "joblib": "analysis",
     "openpyxl": "analysis",
     "pandas": "analysis",

@@ -354,18 +354,27 @@ def pair_scale(chosen, link, confidence):
     design = np.zeros((len(one), k))
     design[range(len(one)), one], design[range(len(one)), other] = 1, -1
     won, lost = pooled[one, other], pooled[other, one]
-    family = sm.families.Binomial(link)
-    fitted = sm.GLM(np.stack([won, lost], axis=1), design[:, 1:], family=family).fit(tol=1e-13)
-    values = np.append(0.0, fitted.params)
-    values -= values.mean()
-    linear = design @ values
-    p = family.link.inverse(linear)
-    slope = family.link.inverse_deriv(linear)
     n = won + lost
-    information = design.T @ (design * (n * slope**2 / (p * (1 - p)))[:, None])
+
+    def parts(free):
+        """Return the values, each pair's probability, its density, and the information."""
+        values = np.append(0.0, free)
+        values = values - values.mean()
+        linear = design @ values
+        p, slope = link.cdf(linear), link.pdf(linear)
+        return values, p, slope, design.T @ (design * (n * slope**2 / (p * (1 - p)))[:, None])
+
+    def minus(free):
+        """Firth's: the likelihood times the square root of the information's determinant."""
+        _, p, _, information = parts(free)
+        likelihood = special.xlogy(won, p) + special.xlogy(lost, 1 - p)
+        return -likelihood.sum() - np.linalg.slogdet(information[1:, 1:])[1] / 2
+
+    found = optimize.minimize(minus, np.zeros(k - 1), method="BFGS", options={"gtol": 1e-8})
+    values, p, slope, information = parts(found.x)
     covariance = np.linalg.pinv(information)
     quantile = stats.norm.ppf((1 + confidence) / 2)
-    if people >= 3:
+    if people >= 3 and np.ptp(chosen, axis=0).any():
         wins, trials = chosen[:, one, other], (chosen + chosen.transpose(0, 2, 1))[:, one, other]
         scores = ((wins - trials * p) * slope / (p * (1 - p))) @ design
         covariance = covariance @ (scores.T @ scores * people / (people - 1)) @ covariance
@@ -408,13 +417,16 @@ def consistency(chosen):
     """Return circular triads of one participant and Kendall's coefficient; p up to 6 surfaces."""
     k = len(chosen)
     one, other = np.triu_indices(k, 1)
-    if k < 3 or np.any(chosen[one, other] == chosen[other, one]):
+    if k < 3 or not (chosen + chosen.T)[one, other].all():
         return {}
-    wins = (chosen > chosen.T).sum(axis=1)
-    circular = comb(k, 3) - (wins * (wins - 1) // 2).sum()
+    wins, ties = (chosen > chosen.T).sum(axis=1), (chosen == chosen.T).sum(axis=1) - 1
+    # A tie goes either way: a score is the wins and a binomial part of the ties.
+    score = wins + ties / 2
+    circular = comb(k, 3) - (score**2 + ties / 4 - score).sum() / 2
     most = (k**3 - (k if k % 2 else 4 * k)) // 24
     out = {"circular_triads": circular, "triads": comb(k, 3), "zeta": 1 - circular / most}
-    if k <= 6:
+    out["ties"] = ties.sum() / 2
+    if k <= 6 and not ties.any():
         fewer = 0
         for ways in product((0, 1), repeat=len(one)):
             scores = np.bincount(np.where(ways, one, other), minlength=k)
@@ -474,8 +486,8 @@ def scales(comparisons, confidence):
                 found[f"chosen.{j}"] = counted[j].sum()
                 found[f"compared.{j}"] = counted[j].sum() + counted[:, j].sum()
             for model, link in (
-                ("bradley_terry", sm.families.links.Logit()),
-                ("thurstone", sm.families.links.Probit()),
+                ("bradley_terry", stats.logistic),
+                ("thurstone", stats.norm),
             ):
                 scale = pair_scale(chosen, link, confidence)
                 found |= {f"{model}.{key}": value for key, value in scale.items()}

@@ -80,9 +80,10 @@ def _consistency_table(task: TaskScale) -> Markup:
         columns,
         rows,
         "Circular triads of each participant (A over B, B over C, C over A), Kendall's coefficient "
-        "of consistence, and the probability of so few if every choice were a toss of a coin.",
+        "of consistence, and the probability of so few if every choice were a toss of a coin. A "
+        "pair of which neither surface was chosen more often counts half each way.",
     )
 
 
 def _counts(found: Consistency) -> list[str]:
-    return [f"{found.circular_triads} of {found.triads}", number(found.zeta), p_value(found.p)]
+    return [f"{found.circular_triads:g} of {found.triads}", number(found.zeta), p_value(found.p)]

@@ -26,8 +26,9 @@ def fit(found: TaskScale) -> str:
                 texts.append(f"{name}: not computed ({scale.reason}).")
         elif scale.fit:
             texts.append(
-                f"{name}: deviance {number(scale.fit.deviance)} with {scale.fit.df} degrees of "
-                f"freedom, {p_value(scale.fit.p)}, answers taken as independent."
+                f"{name} with Firth's correction: deviance {number(scale.fit.deviance)} with "
+                f"{scale.fit.df} degrees of freedom, {p_value(scale.fit.p)}, answers taken as "
+                "independent."
             )
     if found.transitivity:
         counts = found.transitivity

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 #: Up to as many surfaces all ways of choosing are counted (32,768 for 6).
 ENUMERATED = 6
+#: Participants who toss a coin, and the seed of their tosses.
+SIMULATIONS, SEED = 10_000, 1940
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,18 +33,22 @@ class Consistency:
 
     Parameters
     ----------
-    circular_triads : int
-        Of three surfaces each.
+    circular_triads : float
+        Of three surfaces each: the mean over all ways to break the ties.
+    ties : int
+        Pairs of which neither surface was chosen more often.
     triads : int
         All there are.
     zeta : float
         Coefficient of consistence: 1 without circular triads, 0 with as many as possible.
     p : float
-        Probability of so few or fewer if every choice were a toss of a coin: exact up to 6
-        surfaces, by Kendall's chi-square beyond.
+        Probability of so few or fewer if every choice were a toss of a coin. Without ties exact up
+        to 6 surfaces, by Kendall's chi-square beyond; with ties the share of `SIMULATIONS`
+        participants who toss a coin as often.
     """
 
-    circular_triads: int
+    circular_triads: float
+    ties: int
     triads: int
     zeta: float
     p: float
@@ -50,6 +56,8 @@ class Consistency:
 
 def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
     """Count a participant's circular triads, by what was chosen more often of each pair.
+
+    A pair of which neither was chosen more often is counted both ways, half each.
 
     Parameters
     ----------
@@ -61,17 +69,41 @@ def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
     if k < FEWEST:
         return NotComputed(few("surfaces", k))
     one, other = np.triu_indices(k, k=1)
-    if np.any(counts[one, other] == counts[other, one]):
-        return NotComputed("for some pair neither surface was chosen more often")
-    scores = (counts > counts.T).sum(axis=1)
-    circular = comb(k, 3) - sum(comb(int(score), 2) for score in scores)
+    trials = (counts + counts.T)[one, other]
+    if not trials.all():
+        return NotComputed("some pair was never compared")
+    circular = float(_circular_triads((counts - counts.T)[None])[0])
+    ties = int((counts == counts.T)[one, other].sum())
+    if ties:
+        tossed = np.zeros((SIMULATIONS, k, k))
+        first = np.random.default_rng(SEED).binomial(
+            trials.astype(int), 0.5, (SIMULATIONS, len(one))
+        )
+        tossed[:, one, other] = 2 * first - trials
+        few_or_fewer = _circular_triads(tossed - tossed.transpose(0, 2, 1)) <= circular
+        # The participant is one of those who could have tossed a coin.
+        p = float((1 + few_or_fewer.sum()) / (1 + SIMULATIONS))
+    else:
+        p = _p_so_few(k, round(circular))
     most = (k**3 - (k if k % 2 else 4 * k)) // 24
     return Consistency(
-        circular_triads=circular,
-        triads=comb(k, 3),
-        zeta=1 - circular / most,
-        p=_p_so_few(k, circular),
+        circular_triads=circular, ties=ties, triads=comb(k, 3), zeta=1 - circular / most, p=p
     )
+
+
+def _circular_triads(more: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return the mean number of circular triads over all ways to break the ties, shape (tables,).
+
+    Parameters
+    ----------
+    more : array, shape (tables, surfaces, surfaces)
+        How much more often the row's surface was chosen; the sign counts.
+    """
+    k = more.shape[1]
+    wins, ties = (more > 0).sum(axis=2), (more == 0).sum(axis=2) - 1
+    # A score is the wins and a binomial part of the ties: mean and variance give its mean square.
+    score = wins + ties / 2
+    return np.asarray(comb(k, 3) - (score**2 + ties / 4 - score).sum(axis=1) / 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
